@@ -1,0 +1,255 @@
+//! What can go wrong, in three kinds that are never mixed.
+//!
+//! - [`Error`]: the caller's request was refused; **nothing changed**. It names the code, the field and the value.
+//! - [`Failure`]: the computation cannot go on; said at once and latched until reset or load.
+//! - Outcomes (arrested, exited, ...) are physics, not errors: see [`crate::outcome`].
+
+use core::fmt::Write;
+
+/// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never reused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(i32)]
+pub enum Code {
+    /// A pointer is null.
+    NullPointer = -1,
+    /// A buffer is shorter than the size query said.
+    ShortBuffer = -2,
+    /// A memory block is not aligned as the size query said.
+    Misaligned = -3,
+    /// The block was moved or copied, or never initialised: use save and load instead.
+    MovedBlock = -4,
+    /// A structure does not carry a `struct_size` of a version this library knows.
+    StructSize = -5,
+    /// A number is NaN or infinite.
+    NotFinite = -6,
+    /// A number must be greater than zero.
+    NotPositive = -7,
+    /// A number lies outside its documented range.
+    OutOfRange = -8,
+    /// A choice (kind of attachment, shape, ...) has an unknown number.
+    UnknownChoice = -9,
+    /// A quaternion has length zero or is far from unit length.
+    BadQuaternion = -10,
+    /// The sheet has more nodes than memory can address.
+    TooManyNodes = -11,
+    /// The time step exceeds the largest allowed one, which the error carries.
+    StepTooLarge = -12,
+    /// The parameters give a step limit that is zero, subnormal or not finite.
+    StepLimitUnusable = -13,
+    /// A damage rate below 3 would make the yarn stiffer beyond the critical stretch than the step limit assumes.
+    DamageRateTooSmall = -14,
+    /// The projectile is lighter than one node of the sheet.
+    ProjectileTooLight = -15,
+    /// The projectile is smaller than the node spacing: nodes would not see it.
+    ProjectileTooSmall = -16,
+    /// The projectile would cross more than one node spacing in a step, or turn more than half a radian.
+    ProjectileTooFast = -17,
+    /// A free node lies inside the projectile at the start.
+    InitialOverlap = -18,
+    /// The corner discs overlap one another.
+    DiscsOverlap = -19,
+    /// A corner disc reaches under the projectile.
+    DiscTouchesProjectile = -20,
+    /// An array does not have the length asked for.
+    WrongLength = -21,
+    /// The call does not fit the way the projectile is driven (free or prescribed).
+    WrongDrive = -22,
+    /// A path does not start where the simulation is, or has no steps.
+    BadPath = -23,
+    /// The call is only allowed before the first step.
+    AlreadyStarted = -24,
+    /// The bytes are not a snapshot image, or are truncated or altered.
+    ImageMalformed = -25,
+    /// The image was made with another scene or another version.
+    ImageOfAnotherScene = -26,
+    /// The image has a correct checksum but holds values no simulation can have.
+    ImageInvalid = -27,
+    /// A non-finite number appeared in the state: the simulation is lost.
+    NonFinite = -50,
+    /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
+    ContactCapacity = -51,
+    /// The projectile became faster than one node spacing in a step.
+    TooFast = -52,
+}
+
+impl Code {
+    /// Every code, for tables and tests.
+    pub const ALL: [Code; 30] = [
+        Code::NullPointer,
+        Code::ShortBuffer,
+        Code::Misaligned,
+        Code::MovedBlock,
+        Code::StructSize,
+        Code::NotFinite,
+        Code::NotPositive,
+        Code::OutOfRange,
+        Code::UnknownChoice,
+        Code::BadQuaternion,
+        Code::TooManyNodes,
+        Code::StepTooLarge,
+        Code::StepLimitUnusable,
+        Code::DamageRateTooSmall,
+        Code::ProjectileTooLight,
+        Code::ProjectileTooSmall,
+        Code::ProjectileTooFast,
+        Code::InitialOverlap,
+        Code::DiscsOverlap,
+        Code::DiscTouchesProjectile,
+        Code::WrongLength,
+        Code::WrongDrive,
+        Code::BadPath,
+        Code::AlreadyStarted,
+        Code::ImageMalformed,
+        Code::ImageOfAnotherScene,
+        Code::ImageInvalid,
+        Code::NonFinite,
+        Code::ContactCapacity,
+        Code::TooFast,
+    ];
+
+    /// The number the C interface returns.
+    pub fn number(self) -> i32 {
+        self as i32
+    }
+
+    /// What the code means, as a C string: one sentence fragment without a full stop.
+    pub fn text(self) -> &'static core::ffi::CStr {
+        match self {
+            Code::NullPointer => c"null pointer",
+            Code::ShortBuffer => c"buffer too short",
+            Code::Misaligned => c"memory block not aligned",
+            Code::MovedBlock => c"memory block moved, copied or not initialised",
+            Code::StructSize => c"unknown struct_size",
+            Code::NotFinite => c"not a finite number",
+            Code::NotPositive => c"must be greater than zero",
+            Code::OutOfRange => c"out of range",
+            Code::UnknownChoice => c"unknown choice",
+            Code::BadQuaternion => c"not a unit quaternion",
+            Code::TooManyNodes => c"too many nodes",
+            Code::StepTooLarge => c"time step too large",
+            Code::StepLimitUnusable => c"parameters give no usable time step",
+            Code::DamageRateTooSmall => c"damage rate below 3",
+            Code::ProjectileTooLight => c"projectile lighter than a node",
+            Code::ProjectileTooSmall => c"projectile smaller than the node spacing",
+            Code::ProjectileTooFast => c"projectile crosses more than a node spacing in a step",
+            Code::InitialOverlap => c"a free node lies inside the projectile",
+            Code::DiscsOverlap => c"corner discs overlap",
+            Code::DiscTouchesProjectile => c"a corner disc reaches under the projectile",
+            Code::WrongLength => c"array of the wrong length",
+            Code::WrongDrive => c"call does not fit the way the projectile is driven",
+            Code::BadPath => c"path does not fit the simulation's time",
+            Code::AlreadyStarted => c"only allowed before the first step",
+            Code::ImageMalformed => c"snapshot image malformed or altered",
+            Code::ImageOfAnotherScene => c"snapshot image of another scene or version",
+            Code::ImageInvalid => c"snapshot image holds impossible values",
+            Code::NonFinite => c"a non-finite number appeared in the state",
+            Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
+            Code::TooFast => c"the projectile became faster than a node spacing in a step",
+        }
+    }
+}
+
+/// The text of an error: at most 160 bytes, no allocation.
+pub type Text = heapless::String<160>;
+
+/// A request that was refused. Nothing changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Error {
+    /// Why.
+    pub code: Code,
+    /// The field's name as it is spelt in [`crate::scene::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
+    pub field: &'static str,
+    /// The offending value, SI units (0 where none applies).
+    pub value: f64,
+    /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest allowed step in s.
+    pub limit: f64,
+}
+
+impl Error {
+    /// An error that names a field, the value found and the limit crossed.
+    pub fn new(code: Code, field: &'static str, value: f64, limit: f64) -> Error {
+        Error { code, field, value, limit }
+    }
+
+    /// An error without a value.
+    pub fn plain(code: Code, field: &'static str) -> Error {
+        Error { code, field, value: 0.0, limit: 0.0 }
+    }
+
+    /// One line for a log: `dt: time step too large; the largest allowed is 26449971 fs`.
+    /// Numbers other than the step limit stay in the fields: formatting floats would need panics and 20 KB of code.
+    pub fn text(&self) -> Text {
+        let mut text = Text::new();
+        let reason = self.code.text().to_str().unwrap_or("");
+        // A text that does not fit is cut; the code and the field come first.
+        let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
+        if self.code == Code::StepTooLarge {
+            let femtoseconds = (self.limit * 1e15) as u64;
+            let _ = write!(text, "; the largest allowed is {femtoseconds} fs");
+        }
+        text
+    }
+}
+
+impl core::fmt::Display for Error {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.text())
+    }
+}
+
+impl core::error::Error for Error {}
+
+/// The computation cannot go on. Latched: every call but reset, load and the counters repeats it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// A non-finite number appeared; the state is lost. Load a snapshot or reset.
+    NonFinite,
+    /// More candidate nodes than `contact_capacity`; the state is that of the step's start. Raise the capacity.
+    ContactCapacity,
+    /// The projectile became faster than one node spacing in a step (an external load can do this).
+    TooFast,
+}
+
+impl Failure {
+    /// The status number's code.
+    pub fn code(self) -> Code {
+        match self {
+            Failure::NonFinite => Code::NonFinite,
+            Failure::ContactCapacity => Code::ContactCapacity,
+            Failure::TooFast => Code::TooFast,
+        }
+    }
+}
+
+impl From<Failure> for Error {
+    fn from(failure: Failure) -> Error {
+        Error::plain(failure.code(), "")
+    }
+}
+
+impl core::fmt::Display for Failure {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.code().text().to_str().unwrap_or(""))
+    }
+}
+
+impl core::error::Error for Failure {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_unique_and_in_their_ranges() {
+        for (i, a) in Code::ALL.iter().enumerate() {
+            assert!((-99..=-1).contains(&a.number()));
+            assert!(Code::ALL.iter().skip(i + 1).all(|b| b.number() != a.number()));
+        }
+    }
+
+    #[test]
+    fn step_text_names_the_largest_step() {
+        let error = Error::new(Code::StepTooLarge, "dt", 3e-8, 2.6449971e-8);
+        assert_eq!(error.text().as_str(), "dt: time step too large; the largest allowed is 26449971 fs");
+    }
+}

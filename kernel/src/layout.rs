@@ -1,0 +1,162 @@
+//! Counts and offsets of every block of memory: the only place where sizes are computed, all with checked arithmetic.
+//!
+//! The hot arrays are interleaved row by row: row j holds eight planes [ux uy uz vx vy vz kh kv] of `stride` numbers each.
+//! A plane has 8 zeros, then its nx values, then zeros up to a multiple of 8, then 8 zeros more, on every target alike, so
+//! that vector code may read a neighbour past either end and sizes agree everywhere.
+
+use crate::error::{Code, Error};
+use crate::scene::{Scene, Shape};
+
+/// Zeros in front of a plane's first value, and at least as many behind its last.
+pub const PAD: usize = 8;
+/// Planes of the hot rows: displacement (3), velocity (3), stiffness of the horizontal and vertical segment.
+pub const HOT_PLANES: usize = 8;
+/// Planes of the history rows: largest q of the horizontal and vertical segment.
+pub const HISTORY_PLANES: usize = 2;
+/// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
+pub const YARN_PLANES: usize = 4;
+/// Numbers kept per contact candidate.
+pub const CANDIDATE_REALS: usize = 14;
+/// Alignment of the first hot row in numbers (64 bytes).
+pub const ALIGN_REALS: usize = 8;
+
+/// Sizes of a scene's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Nodes along x.
+    pub nodes_x: usize,
+    /// Nodes along y.
+    pub nodes_y: usize,
+    /// Numbers in one plane of a row.
+    pub stride: usize,
+    /// true if segments have their own constants.
+    pub stochastic: bool,
+    /// true if connection to the supports is watched.
+    pub track_detachment: bool,
+    /// Greatest number of contact candidates.
+    pub candidates: usize,
+    reals: usize,
+    words: usize,
+    image_words: usize,
+}
+
+impl Layout {
+    /// Sizes for a scene, which is checked first.
+    pub fn of(scene: &Scene) -> Result<Layout, Error> {
+        scene.check()?;
+        Layout::compute(scene).ok_or(Error::new(
+            Code::TooManyNodes,
+            "sheet.nodes_x",
+            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64,
+            (isize::MAX as f64) / 128.0,
+        ))
+    }
+
+    fn compute(scene: &Scene) -> Option<Layout> {
+        let nodes_x = usize::try_from(scene.sheet.nodes_x).ok()?;
+        let nodes_y = usize::try_from(scene.sheet.nodes_y).ok()?;
+        let nodes = nodes_x.checked_mul(nodes_y)?;
+        let stride = nodes_x.checked_next_multiple_of(PAD)?.checked_add(2 * PAD)?;
+        let stochastic = scene.yarn.stochastic;
+        let track_detachment = scene.track_detachment;
+        let candidates = candidate_capacity(scene).min(nodes);
+
+        let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
+        let rows = nodes_y.checked_mul(planes)?.checked_mul(stride)?;
+        let scratch = stride
+            .checked_mul(6)?
+            .checked_add(nodes_x.checked_mul(3)?)?
+            .checked_add(nodes_y.checked_mul(2)?)?
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS)?)?;
+        let reals = rows.checked_add(scratch)?.checked_add(ALIGN_REALS - 1)?;
+
+        let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
+        let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
+
+        // Node rows: u and v of every node, then the history of its horizontal and vertical segment where they exist.
+        let segments = (nodes_x - 1).checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(nodes_y - 1)?)?;
+        let flags = if track_detachment { nodes.div_ceil(32) } else { 0 };
+        let image_words = nodes
+            .checked_mul(6)?
+            .checked_add(segments)?
+            .checked_add(flags)?
+            .checked_add(crate::snapshot::FRAME_WORDS)?;
+
+        // No block may exceed what a slice can hold.
+        for (count, bytes) in [(reals, 8), (words, 4), (image_words, 8)] {
+            if count.checked_mul(bytes)? > isize::MAX as usize {
+                return None;
+            }
+        }
+        Some(Layout { nodes_x, nodes_y, stride, stochastic, track_detachment, candidates, reals, words, image_words })
+    }
+
+    /// Length of `Memory::reals`: f64 numbers, including what alignment to 64 bytes may take.
+    pub fn reals(&self) -> usize {
+        self.reals
+    }
+
+    /// Length of `Memory::words`: u32 numbers.
+    pub fn words(&self) -> usize {
+        self.words
+    }
+
+    /// Bytes of memory in all.
+    pub fn bytes(&self) -> usize {
+        8 * self.reals + 4 * self.words
+    }
+
+    /// Bytes of a snapshot image.
+    pub fn snapshot_bytes(&self) -> usize {
+        8 * self.image_words
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.nodes_x * self.nodes_y
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        (self.nodes_x - 1) * self.nodes_y + self.nodes_x * (self.nodes_y - 1)
+    }
+}
+
+/// Twice the nodes that the projectile's largest silhouette, grown by one spacing all round, covers of a flat sheet.
+fn candidate_capacity(scene: &Scene) -> usize {
+    if scene.contact_capacity > 0 {
+        return scene.contact_capacity as usize;
+    }
+    let (body, h) = (&scene.projectile, scene.sheet.spacing);
+    let width = 2.0 * body.radius;
+    let longest = match body.shape {
+        Shape::Sphere => width,
+        Shape::Cylinder => crate::math::sqrt(body.length * body.length + width * width),
+    };
+    let nodes = (width / h + 2.0) * (longest / h + 2.0);
+    // A float-to-integer cast saturates; the caller takes the smaller of this and the number of nodes.
+    (2.0 * nodes) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_per_node_of_the_large_sheet() {
+        let mut scene = Scene::sheet_10in_cylinder();
+        let stochastic = Layout::of(&scene).unwrap();
+        assert_eq!((stochastic.stride, stochastic.nodes(), stochastic.segments()), (368, 122_500, 244_300));
+        assert!(stochastic.bytes() as f64 / 122_500.0 <= 125.0);
+        scene.yarn.stochastic = false;
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
+    }
+
+    #[test]
+    fn small_sheets_have_the_stated_strides() {
+        let mut scene = Scene::sheet_3in_sphere();
+        assert_eq!(Layout::of(&scene).unwrap().stride, 128);
+        scene.sheet.nodes_x = 35;
+        assert_eq!(Layout::of(&scene).unwrap().stride, 56);
+    }
+}

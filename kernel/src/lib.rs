@@ -1,0 +1,63 @@
+//! Ballistic fabric as a network of trusses, hit by a rigid projectile: deterministic, allocation-free, on the caller's memory.
+//!
+//! One bar per yarn segment between crossings, whose stiffness and gradual rupture come from hundreds of randomly misaligned
+//! fibrils (Powell and Zohdi 2009). Nodes carry the mass; contact with the rigid projectile is by impulses; time stepping is
+//! explicit. The same scene and the same calls give the same bits on every supported machine.
+//!
+//! Units are SI throughout. Three blocks of memory (model, state, scratch) are the caller's; there is no allocation, no
+//! global state, no thread, no panic.
+//!
+//! ```
+//! use fabric::{Layout, Memory, Outcome, Scene, Sim};
+//!
+//! // The paper's 3 in sheet, smaller here, hit by the 8.4 g sphere at 60 m/s.
+//! let mut scene = Scene::sheet_3in_sphere();
+//! scene.sheet.nodes_x = 41;
+//! scene.sheet.nodes_y = 41;
+//! scene.projectile.velocity = [0.0, 0.0, 60.0];
+//!
+//! let layout = Layout::of(&scene)?;
+//! let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
+//! let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words })?;
+//!
+//! sim.advance_until(Outcome::Arrested.bit() | Outcome::Exited.bit(), 20_000)?;
+//! println!("residual velocity {:.1} m/s", sim.projectile()?.velocity[2]);
+//! println!("absorbed energy {:.2} J", sim.contact()?.work);
+//! println!("failed segments {}", sim.counters().failed_segments);
+//! # Ok::<(), fabric::Error>(())
+//! ```
+#![no_std]
+#![deny(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod contact;
+pub mod energy;
+pub mod error;
+pub mod layout;
+pub mod math;
+pub mod outcome;
+pub mod path;
+pub mod pose;
+pub mod projectile;
+pub mod random;
+pub mod scene;
+pub mod shape;
+pub mod sim;
+pub mod snapshot;
+pub mod state;
+pub mod sweep;
+pub mod weave;
+pub mod yarn;
+
+pub use energy::Energy;
+pub use error::{Code, Error, Failure};
+pub use layout::Layout;
+pub use outcome::{Latch, Outcome};
+pub use path::Path;
+pub use projectile::Motion;
+pub use scene::{
+    Attachment, AttachmentKind, Drive, Projectile, Scene, Shape, Sheet, StepCheck, StepLimits, TimeStep, Yarn,
+};
+pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};

@@ -1,0 +1,547 @@
+//! The scene: plain data that says what is simulated. Defaults come from functions; [`Scene::check`] names the first bad field.
+//!
+//! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's own frame has
+//! its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body vectors into world vectors.
+
+use crate::error::{Code, Error};
+use crate::math;
+use crate::random::{self, Purpose};
+use crate::yarn::{DamageLaw, Segment};
+
+/// Rest length of a segment in the paper: 35 yarns per inch, m.
+pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
+
+/// The grid of nodes and its mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheet {
+    /// Nodes along x, at least 2.
+    pub nodes_x: u32,
+    /// Nodes along y, at least 2.
+    pub nodes_y: u32,
+    /// Node spacing = rest length of a segment, m, > 0.
+    pub spacing: f64,
+    /// Mass of one node of one ply, kg, > 0; the same for every node.
+    pub node_mass: f64,
+    /// Cross-section of one yarn of one ply, m^2, > 0.
+    pub yarn_area: f64,
+    /// Number of coincident plies lumped into one network (mass and area are multiplied), 1 ..= 1000.
+    pub plies: u32,
+    /// Origin of the sheet's frame in the host's frame, m.
+    pub position: [f64; 3],
+    /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
+    pub orientation: [f64; 4],
+}
+
+/// Which nodes are fixed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum AttachmentKind {
+    /// The first and last column (x = -a and x = +a).
+    TwoSides = 0,
+    /// The whole edge.
+    FourSides = 1,
+    /// Discs near the four corners.
+    FourCorners = 2,
+    /// No node: a free sheet.
+    Free = 3,
+}
+
+/// How the sheet is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attachment {
+    /// Which nodes are fixed.
+    pub kind: AttachmentKind,
+    /// Four corners: distance c of a disc's centre from both edges, m, >= 0.
+    pub disc_inset: f64,
+    /// Four corners: radius r of the discs, m, > 0.
+    pub disc_radius: f64,
+}
+
+/// The yarn law and its scatter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Yarn {
+    /// Mean Young's modulus of a segment, Pa, > 0.
+    pub modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
+    pub modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub damage_slope: f64,
+    /// Damage rate at zero modulus (the line lambda = slope E + intercept), dimensionless.
+    pub damage_intercept: f64,
+    /// Standard deviation of the damage rate about that line, >= 0 (stochastic yarn only).
+    pub damage_sd: f64,
+    /// Critical stretch U_c, > 1.
+    pub critical_stretch: f64,
+    /// Factor A of the damage law, > 0, with A (1 - B) in (0, 1].
+    pub damage_a: f64,
+    /// Offset B of the damage law, < 1.
+    pub damage_b: f64,
+    /// alpha at or below this becomes exactly 0, in [0, 1).
+    pub alpha_fail: f64,
+    /// true: every segment draws its own modulus and damage rate; false: all take the mean.
+    pub stochastic: bool,
+}
+
+/// The projectile's form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Shape {
+    /// A sphere of `radius`; feels no torque.
+    Sphere = 0,
+    /// A flat-ended cylinder of `radius` and `length` along its body z axis.
+    Cylinder = 1,
+}
+
+/// The rigid projectile and its motion at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projectile {
+    /// Form.
+    pub shape: Shape,
+    /// Radius, m, >= the node spacing.
+    pub radius: f64,
+    /// Length along the axis, m, > 0 (not read for a sphere).
+    pub length: f64,
+    /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved by the host.
+    pub mass: f64,
+    /// Centre of mass at the start, m.
+    pub position: [f64; 3],
+    /// Velocity at the start, m/s.
+    pub velocity: [f64; 3],
+    /// Orientation at the start, unit quaternion, scalar first.
+    pub orientation: [f64; 4],
+    /// Angular velocity at the start, rad/s, in the host's axes.
+    pub angular_velocity: [f64; 3],
+}
+
+/// Who moves the projectile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Drive {
+    /// The kernel integrates the rigid body under contact and external load.
+    Free = 0,
+    /// The host prescribes the pose ([`crate::path::Path`]); without a path the body coasts.
+    Prescribed = 1,
+}
+
+/// The time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeStep {
+    /// A fraction of the drawn sheet's dt_crit, in (0, 0.5].
+    Fraction(f64),
+    /// Seconds, > 0, at most 0.5 dt_crit.
+    Seconds(f64),
+}
+
+/// Whether the step is checked against the limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum StepCheck {
+    /// Refuse a step above 0.5 dt_crit.
+    Refuse = 0,
+    /// No check: for stability studies only. Results above the limit are plausible garbage.
+    None = 1,
+}
+
+/// Everything that defines a simulation. Obtain one from [`Scene::sheet_3in_sphere`] or [`Scene::sheet_10in_cylinder`] and change fields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scene {
+    /// Grid and mass.
+    pub sheet: Sheet,
+    /// Supports.
+    pub attachment: Attachment,
+    /// Yarn law.
+    pub yarn: Yarn,
+    /// Projectile.
+    pub projectile: Projectile,
+    /// Who moves the projectile.
+    pub drive: Drive,
+    /// Seed of the stochastic yarn.
+    pub seed: u64,
+    /// Time step; constant for the life of a simulation.
+    pub time_step: TimeStep,
+    /// Whether the time step is checked.
+    pub step_check: StepCheck,
+    /// Window of the peak force, s, > 0; rounded to whole steps, at least one.
+    pub force_window: f64,
+    /// Watch whether the nodes in contact are still connected to a support (4 bytes per node).
+    pub track_detachment: bool,
+    /// Sum the impulses on the supports; the momentum residual needs them.
+    pub track_support: bool,
+    /// Greatest number of nodes under the projectile at once; 0 = automatic (twice the projectile's largest silhouette).
+    pub contact_capacity: u32,
+}
+
+/// Largest fraction of dt_crit that is accepted.
+pub const STEP_MAX_FRACTION: f64 = 0.5;
+/// Default fraction of dt_crit.
+pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
+/// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
+pub const DAMAGE_RATE_MIN: f64 = 3.0;
+
+/// The limits of the time step, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepLimits {
+    /// The step in use.
+    pub dt: f64,
+    /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
+    pub dt_crit: f64,
+    /// Largest accepted step, 0.5 dt_crit.
+    pub step_max: f64,
+}
+
+impl Scene {
+    /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100 m/s along +z.
+    pub fn sheet_3in_sphere() -> Scene {
+        let radius = 6.35e-3;
+        Scene {
+            sheet: Sheet {
+                nodes_x: 105,
+                nodes_y: 105,
+                spacing: PAPER_SPACING,
+                node_mass: 6.52e-8,
+                yarn_area: 1.075e-7,
+                plies: 1,
+                position: [0.0; 3],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+            },
+            attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
+            yarn: Yarn {
+                modulus_mean: 140.21e9,
+                modulus_sd: 2.04e9,
+                damage_slope: 7.91e-9,
+                damage_intercept: -878.46,
+                damage_sd: 8.35,
+                critical_stretch: 1.03,
+                damage_a: 1.0,
+                damage_b: 0.0,
+                alpha_fail: 0.01,
+                stochastic: true,
+            },
+            projectile: Projectile {
+                shape: Shape::Sphere,
+                radius,
+                length: 2.0 * radius,
+                mass: 8.4e-3,
+                position: [0.0, 0.0, -radius],
+                velocity: [0.0, 0.0, 100.0],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+                angular_velocity: [0.0; 3],
+            },
+            drive: Drive::Free,
+            seed: 1,
+            time_step: TimeStep::Fraction(STEP_DEFAULT_FRACTION),
+            step_check: StepCheck::Refuse,
+            force_window: 1e-6,
+            track_detachment: true,
+            track_support: true,
+            contact_capacity: 0,
+        }
+    }
+
+    /// The paper's 10 in sheet: 350 x 350 nodes, two sides held, the 37 g flat-ended cylinder at its centre, 100 m/s along +z.
+    pub fn sheet_10in_cylinder() -> Scene {
+        let small = Scene::sheet_3in_sphere();
+        let length = 0.0381;
+        Scene {
+            sheet: Sheet { nodes_x: 350, nodes_y: 350, ..small.sheet },
+            attachment: Attachment { kind: AttachmentKind::TwoSides, disc_inset: 25.4e-3, disc_radius: 19.05e-3 },
+            projectile: Projectile {
+                shape: Shape::Cylinder,
+                length,
+                mass: 0.037,
+                position: [0.0, 0.0, -0.5 * length],
+                ..small.projectile
+            },
+            ..small
+        }
+    }
+
+    /// The damage law's shared constants.
+    pub fn damage_law(&self) -> DamageLaw {
+        DamageLaw {
+            critical_stretch: self.yarn.critical_stretch,
+            a: self.yarn.damage_a,
+            b: self.yarn.damage_b,
+            alpha_fail: self.yarn.alpha_fail,
+        }
+    }
+
+    /// Mass of one node of all plies together, kg.
+    pub fn lumped_mass(&self) -> f64 {
+        self.sheet.node_mass * self.sheet.plies as f64
+    }
+
+    /// Cross-section of one yarn of all plies together, m^2.
+    pub fn lumped_area(&self) -> f64 {
+        self.sheet.yarn_area * self.sheet.plies as f64
+    }
+
+    /// Half edge lengths of the sheet along x and y, m.
+    pub fn half_size(&self) -> [f64; 2] {
+        [
+            0.5 * (self.sheet.nodes_x as f64 - 1.0) * self.sheet.spacing,
+            0.5 * (self.sheet.nodes_y as f64 - 1.0) * self.sheet.spacing,
+        ]
+    }
+
+    /// The segment all others vary about: mean modulus and the damage rate on its line.
+    pub fn mean_segment(&self) -> Segment {
+        let modulus = self.yarn.modulus_mean;
+        Segment { modulus, damage_rate: self.yarn.damage_slope * modulus + self.yarn.damage_intercept }
+    }
+
+    /// Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
+    /// A modulus <= 0 or a rate below 3 is drawn again; after 1000 refusals the scatter makes no sense.
+    pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
+        if !self.yarn.stochastic {
+            return Ok(self.mean_segment());
+        }
+        for retry in 0..1000 {
+            let g1 = random::normal(self.seed, number, Purpose::Modulus, retry);
+            let g2 = random::normal(self.seed, number, Purpose::DamageRate, retry);
+            let modulus = self.yarn.modulus_mean + self.yarn.modulus_sd * g1;
+            let damage_rate = self.yarn.damage_slope * modulus + self.yarn.damage_intercept + self.yarn.damage_sd * g2;
+            if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN {
+                return Ok(Segment { modulus, damage_rate });
+            }
+        }
+        Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_sd", self.yarn.damage_sd, DAMAGE_RATE_MIN))
+    }
+
+    /// Number of segments: (nx - 1) ny + nx (ny - 1).
+    pub fn segments(&self) -> u64 {
+        let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
+        (nx - 1) * ny + nx * (ny - 1)
+    }
+
+    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
+    ///
+    /// omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
+    /// tangent stiffness is largest; dt_crit = 2/omega.
+    pub fn step_limits(&self) -> Result<StepLimits, Error> {
+        self.check()?;
+        let mut stiffest = self.yarn.modulus_mean;
+        if self.yarn.stochastic {
+            stiffest = 0.0;
+            for number in 0..self.segments() {
+                let modulus = self.draw_segment(number)?.modulus;
+                if modulus > stiffest {
+                    stiffest = modulus;
+                }
+            }
+        }
+        let u2 = self.yarn.critical_stretch * self.yarn.critical_stretch;
+        let stiffness = stiffest * self.sheet.yarn_area / self.sheet.spacing;
+        let omega2 = stiffness / self.sheet.node_mass * (2.0 * (3.0 * u2 - 1.0) + 2.0 * (u2 - 1.0));
+        let dt_crit = 2.0 / math::sqrt(omega2);
+        if !dt_crit.is_normal() {
+            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
+        }
+        let step_max = STEP_MAX_FRACTION * dt_crit;
+        let dt = match self.time_step {
+            TimeStep::Fraction(fraction) => fraction * dt_crit,
+            TimeStep::Seconds(dt) => dt,
+        };
+        if self.step_check == StepCheck::Refuse && dt > step_max {
+            return Err(Error::new(Code::StepTooLarge, "dt", dt, step_max));
+        }
+        if !(self.sheet.node_mass * (self.sheet.spacing / dt) * (self.sheet.spacing / dt)).is_normal()
+            || !(dt * dt * stiffness / self.sheet.node_mass).is_normal()
+        {
+            return Err(Error::new(Code::StepLimitUnusable, "dt", dt, step_max));
+        }
+        Ok(StepLimits { dt, dt_crit, step_max })
+    }
+
+    /// Checks every field by itself and against the others, in the order of declaration; the first bad one is named.
+    /// The time step against dt_crit is checked by [`Scene::step_limits`].
+    pub fn check(&self) -> Result<(), Error> {
+        self.check_sheet()?;
+        self.check_yarn()?;
+        self.check_projectile()?;
+        self.check_attachment()?;
+        match self.time_step {
+            TimeStep::Seconds(dt) => positive("dt", dt)?,
+            TimeStep::Fraction(fraction) => {
+                positive("step_fraction", fraction)?;
+                if self.step_check == StepCheck::Refuse && fraction > STEP_MAX_FRACTION {
+                    return Err(Error::new(Code::OutOfRange, "step_fraction", fraction, STEP_MAX_FRACTION));
+                }
+            }
+        }
+        positive("force_window", self.force_window)
+    }
+
+    fn check_sheet(&self) -> Result<(), Error> {
+        let sheet = &self.sheet;
+        for (field, nodes) in [("sheet.nodes_x", sheet.nodes_x), ("sheet.nodes_y", sheet.nodes_y)] {
+            if nodes < 2 {
+                return Err(Error::new(Code::OutOfRange, field, nodes as f64, 2.0));
+            }
+            if nodes > MAX_NODES_PER_SIDE {
+                return Err(Error::new(Code::TooManyNodes, field, nodes as f64, MAX_NODES_PER_SIDE as f64));
+            }
+        }
+        positive("sheet.spacing", sheet.spacing)?;
+        positive("sheet.node_mass", sheet.node_mass)?;
+        positive("sheet.yarn_area", sheet.yarn_area)?;
+        if sheet.plies < 1 || sheet.plies > 1000 {
+            return Err(Error::new(Code::OutOfRange, "sheet.plies", sheet.plies as f64, 1000.0));
+        }
+        finite3("sheet.position", sheet.position)?;
+        unit_quaternion("sheet.orientation", sheet.orientation)
+    }
+
+    fn check_yarn(&self) -> Result<(), Error> {
+        let yarn = &self.yarn;
+        positive("yarn.modulus_mean", yarn.modulus_mean)?;
+        not_negative("yarn.modulus_sd", yarn.modulus_sd)?;
+        finite("yarn.damage_slope", yarn.damage_slope)?;
+        finite("yarn.damage_intercept", yarn.damage_intercept)?;
+        not_negative("yarn.damage_sd", yarn.damage_sd)?;
+        finite("yarn.critical_stretch", yarn.critical_stretch)?;
+        if yarn.critical_stretch <= 1.0 || yarn.critical_stretch > 2.0 {
+            let limit = if yarn.critical_stretch > 2.0 { 2.0 } else { 1.0 };
+            return Err(Error::new(Code::OutOfRange, "yarn.critical_stretch", yarn.critical_stretch, limit));
+        }
+        positive("yarn.damage_a", yarn.damage_a)?;
+        finite("yarn.damage_b", yarn.damage_b)?;
+        if yarn.damage_b >= 1.0 {
+            return Err(Error::new(Code::OutOfRange, "yarn.damage_b", yarn.damage_b, 1.0));
+        }
+        let first = yarn.damage_a * (1.0 - yarn.damage_b);
+        // One rounding above 1 is what A = 1/(1 - B) gives.
+        if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
+            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, 1.0 / (1.0 - yarn.damage_b)));
+        }
+        finite("yarn.alpha_fail", yarn.alpha_fail)?;
+        if yarn.alpha_fail < 0.0 || yarn.alpha_fail >= 1.0 {
+            return Err(Error::new(Code::OutOfRange, "yarn.alpha_fail", yarn.alpha_fail, 1.0));
+        }
+        let rate = self.mean_segment().damage_rate;
+        finite("yarn.damage_slope", rate)?;
+        if rate < DAMAGE_RATE_MIN {
+            return Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_intercept", rate, DAMAGE_RATE_MIN));
+        }
+        Ok(())
+    }
+
+    fn check_projectile(&self) -> Result<(), Error> {
+        let body = &self.projectile;
+        positive("projectile.radius", body.radius)?;
+        if body.radius < self.sheet.spacing {
+            return Err(Error::new(Code::ProjectileTooSmall, "projectile.radius", body.radius, self.sheet.spacing));
+        }
+        if body.shape == Shape::Cylinder {
+            positive("projectile.length", body.length)?;
+            if body.length < 2.0 * self.sheet.spacing {
+                let limit = 2.0 * self.sheet.spacing;
+                return Err(Error::new(Code::ProjectileTooSmall, "projectile.length", body.length, limit));
+            }
+        }
+        finite("projectile.mass", body.mass)?;
+        if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
+            positive("projectile.mass", body.mass)?;
+            if body.mass < self.lumped_mass() {
+                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
+            }
+        }
+        finite3("projectile.position", body.position)?;
+        finite3("projectile.velocity", body.velocity)?;
+        unit_quaternion("projectile.orientation", body.orientation)?;
+        finite3("projectile.angular_velocity", body.angular_velocity)
+    }
+
+    fn check_attachment(&self) -> Result<(), Error> {
+        if self.attachment.kind != AttachmentKind::FourCorners {
+            return Ok(());
+        }
+        let (inset, radius) = (self.attachment.disc_inset, self.attachment.disc_radius);
+        not_negative("attachment.disc_inset", inset)?;
+        positive("attachment.disc_radius", radius)?;
+        let half = self.half_size();
+        let centre = [half[0] - inset, half[1] - inset];
+        if centre[0] <= radius || centre[1] <= radius {
+            let limit = if centre[0] < centre[1] { centre[0] } else { centre[1] };
+            return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
+        }
+        // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.
+        let offset = crate::pose::Pose::of_sheet(&self.sheet).point_in(self.projectile.position);
+        let reach = self.projectile.radius;
+        for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
+            if gap <= radius {
+                return Err(Error::new(Code::DiscTouchesProjectile, "attachment.disc_radius", radius, gap));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Largest number of nodes along one side.
+pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
+
+/// Refuses NaN and infinities.
+pub(crate) fn finite(field: &'static str, value: f64) -> Result<(), Error> {
+    if value.is_finite() { Ok(()) } else { Err(Error::new(Code::NotFinite, field, value, 0.0)) }
+}
+
+/// Refuses a vector with a NaN or infinite component.
+pub(crate) fn finite3(field: &'static str, v: [f64; 3]) -> Result<(), Error> {
+    v.iter().try_for_each(|&x| finite(field, x))
+}
+
+/// Refuses everything but finite numbers greater than zero.
+pub(crate) fn positive(field: &'static str, value: f64) -> Result<(), Error> {
+    finite(field, value)?;
+    if value > 0.0 { Ok(()) } else { Err(Error::new(Code::NotPositive, field, value, 0.0)) }
+}
+
+fn not_negative(field: &'static str, value: f64) -> Result<(), Error> {
+    finite(field, value)?;
+    if value >= 0.0 { Ok(()) } else { Err(Error::new(Code::OutOfRange, field, value, 0.0)) }
+}
+
+/// Refuses a quaternion whose length differs from 1 by 1e-3 or more.
+pub(crate) fn unit_quaternion(field: &'static str, q: [f64; 4]) -> Result<(), Error> {
+    q.iter().try_for_each(|&x| finite(field, x))?;
+    let length = math::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    let off = length - 1.0;
+    if off < 1e-3 && off > -1e-3 { Ok(()) } else { Err(Error::new(Code::BadQuaternion, field, length, 1.0)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_sound() {
+        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
+            scene.check().unwrap();
+            let limits = scene.step_limits().unwrap();
+            assert!(limits.dt > 1.9e-8 && limits.dt < 2.12e-8);
+        }
+        assert_eq!(Scene::sheet_3in_sphere().segments(), 21_840);
+        assert_eq!(Scene::sheet_10in_cylinder().segments(), 244_300);
+    }
+
+    #[test]
+    fn uniform_step_limit() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.yarn.stochastic = false;
+        let limits = scene.step_limits().unwrap();
+        assert!((limits.dt_crit / 5.289994e-8 - 1.0).abs() < 1e-6);
+        assert!((limits.step_max / 2.644997e-8 - 1.0).abs() < 1e-6);
+        scene.time_step = TimeStep::Seconds(2.7e-8);
+        let error = scene.step_limits().unwrap_err();
+        assert_eq!((error.code, error.field), (Code::StepTooLarge, "dt"));
+        assert_eq!(error.limit, limits.step_max);
+        scene.step_check = StepCheck::None;
+        assert!(scene.step_limits().is_ok());
+    }
+
+    #[test]
+    fn mean_damage_rate_lies_on_the_line() {
+        assert!((Scene::sheet_3in_sphere().mean_segment().damage_rate - 230.6011).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,368 @@
+//! Snapshot images and the digest.
+//!
+//! An image is a sequence of little-endian 64-bit words: magic, format version, fingerprint of the scene, number of words,
+//! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history of the segments that
+//! start there, contact flags, and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
+//! Loading is all or nothing: the whole image is checked before anything is changed.
+//! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
+//! The checksum finds every change of a single word; it is no protection against forgery.
+
+use crate::error::{Code, Error};
+use crate::layout::{HISTORY_PLANES, HOT_PLANES, PAD};
+use crate::pose::Vector;
+use crate::scene::Scene;
+use crate::sim::Sim;
+use crate::state::{State, Visitor};
+
+const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
+/// Version of the image's format; changes whenever its content or meaning does.
+pub const FORMAT: u64 = 1;
+const HEADER_WORDS: usize = 4;
+/// Words of the scalar state (tested against the traversal).
+const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
+/// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
+pub const FRAME_WORDS: usize = HEADER_WORDS + STATE_WORDS + 1;
+
+/// A running 64-bit hash over words, FNV-1a with a fold; each step is a bijection, so changing one word always shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Hash(u64);
+
+impl Default for Hash {
+    fn default() -> Hash {
+        Hash(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Hash {
+    /// Takes one word in.
+    pub fn word(&mut self, word: u64) {
+        let h = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+        self.0 = h ^ (h >> 29);
+    }
+
+    /// Takes a number's bits in.
+    pub fn real(&mut self, value: f64) {
+        self.word(value.to_bits());
+    }
+
+    /// The hash so far.
+    pub fn value(self) -> u64 {
+        self.0
+    }
+}
+
+impl Visitor for Hash {
+    fn count(&mut self, value: &mut u64) {
+        self.word(*value);
+    }
+    fn flag(&mut self, value: &mut u64) {
+        self.word(*value);
+    }
+    fn real(&mut self, value: &mut f64) {
+        self.word(value.to_bits());
+    }
+}
+
+/// A hash of the scene and of the step in use. The projectile's start is left out: the image holds its present motion.
+pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
+    let mut hash = Hash::default();
+    let s = &scene.sheet;
+    for count in [s.nodes_x, s.nodes_y, s.plies] {
+        hash.word(count as u64);
+    }
+    for value in [s.spacing, s.node_mass, s.yarn_area] {
+        hash.real(value);
+    }
+    s.position.iter().chain(&s.orientation).for_each(|&x| hash.real(x));
+    hash.word(scene.attachment.kind as u64);
+    hash.real(scene.attachment.disc_inset);
+    hash.real(scene.attachment.disc_radius);
+    let y = &scene.yarn;
+    let line = [y.modulus_mean, y.modulus_sd, y.damage_slope, y.damage_intercept, y.damage_sd];
+    line.iter().chain(&[y.critical_stretch, y.damage_a, y.damage_b, y.alpha_fail]).for_each(|&x| hash.real(x));
+    hash.word(u64::from(y.stochastic));
+    let p = &scene.projectile;
+    hash.word(p.shape as u64);
+    for value in [p.radius, p.length, p.mass] {
+        hash.real(value);
+    }
+    hash.word(scene.drive as u64);
+    hash.word(scene.seed);
+    // Not how the step was asked for, but its value.
+    hash.real(dt);
+    hash.real(scene.force_window);
+    hash.word(u64::from(scene.track_detachment));
+    hash.word(u64::from(scene.track_support));
+    hash.value()
+}
+
+/// Writes words into bytes and hashes them.
+struct Writer<'b> {
+    chunks: core::slice::IterMut<'b, [u8; 8]>,
+    hash: Hash,
+}
+
+impl Writer<'_> {
+    fn word(&mut self, word: u64) {
+        self.hash.word(word);
+        if let Some(chunk) = self.chunks.next() {
+            *chunk = word.to_le_bytes();
+        }
+    }
+}
+
+impl Visitor for Writer<'_> {
+    fn count(&mut self, value: &mut u64) {
+        self.word(*value);
+    }
+    fn flag(&mut self, value: &mut u64) {
+        self.word(*value);
+    }
+    fn real(&mut self, value: &mut f64) {
+        self.word(value.to_bits());
+    }
+}
+
+/// Reads words from bytes and notes values that no simulation can have.
+struct Reader<'b> {
+    chunks: core::slice::Iter<'b, [u8; 8]>,
+    sound: bool,
+}
+
+impl Reader<'_> {
+    fn word(&mut self) -> u64 {
+        match self.chunks.next() {
+            Some(chunk) => u64::from_le_bytes(*chunk),
+            None => {
+                self.sound = false;
+                0
+            }
+        }
+    }
+
+    fn finite(&mut self) -> f64 {
+        let value = f64::from_bits(self.word());
+        self.sound &= value.is_finite();
+        value
+    }
+}
+
+impl Visitor for Reader<'_> {
+    fn count(&mut self, value: &mut u64) {
+        *value = self.word();
+    }
+    fn flag(&mut self, value: &mut u64) {
+        *value = self.word();
+        self.sound &= *value <= 1;
+    }
+    fn real(&mut self, value: &mut f64) {
+        *value = self.finite();
+    }
+}
+
+impl Sim<'_> {
+    /// Bytes of a snapshot image of this simulation.
+    pub fn snapshot_bytes(&self) -> usize {
+        self.layout.snapshot_bytes()
+    }
+
+    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing.
+    pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
+        self.sound()?;
+        let needed = self.snapshot_bytes();
+        let Some(image) = image.get_mut(..needed) else {
+            return Err(Error::new(Code::ShortBuffer, "image", image.len() as f64, needed as f64));
+        };
+        let (chunks, _) = image.as_chunks_mut::<8>();
+        let mut writer = Writer { chunks: chunks.iter_mut(), hash: Hash::default() };
+        for word in self.header() {
+            writer.word(word);
+        }
+        let mut state = self.state;
+        state.visit(&mut writer);
+        self.each_word(&mut |word| writer.word(word));
+        let checksum = writer.hash.value();
+        writer.word(checksum);
+        Ok(())
+    }
+
+    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
+    /// On an error nothing has changed.
+    pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
+        let malformed = |value: f64, limit: f64| Error::new(Code::ImageMalformed, "image", value, limit);
+        let needed = self.snapshot_bytes();
+        let header_bytes = image.get(..8 * HEADER_WORDS).ok_or(malformed(image.len() as f64, needed as f64))?;
+        let mut header = Reader { chunks: header_bytes.as_chunks::<8>().0.iter(), sound: true };
+        let [magic, format, print, words] = self.header();
+        if header.word() != magic {
+            return Err(malformed(0.0, 0.0));
+        }
+        if header.word() != format || header.word() != print {
+            return Err(Error::plain(Code::ImageOfAnotherScene, "image"));
+        }
+        if header.word() != words || image.len() != needed {
+            return Err(malformed(image.len() as f64, needed as f64));
+        }
+        let (chunks, _) = image.as_chunks::<8>();
+        let (checksum, body) = chunks.split_last().ok_or(malformed(0.0, needed as f64))?;
+        let mut hash = Hash::default();
+        body.iter().for_each(|chunk| hash.word(u64::from_le_bytes(*chunk)));
+        if hash.value() != u64::from_le_bytes(*checksum) {
+            return Err(malformed(0.0, 0.0));
+        }
+
+        // First pass: every value is one a simulation can have.
+        let mut reader = Reader { chunks: body.iter(), sound: true };
+        (0..HEADER_WORDS).for_each(|_| _ = reader.word());
+        let mut state = self.state;
+        state.visit(&mut reader);
+        if !reader.sound || !plausible(&state) || !self.arrays_sound(&mut reader) {
+            return Err(Error::plain(Code::ImageInvalid, "image"));
+        }
+
+        // Second pass: take them.
+        let mut reader = Reader { chunks: body.iter(), sound: true };
+        (0..HEADER_WORDS).for_each(|_| _ = reader.word());
+        self.state.visit(&mut reader);
+        self.read_arrays(&mut reader);
+        self.rebuild_derived();
+        Ok(())
+    }
+
+    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set
+    /// and number of threads. Commits nothing.
+    pub fn digest(&self) -> u64 {
+        let mut hash = Hash::default();
+        for word in self.header() {
+            hash.word(word);
+        }
+        let mut state = self.state;
+        state.visit(&mut hash);
+        self.each_word(&mut |word| hash.word(word));
+        hash.value()
+    }
+
+    fn header(&self) -> [u64; HEADER_WORDS] {
+        [MAGIC, FORMAT, fingerprint(&self.scene, self.model.limits.dt), self.layout.snapshot_bytes() as u64 / 8]
+    }
+
+    /// Every word of the node, segment and flag arrays, in image order.
+    fn each_word(&self, word: &mut impl FnMut(u64)) {
+        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let rows = self.blocks.hot.chunks_exact(HOT_PLANES * stride);
+        let histories = self.blocks.history.chunks_exact(HISTORY_PLANES * stride);
+        for (j, (row, history)) in rows.zip(histories).enumerate() {
+            for i in 0..nx {
+                for plane in 0..6 {
+                    word(row.get(plane * stride + PAD + i).map_or(0, |x| x.to_bits()));
+                }
+                if i + 1 < nx {
+                    word(history.get(PAD + i).map_or(0, |x| x.to_bits()));
+                }
+                if j + 1 < ny {
+                    word(history.get(stride + PAD + i).map_or(0, |x| x.to_bits()));
+                }
+            }
+        }
+        self.blocks.flags.iter().for_each(|&flags| word(flags as u64));
+    }
+
+    /// Reads the arrays without taking them: all finite, histories not negative, fixed nodes at rest, flags 32 bits wide.
+    fn arrays_sound(&self, reader: &mut Reader<'_>) -> bool {
+        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        for j in 0..ny {
+            for i in 0..nx {
+                (0..3).for_each(|_| _ = reader.finite());
+                let fixed = self.is_fixed(i, j);
+                for _ in 0..3 {
+                    let v = reader.finite();
+                    reader.sound &= !(fixed && v != 0.0);
+                }
+                for _ in 0..usize::from(i + 1 < nx) + usize::from(j + 1 < ny) {
+                    let q = reader.finite();
+                    reader.sound &= q == 0.0 || q > self.model.critical;
+                }
+            }
+        }
+        for _ in 0..self.blocks.flags.len() {
+            reader.sound &= reader.word() <= u32::MAX as u64;
+        }
+        reader.sound
+    }
+
+    fn read_arrays(&mut self, reader: &mut Reader<'_>) {
+        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let rows = self.blocks.hot.chunks_exact_mut(HOT_PLANES * stride);
+        let histories = self.blocks.history.chunks_exact_mut(HISTORY_PLANES * stride);
+        let mut take = |slot: Option<&mut f64>| {
+            let value = reader.finite();
+            if let Some(slot) = slot {
+                *slot = value;
+            }
+        };
+        for (j, (row, history)) in rows.zip(histories).enumerate() {
+            for i in 0..nx {
+                for plane in 0..6 {
+                    take(row.get_mut(plane * stride + PAD + i));
+                }
+                if i + 1 < nx {
+                    take(history.get_mut(PAD + i));
+                }
+                if j + 1 < ny {
+                    take(history.get_mut(stride + PAD + i));
+                }
+            }
+        }
+        for flags in self.blocks.flags.iter_mut() {
+            *flags = reader.word() as u32;
+        }
+    }
+}
+
+/// Scalar values beyond being finite: unit quaternions and a path that covers the present step.
+fn plausible(state: &State) -> bool {
+    let unit = |q: &nalgebra::Quaternion<f64>| {
+        let squared = q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k;
+        squared > 0.99 && squared < 1.01
+    };
+    let track = &state.track;
+    let path = track.steps == 0 || (track.first <= state.step && track.first.checked_add(track.steps).is_some());
+    let still = |v: &Vector| v.iter().all(|x| x.is_finite());
+    unit(&state.body.orientation)
+        && unit(&track.start.orientation)
+        && unit(&track.end.orientation)
+        && path
+        && still(&state.body.velocity)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projectile::{Body, Motion};
+
+    struct Counter(usize);
+    impl Visitor for Counter {
+        fn count(&mut self, _: &mut u64) {
+            self.0 += 1;
+        }
+        fn flag(&mut self, _: &mut u64) {
+            self.0 += 1;
+        }
+        fn real(&mut self, _: &mut f64) {
+            self.0 += 1;
+        }
+    }
+
+    #[test]
+    fn state_words_are_counted_right() {
+        let motion = Motion {
+            position: [0.0; 3],
+            velocity: [0.0; 3],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            angular_velocity: [0.0; 3],
+        };
+        let mut counter = Counter(0);
+        State::at_start(Body::of(&motion)).visit(&mut counter);
+        assert_eq!(counter.0, STATE_WORDS);
+    }
+}

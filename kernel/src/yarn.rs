@@ -1,0 +1,225 @@
+//! The yarn segment: Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
+//!
+//! Method: with the stretch U and the Green-Lagrange strain e = (U^2 - 1)/2, the second Piola-Kirchhoff stress is
+//! S = alpha E e in tension and 0 in compression. Beyond the critical stretch U_c the damage variable follows
+//! alpha = A (exp(-lambda (U_max - U_c)) - B), cut to 0 at `alpha_fail`, where U_max is the largest stretch so far.
+//! The hot loop never takes a root: it works with q = U^2 - 1 and the history variable is the largest q beyond q_c.
+//! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
+//! Reference: D. Powell, T. I. Zohdi, Comput. Methods Appl. Mech. Engrg. (2009), their yarn constitutive law.
+
+use crate::math;
+
+/// Constants of the damage law that all segments share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DamageLaw {
+    /// Critical stretch U_c > 1 at which the first fibrils break.
+    pub critical_stretch: f64,
+    /// Factor A > 0, with A (1 - B) in (0, 1].
+    pub a: f64,
+    /// Offset B < 1.
+    pub b: f64,
+    /// Values of alpha at or below this become exactly 0; in [0, 1).
+    pub alpha_fail: f64,
+}
+
+/// Stiffness constants of one segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Young's modulus E, Pa.
+    pub modulus: f64,
+    /// Damage rate lambda, dimensionless.
+    pub damage_rate: f64,
+}
+
+/// U^2 - 1 from the stretch.
+pub fn squared_stretch_excess(stretch: f64) -> f64 {
+    (stretch - 1.0) * (stretch + 1.0)
+}
+
+impl DamageLaw {
+    /// q_c = U_c^2 - 1: no damage below it.
+    pub fn critical_excess(&self) -> f64 {
+        squared_stretch_excess(self.critical_stretch)
+    }
+
+    /// Damage variable alpha in [0, 1] after the largest q = U^2 - 1 ever seen; 1 up to and including U_c.
+    pub fn alpha(&self, damage_rate: f64, largest_excess: f64) -> f64 {
+        if largest_excess <= self.critical_excess() {
+            return 1.0;
+        }
+        let stretch = math::sqrt(1.0 + largest_excess);
+        let beyond = stretch - self.critical_stretch;
+        let alpha = self.a * (math::exp(-damage_rate * beyond) - self.b);
+        if alpha <= self.alpha_fail {
+            0.0
+        } else if alpha > 1.0 {
+            1.0
+        } else {
+            alpha
+        }
+    }
+
+    /// Stretch beyond U_c at which the law reaches `alpha`: the inverse of [`DamageLaw::alpha`] inside (0, A (1 - B)).
+    fn beyond_critical(&self, damage_rate: f64, alpha: f64) -> f64 {
+        let decay = alpha / self.a + self.b;
+        // A law without offset never reaches exactly 0: the smallest positive number stands for it.
+        -math::ln(if decay > f64::MIN_POSITIVE { decay } else { f64::MIN_POSITIVE }) / damage_rate
+    }
+
+    /// Stretch at which a segment fails (alpha becomes 0).
+    pub fn failure_stretch(&self, damage_rate: f64) -> f64 {
+        self.critical_stretch + self.beyond_critical(damage_rate, self.alpha_fail)
+    }
+
+    /// Energy dissipated per undeformed volume, J/m^3, as a function of the present alpha alone: the strain energy
+    /// released while alpha fell from 1, integral of (E/2) e(U)^2 (-d alpha).
+    pub fn dissipated(&self, segment: &Segment, alpha: f64) -> f64 {
+        let first = self.a * (1.0 - self.b);
+        if alpha >= 1.0 {
+            return 0.0;
+        }
+        let half_modulus = 0.5 * segment.modulus;
+        let (uc, rate) = (self.critical_stretch, segment.damage_rate);
+        let excess = self.critical_excess();
+        // A law that starts below 1 drops at once at U_c.
+        let mut density = if first < 1.0 { half_modulus * (1.0 - first) * (0.25 * excess * excess) } else { 0.0 };
+        let smooth_end = if alpha > 0.0 { alpha } else { self.alpha_fail };
+        let u = self.beyond_critical(rate, smooth_end);
+        let decay = math::exp(-rate * u);
+        // e(U_c + s)^2 = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4; J_k = integral of s^k lambda exp(-lambda s).
+        let c = [0.25 * excess * excess, uc * excess, 0.5 * (3.0 * uc * uc - 1.0), uc, 0.25];
+        let mut power = 1.0;
+        let mut integral = 1.0 - decay;
+        let mut sum = c[0] * integral;
+        for (k, coefficient) in c.iter().enumerate().skip(1) {
+            power *= u;
+            integral = -power * decay + (k as f64 / rate) * integral;
+            sum += coefficient * integral;
+        }
+        density += half_modulus * self.a * sum;
+        if alpha <= 0.0 {
+            let excess = squared_stretch_excess(uc + u);
+            density += half_modulus * self.alpha_fail * (0.25 * excess * excess);
+        }
+        density
+    }
+}
+
+impl Segment {
+    /// Second Piola-Kirchhoff stress S, Pa, at the given stretch.
+    pub fn stress(&self, alpha: f64, stretch: f64) -> f64 {
+        if stretch > 1.0 { alpha * self.modulus * (0.5 * squared_stretch_excess(stretch)) } else { 0.0 }
+    }
+
+    /// Axial force, N: area times Cauchy stress U S (the section keeps its undeformed area).
+    pub fn force(&self, area: f64, alpha: f64, stretch: f64) -> f64 {
+        area * stretch * self.stress(alpha, stretch)
+    }
+
+    /// Strain energy per undeformed volume, J/m^3.
+    pub fn stored(&self, alpha: f64, stretch: f64) -> f64 {
+        let strain = if stretch > 1.0 { 0.5 * squared_stretch_excess(stretch) } else { 0.0 };
+        0.5 * alpha * self.modulus * strain * strain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: DamageLaw = DamageLaw { critical_stretch: 1.03, a: 1.0, b: 0.0, alpha_fail: 0.01 };
+    const YARN: Segment = Segment { modulus: 140.21e9, damage_rate: 230.6 };
+    const AREA: f64 = 1.075e-7;
+
+    fn close(value: f64, expected: f64, relative: f64) {
+        assert!((value - expected).abs() <= relative * expected.abs(), "{value} is not {expected}");
+    }
+
+    fn alpha_at(stretch: f64) -> f64 {
+        LAW.alpha(YARN.damage_rate, squared_stretch_excess(stretch))
+    }
+
+    #[test]
+    fn peak_values() {
+        close(YARN.stress(1.0, 1.03), 4.2693945e9, 1e-8);
+        close(1.03 * YARN.stress(1.0, 1.03), 4.3974763e9, 1e-8);
+        close(YARN.force(AREA, 1.0, 1.03), 472.72871, 1e-8);
+        close(YARN.stored(1.0, 1.03), 65.0015313e6, 1e-8);
+        close(YARN.stored(1.0, 1.03) * AREA * (0.0254 / 35.0), 5.0710480e-3, 1e-7);
+    }
+
+    #[test]
+    fn exponential_law() {
+        // exp(-230.6 (U - 1.03)), to the six digits of the table.
+        for (stretch, expected) in [(1.031, 0.794057), (1.032, 0.630527), (1.036, 0.250674), (1.04, 0.099659)] {
+            assert!((alpha_at(stretch) - expected).abs() < 1e-6);
+        }
+        assert_eq!(alpha_at(1.05), 0.0);
+        assert_eq!(alpha_at(1.03), 1.0, "exactly U_c is not beyond U_c");
+        assert_eq!(alpha_at(1e6), 0.0);
+        close(LAW.failure_stretch(YARN.damage_rate), 1.0499703824, 1e-10);
+    }
+
+    #[test]
+    fn dissipated_energy() {
+        let table = [(0.99, 6.509724759e5), (0.5, 3.552262078e7), (0.1, 7.244467302e7)];
+        for (alpha, expected) in table {
+            close(LAW.dissipated(&YARN, alpha), expected, 1e-8);
+        }
+        // Just before the cut-off, and after it with what the cut releases: the whole work of the segment.
+        let before_cut = DamageLaw { alpha_fail: 0.0, ..LAW }.dissipated(&YARN, 0.01);
+        close(before_cut, 8.478740472e7, 1e-8);
+        close(LAW.dissipated(&YARN, 0.0), 86.6265224e6, 1e-8);
+    }
+
+    #[test]
+    fn dissipated_energy_is_the_integral_of_the_released_energy() {
+        // Independent check for a law with offset and initial drop: midpoint rule over the stretch.
+        let law = DamageLaw { a: 0.9, b: 0.02, ..LAW };
+        let end = 1.04;
+        let n = 200_000;
+        let width = (end - law.critical_stretch) / n as f64;
+        let slope = |u: f64| law.a * YARN.damage_rate * math::exp(-YARN.damage_rate * (u - law.critical_stretch));
+        let strain = |u: f64| 0.5 * squared_stretch_excess(u);
+        let mut sum = 0.5 * YARN.modulus * (1.0 - 0.9 * 0.98) * strain(1.03) * strain(1.03);
+        for i in 0..n {
+            let u = law.critical_stretch + (i as f64 + 0.5) * width;
+            sum += 0.5 * YARN.modulus * strain(u) * strain(u) * slope(u) * width;
+        }
+        close(law.dissipated(&YARN, law.alpha(YARN.damage_rate, squared_stretch_excess(end))), sum, 1e-8);
+    }
+
+    #[test]
+    fn alpha_never_grows_with_the_largest_stretch() {
+        // The history variable stands for the running minimum of alpha only if the computed law is monotone, to the last bit.
+        let mut last = 1.0;
+        let mut excess = LAW.critical_excess();
+        for _ in 0..2_000_000 {
+            excess = excess.next_up();
+            let alpha = LAW.alpha(YARN.damage_rate, excess);
+            assert!(alpha <= last);
+            last = alpha;
+        }
+        for i in 0..400_000 {
+            let alpha = alpha_at(1.0300001 + i as f64 * 6e-8);
+            assert!(alpha <= last);
+            last = alpha;
+        }
+    }
+
+    #[test]
+    fn stored_plus_dissipated_depends_on_the_largest_stretch_only() {
+        let largest = 1.038;
+        let alpha = alpha_at(largest);
+        // Work of a monotone pull to `largest`, by quadrature of the nominal stress P = U S.
+        let n = 400_000;
+        let width = (largest - 1.0) / n as f64;
+        let work: f64 = (0..n)
+            .map(|i| {
+                let u = 1.0 + (i as f64 + 0.5) * width;
+                u * YARN.stress(alpha_at(u), u) * width
+            })
+            .sum();
+        close(YARN.stored(alpha, largest) + LAW.dissipated(&YARN, alpha), work, 1e-7);
+    }
+}
