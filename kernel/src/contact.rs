@@ -180,6 +180,7 @@ pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], body: &Body, inertia: &I
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use crate::projectile::Motion;
     use crate::scene::Scene;
 
@@ -229,7 +230,7 @@ mod tests {
         let (_, inertia, body) = sphere();
         let mut slots: [[f64; CANDIDATE_REALS]; 40] = core::array::from_fn(|k| {
             let angle = 0.02 * k as f64;
-            slot(Vector::new(angle.sin(), 0.0, angle.cos()), 3.0 * k as f64)
+            slot(Vector::new(math::sin(angle), 0.0, math::cos(angle)), 3.0 * k as f64)
         });
         let mass = 6.52e-8;
         let solved = solve(&mut slots, &body, &inertia, mass);

@@ -122,20 +122,19 @@ impl Layout {
     }
 }
 
-/// Twice the nodes that the projectile's largest silhouette, grown by one spacing all round, covers of a flat sheet.
+/// Four times the nodes of a flat sheet that would cover the projectile's surface: a torn sheet drapes about it in folds.
 fn candidate_capacity(scene: &Scene) -> usize {
     if scene.contact_capacity > 0 {
         return scene.contact_capacity as usize;
     }
     let (body, h) = (&scene.projectile, scene.sheet.spacing);
-    let width = 2.0 * body.radius;
-    let longest = match body.shape {
-        Shape::Sphere => width,
-        Shape::Cylinder => crate::math::sqrt(body.length * body.length + width * width),
+    let (radius, length) = (body.radius / h + 1.0, body.length / h + 2.0);
+    let surface = match body.shape {
+        Shape::Sphere => 2.0 * core::f64::consts::TAU * radius * radius,
+        Shape::Cylinder => core::f64::consts::TAU * radius * (radius + length),
     };
-    let nodes = (width / h + 2.0) * (longest / h + 2.0);
     // A float-to-integer cast saturates; the caller takes the smaller of this and the number of nodes.
-    (2.0 * nodes) as usize
+    (4.0 * surface) as usize
 }
 
 #[cfg(test)]
@@ -147,9 +146,9 @@ mod tests {
         let mut scene = Scene::sheet_10in_cylinder();
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.stride, stochastic.nodes(), stochastic.segments()), (368, 122_500, 244_300));
-        assert!(stochastic.bytes() as f64 / 122_500.0 <= 125.0);
+        assert!(stochastic.bytes() as f64 / 122_500.0 <= 140.0);
         scene.yarn.stochastic = false;
-        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 107.0);
     }
 
     #[test]

@@ -99,7 +99,7 @@ mod tests {
     fn quarter_turn_about_z() {
         let mut sheet = Scene::sheet_3in_sphere().sheet;
         sheet.position = [1.0, 2.0, 3.0];
-        sheet.orientation = [0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()];
+        sheet.orientation = [core::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0, core::f64::consts::FRAC_1_SQRT_2];
         let pose = Pose::of_sheet(&sheet);
         let out = pose.point_out([1.0, 0.0, 0.0]);
         let expected = [1.0, 3.0, 3.0];

@@ -192,9 +192,9 @@ mod tests {
         for _ in 0..steps {
             w = midpoint_rate(&w, &moments, dt) * 2.0 - w;
         }
-        let angle = w.y.atan2(w.x);
+        let angle = crate::math::atan2(w.y, w.x);
         let expected = rate * spin * dt * steps as f64;
-        let turns = (expected / core::f64::consts::TAU).round() * core::f64::consts::TAU;
+        let turns = crate::math::round(expected / core::f64::consts::TAU) * core::f64::consts::TAU;
         assert!((angle - (expected - turns)).abs() < 1e-4);
     }
 }

@@ -167,7 +167,8 @@ pub struct Scene {
     pub track_detachment: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes under the projectile at once; 0 = automatic (twice the projectile's largest silhouette).
+    /// Greatest number of nodes under the projectile at once; 0 = automatic (four times the nodes that would cover
+    /// the projectile's surface).
     pub contact_capacity: u32,
 }
 

@@ -104,6 +104,13 @@ fn tension(q: f64) -> f64 {
     if q > 0.0 { q } else { 0.0 }
 }
 
+/// !(q < limit), so that NaN counts as not below and reaches the cold path at no cost.
+#[inline(always)]
+#[allow(clippy::neg_cmp_op_on_partial_ord)]
+fn not_below(q: f64, limit: f64) -> bool {
+    !(q < limit)
+}
+
 /// Sum of a node's four forces, in the order that everything keeps.
 #[inline(always)]
 pub fn node_sum(right: f64, left: f64, up: f64, down: f64) -> f64 {
@@ -146,7 +153,7 @@ impl Pass<'_> {
             let right = [ux[i + 1], uy[i + 1], uz[i + 1]];
             let d = [right[0] - here[0], right[1] - here[1], right[2] - here[2]];
             let q = excess_horizontal(d);
-            if !(q < self.critical) && i + 1 < n {
+            if not_below(q, self.critical) && i + 1 < n {
                 let constants = yarn.constants(Axis::Horizontal, i);
                 report.add(damage(self.law, self.critical, q, constants, &mut history_h[i], &mut kh[i]));
             }
@@ -154,7 +161,7 @@ impl Pass<'_> {
 
             let d = [ax[i] - here[0], ay[i] - here[1], az[i] - here[2]];
             let q = excess_vertical(d);
-            if !(q < self.critical) && !top {
+            if not_below(q, self.critical) && !top {
                 let constants = yarn.constants(Axis::Vertical, i);
                 report.add(damage(self.law, self.critical, q, constants, &mut history_v[i], &mut kv[i]));
             }

@@ -1,0 +1,12 @@
+//! `cargo xtask fmu`.
+
+use crate::tools::Outcome;
+
+/// Options of the command.
+#[derive(clap::Args)]
+pub struct Options {}
+
+/// Runs the command.
+pub fn run(_options: &Options) -> Outcome {
+    Err("not built yet".into())
+}

@@ -1,0 +1,47 @@
+//! The project's commands. They order other programs, build and pack; nothing here steps a simulation.
+
+mod demo;
+mod fmu;
+mod tests;
+mod tools;
+
+use clap::{Parser, Subcommand};
+
+/// Commands of the fabric project.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Set up everything, build the FMUs, fly a rotorburst fragment into the paper's sheet and write target/demo/report.html.
+    Demo(demo::Options),
+    /// Run every check: format, clippy, unit and physics tests, C and C++ hosts, FMPy, studies in short form.
+    Test(tests::Options),
+    /// Run the long checks: ensembles against the paper's numbers, full studies.
+    Verify,
+    /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
+    Fmu(fmu::Options),
+    /// Measure ns per node-step.
+    Bench,
+}
+
+fn main() -> std::process::ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Demo(options) => demo::run(&options),
+        Command::Test(options) => tests::run(&options),
+        Command::Verify => tests::verify(),
+        Command::Fmu(options) => fmu::run(&options),
+        Command::Bench => tests::bench(),
+    };
+    match result {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}

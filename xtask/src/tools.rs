@@ -1,0 +1,69 @@
+//! Running other programs from the project's top folder.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What every command returns: nothing, or a message for the user.
+pub type Outcome = Result<(), String>;
+
+/// Top folder of the checkout.
+pub fn top() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf()
+}
+
+/// The folder cargo builds into, and the commands write into.
+pub fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from)
+}
+
+/// Runs a program in the top folder and waits; its output goes to the terminal. An exit code other than 0 is an error.
+pub fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Outcome {
+    let program = program.as_ref();
+    let shown = format!("{} {}", program.to_string_lossy(), arguments.join(" "));
+    let status = Command::new(program)
+        .args(arguments)
+        .current_dir(top())
+        .status()
+        .map_err(|error| format!("cannot start `{shown}`: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("`{shown}` failed ({status})")) }
+}
+
+/// Runs cargo, the one that runs this program.
+pub fn cargo(arguments: &[&str]) -> Outcome {
+    run(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), arguments)
+}
+
+/// Runs a program in the top folder and returns what it prints to standard output.
+#[allow(dead_code)] // used by the commands that inspect what was built
+pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Result<String, String> {
+    let program = program.as_ref();
+    let shown = format!("{} {}", program.to_string_lossy(), arguments.join(" "));
+    let output = Command::new(program)
+        .args(arguments)
+        .current_dir(top())
+        .output()
+        .map_err(|error| format!("cannot start `{shown}`: {error}"))?;
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(format!("`{shown}` failed ({}): {}", output.status, String::from_utf8_lossy(&output.stderr)))
+    }
+}
+
+/// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
+pub fn python() -> Result<PathBuf, String> {
+    let venv = target().join("venv");
+    let python = venv.join("bin").join("python");
+    let wanted =
+        std::fs::read_to_string(top().join("requirements.txt")).map_err(|e| format!("requirements.txt: {e}"))?;
+    let stamp = venv.join("requirements.installed");
+    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return Ok(python);
+    }
+    println!("Setting up the Python environment in {} ...", venv.display());
+    run("python3", &["-m", "venv", &venv.to_string_lossy()])
+        .map_err(|e| format!("{e}; Python 3.9 or newer with the venv module is needed"))?;
+    run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", "requirements.txt"])?;
+    std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+    Ok(python)
+}
