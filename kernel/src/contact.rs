@@ -98,6 +98,12 @@ impl Search {
         high >= self.body.position.y - self.half[1] && low <= self.body.position.y + self.half[1]
     }
 
+    /// Whether the x value, m, lies in the body's box.
+    pub fn meets_column(&self, x: f64) -> bool {
+        let r = x - self.body.position.x;
+        r <= self.half[0] && r >= -self.half[0]
+    }
+
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;

@@ -35,6 +35,7 @@ extern crate std;
 pub mod contact;
 pub mod energy;
 pub mod error;
+pub mod lanes;
 pub mod layout;
 pub mod math;
 pub mod outcome;
@@ -53,6 +54,7 @@ pub mod yarn;
 
 pub use energy::Energy;
 pub use error::{Code, Error, Failure};
+pub use lanes::InstructionSet;
 pub use layout::Layout;
 pub use outcome::{Latch, Outcome};
 pub use path::Path;

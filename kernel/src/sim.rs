@@ -7,6 +7,7 @@
 use crate::contact::{self, Candidate, Search};
 use crate::energy::SegmentView;
 use crate::error::{Code, Error, Failure};
+use crate::lanes::InstructionSet;
 use crate::layout::{ALIGN_REALS, CANDIDATE_REALS, HISTORY_PLANES, HOT_PLANES, Layout, PAD, YARN_PLANES};
 use crate::math;
 use crate::outcome::{Components, FirstContact, Latch, Outcome, Sight, TEST_INTERVAL};
@@ -176,6 +177,7 @@ pub struct Sim<'a> {
     /// Rows [first, end) that may hold a node that is not exactly at rest in its place.
     awake: [usize; 2],
     skip_rest: bool,
+    instructions: InstructionSet,
 }
 
 impl<'a> Sim<'a> {
@@ -203,6 +205,7 @@ impl<'a> Sim<'a> {
             failure: None,
             awake: [0, 0],
             skip_rest: true,
+            instructions: InstructionSet::widest(),
         };
         sim.fill_model()?;
         sim.clear_state();
@@ -393,6 +396,20 @@ impl<'a> Sim<'a> {
     /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping saves.
     pub fn step_every_row(&mut self) {
         self.skip_rest = false;
+    }
+
+    /// Uses another instruction set than the widest this machine has; the bits are the same. One that it lacks is refused.
+    pub fn use_instructions(&mut self, set: InstructionSet) -> Result<(), Error> {
+        if !set.available() {
+            return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
+        }
+        self.instructions = set;
+        Ok(())
+    }
+
+    /// The instruction set in use.
+    pub fn instructions(&self) -> InstructionSet {
+        self.instructions
     }
 
     /// The scene this simulation was made with.
@@ -676,7 +693,11 @@ impl<'a> Sim<'a> {
             let plane = |k: usize| row.get(k * stride + PAD..k * stride + PAD + nx).unwrap_or(&[]);
             let (ux, uy, uz) = (plane(0), plane(1), plane(2));
             for (i, ((&ux, &uy), &uz)) in ux.iter().zip(uy).zip(uz).enumerate() {
-                let x = Vector::new((weave::rest_offset(i, nodes_x) + ux) * h, (y0 + uy) * h, uz * h);
+                let x = (weave::rest_offset(i, nodes_x) + ux) * h;
+                if !search.meets_column(x) {
+                    continue;
+                }
+                let x = Vector::new(x, (y0 + uy) * h, uz * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if in_runs(&run, i) {
                     continue;
@@ -711,7 +732,13 @@ impl<'a> Sim<'a> {
         let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
         let row_length = HOT_PLANES * stride;
         let [first, end] = self.rows_to_step();
-        let pass = Pass { nodes_x: nx, stride, law: &self.model.law, critical: self.model.critical };
+        let pass = Pass {
+            nodes_x: nx,
+            stride,
+            law: &self.model.law,
+            critical: self.model.critical,
+            instructions: self.instructions,
+        };
         let Blocks { hot, history, yarn, carry, zeros, kept, ranges, runs, .. } = &mut self.blocks;
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
