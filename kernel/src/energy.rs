@@ -7,7 +7,7 @@
 //! Reference: docs/model.md, "Audit".
 
 use crate::error::Failure;
-use crate::layout::{HOT_PLANES, PAD};
+use crate::layout;
 use crate::pose::Vector;
 use crate::scene::Drive;
 use crate::sim::Sim;
@@ -123,13 +123,12 @@ impl Sim<'_> {
 
     /// Momentum of the fabric, and of the projectile where it is free, N s, sheet's frame.
     fn momentum(&self) -> Vector {
-        let stride = self.layout.stride;
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let mut total = Vector::zeros();
-        for row in self.blocks.hot.chunks_exact(HOT_PLANES * stride) {
-            let sum = |plane: usize| -> f64 {
-                row.get((3 + plane) * stride + PAD..).map_or(0.0, |p| p.iter().take(self.layout.nodes_x).sum())
-            };
-            total += Vector::new(sum(0), sum(1), sum(2));
+        for j in 0..ny {
+            let row = layout::row(self.blocks.hot, chunks, j);
+            let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| layout::get(row, plane, i)).sum() };
+            total += Vector::new(sum(3), sum(4), sum(5));
         }
         let mut momentum = total * self.model.unit_impulse;
         if self.scene.drive == Drive::Free {
@@ -140,13 +139,13 @@ impl Sim<'_> {
 
     /// Kinetic, strain and dissipated energy of the fabric, J. Summed row by row, rows in order.
     fn fabric_energy(&self) -> (f64, f64, f64) {
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
-        for row in self.blocks.hot.chunks_exact(HOT_PLANES * stride) {
+        for j in 0..ny {
+            let row = layout::row(self.blocks.hot, chunks, j);
             let mut sum = 0.0;
             for plane in 3..6 {
-                let values = row.get(plane * stride + PAD..).unwrap_or(&[]);
-                sum += values.iter().take(nx).map(|v| v * v).sum::<f64>();
+                sum += (0..nx).filter_map(|i| layout::get(row, plane, i)).map(|v| v * v).sum::<f64>();
             }
             kinetic += sum;
         }

@@ -6,6 +6,8 @@
 //! With `bands.rs` this is the only file of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
+use crate::layout::CHUNK;
+
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -69,10 +71,10 @@ pub trait Lane: Copy {
     const WIDTH: usize;
     /// A group of zeros.
     const ZEROS: Self::Group;
-    /// A plane cut into groups.
-    fn groups(plane: &[f64]) -> &[Self::Group];
-    /// A plane cut into groups, to be changed.
-    fn groups_mut(plane: &mut [f64]) -> &mut [Self::Group];
+    /// Eight numbers cut into groups.
+    fn groups(numbers: &[f64; CHUNK]) -> &[Self::Group];
+    /// Eight numbers cut into groups, to be changed.
+    fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [Self::Group];
     /// The same number everywhere.
     fn splat(x: f64) -> Self;
     /// From memory.
@@ -104,12 +106,12 @@ impl Lane for f64 {
     const WIDTH: usize = 1;
     const ZEROS: [f64; 1] = [0.0; 1];
     #[inline(always)]
-    fn groups(plane: &[f64]) -> &[[f64; 1]] {
-        plane.as_chunks().0
+    fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 1]] {
+        numbers.as_chunks().0
     }
     #[inline(always)]
-    fn groups_mut(plane: &mut [f64]) -> &mut [[f64; 1]] {
-        plane.as_chunks_mut().0
+    fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 1]] {
+        numbers.as_chunks_mut().0
     }
     #[inline(always)]
     fn splat(x: f64) -> f64 {
@@ -195,6 +197,7 @@ mod x86 {
     //! reached through [`super::dispatch`] only, which has found the instructions on the machine.
 
     use super::{Job, Lane};
+    use crate::layout::CHUNK;
     use core::arch::x86_64::*;
 
     #[target_feature(enable = "avx2")]
@@ -212,12 +215,12 @@ mod x86 {
         const WIDTH: usize = 2;
         const ZEROS: [f64; 2] = [0.0; 2];
         #[inline(always)]
-        fn groups(plane: &[f64]) -> &[[f64; 2]] {
-            plane.as_chunks().0
+        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 2]] {
+            numbers.as_chunks().0
         }
         #[inline(always)]
-        fn groups_mut(plane: &mut [f64]) -> &mut [[f64; 2]] {
-            plane.as_chunks_mut().0
+        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 2]] {
+            numbers.as_chunks_mut().0
         }
         #[inline(always)]
         fn splat(x: f64) -> Self {
@@ -286,12 +289,12 @@ mod x86 {
         const WIDTH: usize = 4;
         const ZEROS: [f64; 4] = [0.0; 4];
         #[inline(always)]
-        fn groups(plane: &[f64]) -> &[[f64; 4]] {
-            plane.as_chunks().0
+        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 4]] {
+            numbers.as_chunks().0
         }
         #[inline(always)]
-        fn groups_mut(plane: &mut [f64]) -> &mut [[f64; 4]] {
-            plane.as_chunks_mut().0
+        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 4]] {
+            numbers.as_chunks_mut().0
         }
         #[inline(always)]
         fn splat(x: f64) -> Self {
@@ -360,12 +363,12 @@ mod x86 {
         const WIDTH: usize = 8;
         const ZEROS: [f64; 8] = [0.0; 8];
         #[inline(always)]
-        fn groups(plane: &[f64]) -> &[[f64; 8]] {
-            plane.as_chunks().0
+        fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 8]] {
+            numbers.as_chunks().0
         }
         #[inline(always)]
-        fn groups_mut(plane: &mut [f64]) -> &mut [[f64; 8]] {
-            plane.as_chunks_mut().0
+        fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 8]] {
+            numbers.as_chunks_mut().0
         }
         #[inline(always)]
         fn splat(x: f64) -> Self {

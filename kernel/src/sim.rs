@@ -8,7 +8,9 @@ use crate::contact::{self, Candidate, Search};
 use crate::energy::SegmentView;
 use crate::error::{Code, Error, Failure};
 use crate::lanes::InstructionSet;
-use crate::layout::{ALIGN_REALS, CANDIDATE_REALS, HISTORY_PLANES, HOT_PLANES, Layout, PAD, YARN_PLANES};
+use crate::layout::{
+    self, ALIGN_REALS, CANDIDATE_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, YARN_PLANES,
+};
 use crate::math;
 use crate::outcome::{Components, FirstContact, Latch, Outcome, Sight, TEST_INTERVAL};
 use crate::path::{self, Path, Track};
@@ -60,14 +62,13 @@ pub(crate) struct Model {
 /// The caller's memory, carved.
 pub(crate) struct Blocks<'a> {
     /// Rows of [ux uy uz vx vy vz kh kv].
-    pub hot: &'a mut [f64],
+    pub hot: &'a mut [Chunk<HOT_PLANES>],
     /// Rows of the largest q beyond critical, horizontal and vertical.
-    pub history: &'a mut [f64],
+    pub history: &'a mut [Chunk<HISTORY_PLANES>],
     /// Rows of [kh kv lambda_h lambda_v] of stochastic yarn.
-    pub yarn: &'a mut [f64],
-    carry: &'a mut [f64],
-    zeros: &'a mut [f64],
-    kept: &'a mut [f64],
+    pub yarn: &'a mut [Chunk<YARN_PLANES>],
+    carry: &'a mut [Chunk<CARRY_PLANES>],
+    kept: &'a mut [[f64; 3]],
     /// Least and greatest y displacement of each row.
     ranges: &'a mut [[f64; 2]],
     candidates: &'a mut [[f64; CANDIDATE_REALS]],
@@ -377,14 +378,16 @@ impl<'a> Sim<'a> {
             return Err(Error::new(Code::OutOfRange, "stretches", above, 1e100));
         }
         let mut stretches = stretches.iter();
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let critical = self.model.critical;
         for (axis, columns, rows) in [(0, nx - 1, ny), (1, nx, ny - 1)] {
-            for history in self.blocks.history.chunks_exact_mut(HISTORY_PLANES * stride).take(rows) {
-                let plane = history.get_mut(axis * stride + PAD..).unwrap_or(&mut []);
-                for slot in plane.iter_mut().take(columns) {
+            for j in 0..rows {
+                let history = layout::row_mut(self.blocks.history, chunks, j);
+                for i in 0..columns {
                     let excess = squared_stretch_excess(stretches.next().copied().unwrap_or(0.0));
-                    *slot = if excess > critical { excess } else { 0.0 };
+                    if let Some(slot) = layout::get_mut(history, axis, i) {
+                        *slot = if excess > critical { excess } else { 0.0 };
+                    }
                 }
             }
         }
@@ -675,7 +678,7 @@ impl<'a> Sim<'a> {
     fn gather(&mut self) -> Result<usize, Failure> {
         let h = self.scene.sheet.spacing;
         let search = Search::new(&self.model.solid, &self.state.body, h);
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (unit_speed, nodes_x, nodes_y) =
             (self.model.unit_speed, self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
         let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
@@ -689,23 +692,23 @@ impl<'a> Sim<'a> {
                 continue;
             }
             let run = runs.get(j).copied().unwrap_or([0; 4]);
-            let row = hot.get(j * HOT_PLANES * stride..).unwrap_or(&[]);
-            let plane = |k: usize| row.get(k * stride + PAD..k * stride + PAD + nx).unwrap_or(&[]);
-            let (ux, uy, uz) = (plane(0), plane(1), plane(2));
-            for (i, ((&ux, &uy), &uz)) in ux.iter().zip(uy).zip(uz).enumerate() {
-                let x = (weave::rest_offset(i, nodes_x) + ux) * h;
+            let row = layout::row(hot, chunks, j);
+            for i in 0..nx {
+                let at = |plane: usize| layout::get(row, plane, i).unwrap_or(0.0);
+                let x = (weave::rest_offset(i, nodes_x) + at(0)) * h;
                 if !search.meets_column(x) {
                     continue;
                 }
-                let x = Vector::new(x, (y0 + uy) * h, uz * h);
+                let u = [at(0), at(1), at(2)];
+                let x = Vector::new(x, (y0 + u[1]) * h, u[2] * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if in_runs(&run, i) {
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                let v = Vector::new(get(plane(3), i), get(plane(4), i), get(plane(5), i));
+                let v = Vector::new(at(3), at(4), at(5));
                 let candidate = Candidate {
-                    displacement: [ux, uy, uz],
+                    displacement: u,
                     normal,
                     arm,
                     gap,
@@ -729,41 +732,28 @@ impl<'a> Sim<'a> {
 
     /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
     fn sweep(&mut self) -> Report {
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
-        let row_length = HOT_PLANES * stride;
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let [first, end] = self.rows_to_step();
-        let pass = Pass {
-            nodes_x: nx,
-            stride,
-            law: &self.model.law,
-            critical: self.model.critical,
-            instructions: self.instructions,
-        };
-        let Blocks { hot, history, yarn, carry, zeros, kept, ranges, runs, .. } = &mut self.blocks;
+        let pass =
+            Pass { nodes_x: nx, law: &self.model.law, critical: self.model.critical, instructions: self.instructions };
+        let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
         let mut report = Report::default();
-        carry.fill(0.0);
+        carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
         for j in first..end {
-            let Some((below, above)) = hot.split_at_mut_checked((j + 1) * row_length) else { break };
-            let Some(row) = below.get_mut(j * row_length..) else { break };
-            let Some(history) = history.get_mut(j * HISTORY_PLANES * stride..(j + 1) * HISTORY_PLANES * stride) else {
-                break;
-            };
-            let yarn = match yarn.get(j * YARN_PLANES * stride..(j + 1) * YARN_PLANES * stride) {
-                Some(planes) if self.layout.stochastic => YarnRow::Stochastic(planes),
-                _ => uniform,
-            };
+            let Some((below, above)) = hot.split_at_mut_checked((j + 1) * chunks) else { break };
+            let row = layout::row_mut(below, chunks, j);
+            let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
             let run = runs.get(j).copied().unwrap_or([0; 4]);
-            let top = j + 1 == ny;
-            let above = if top { &**zeros } else { &*above };
-            keep_fixed(row, kept, &run, nx, stride);
-            let mut range = [0.0; 2];
-            report = report.merged(pass.row(row, history, above, carry, yarn, top, &mut range));
+            let above = if j + 1 < ny { layout::row(above, chunks, 0) } else { &[] };
+            keep_fixed(row, kept, &run);
+            let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
+            report = report.merged(met);
             if let Some(slot) = ranges.get_mut(j) {
                 *slot = range;
             }
-            let pulls = restore_fixed(row, kept, &run, nx, stride);
+            let pulls = restore_fixed(row, kept, &run);
             if self.scene.track_support {
                 for (k, pull) in pulls.iter().enumerate() {
                     let at = weave::attachment_of(self.scene.attachment.kind, self.scene.sheet.nodes_y, j, k);
@@ -966,14 +956,15 @@ impl<'a> Sim<'a> {
 
     /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
     fn contact_is_detached(&mut self) -> bool {
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         if self.scene.attachment.kind == AttachmentKind::Free || self.blocks.flags.iter().all(|&f| f == 0) {
             return false;
         }
         let Blocks { hot, labels, runs, flags, .. } = &mut self.blocks;
         let mut sets = Components::new(labels);
-        for (j, row) in hot.chunks_exact(HOT_PLANES * stride).enumerate() {
-            let live = |axis: usize, i: usize| get(row, (6 + axis) * stride + PAD + i) > 0.0;
+        for j in 0..ny {
+            let row = layout::row(hot, chunks, j);
+            let live = |axis: usize, i: usize| layout::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
             for i in 0..nx {
                 let k = j * nx + i;
                 if i + 1 < nx && live(0, i) {
@@ -1022,17 +1013,15 @@ impl<'a> Sim<'a> {
 
     /// Displacement (spacings) and velocity (spacings per step) of a node.
     fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
-        let stride = self.layout.stride;
-        let row = self.blocks.hot.get(j * HOT_PLANES * stride..).unwrap_or(&[]);
-        let at = |plane: usize| get(row, plane * stride + PAD + i);
+        let row = layout::row(self.blocks.hot, self.layout.chunks, j);
+        let at = |plane: usize| layout::get(row, plane, i).unwrap_or(0.0);
         ([at(0), at(1), at(2)], [at(3), at(4), at(5)])
     }
 
     fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
-        let stride = self.layout.stride;
-        let row = self.blocks.hot.get_mut(j * HOT_PLANES * stride..).unwrap_or(&mut []);
+        let row = layout::row_mut(self.blocks.hot, self.layout.chunks, j);
         for (plane, value) in u.into_iter().chain(v).enumerate() {
-            if let Some(slot) = row.get_mut(plane * stride + PAD + i) {
+            if let Some(slot) = layout::get_mut(row, plane, i) {
                 *slot = value;
             }
         }
@@ -1044,7 +1033,7 @@ impl<'a> Sim<'a> {
 
     /// The segment that starts at node (i, j), if there is one.
     pub(crate) fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (i2, j2) = match axis {
             Axis::Horizontal => (i + 1, j),
             Axis::Vertical => (i, j + 1),
@@ -1058,20 +1047,20 @@ impl<'a> Sim<'a> {
         let (undamaged, damage_rate) = self.yarn_row(j).constants(axis, i);
         Some(SegmentView {
             axis,
-            stiffness: get(self.blocks.hot, (j * HOT_PLANES + 6 + axis as usize) * stride + PAD + i),
+            stiffness: layout::get(layout::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
-            history: get(self.blocks.history, (j * HISTORY_PLANES + axis as usize) * stride + PAD + i),
+            history: layout::get(layout::row(self.blocks.history, chunks, j), axis as usize, i)?,
             d,
             d_before: [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]],
         })
     }
 
     fn yarn_row(&self, j: usize) -> YarnRow<'_> {
-        let length = YARN_PLANES * self.layout.stride;
-        match self.blocks.yarn.get(j * length..(j + 1) * length) {
-            Some(planes) if self.layout.stochastic => YarnRow::Stochastic(planes),
-            _ => YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate },
+        if self.layout.stochastic {
+            YarnRow::Stochastic(layout::row(self.blocks.yarn, self.layout.chunks, j))
+        } else {
+            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate }
         }
     }
 
@@ -1111,25 +1100,24 @@ impl<'a> Sim<'a> {
             let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
             *run = [a, b, c, d];
         }
-        self.blocks.zeros.fill(0.0);
         if !self.layout.stochastic {
             return Ok(());
         }
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
-        self.blocks.yarn.fill(0.0);
-        for (j, planes) in self.blocks.yarn.chunks_exact_mut(YARN_PLANES * stride).enumerate() {
+        self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        for j in 0..ny {
+            let row = layout::row_mut(self.blocks.yarn, chunks, j);
             for i in 0..nx {
                 let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
                 let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
                 for (axis, number) in [horizontal, vertical].into_iter().enumerate() {
                     let Some(number) = number else { continue };
                     let segment = self.scene.draw_segment(number)?;
-                    let at = axis * stride + PAD + i;
-                    if let Some(slot) = planes.get_mut(at) {
+                    if let Some(slot) = layout::get_mut(row, axis, i) {
                         *slot = segment.modulus / self.model.modulus_per_stiffness;
                     }
-                    if let Some(slot) = planes.get_mut(at + 2 * stride) {
+                    if let Some(slot) = layout::get_mut(row, axis + 2, i) {
                         *slot = segment.damage_rate;
                     }
                 }
@@ -1140,8 +1128,8 @@ impl<'a> Sim<'a> {
 
     /// Sheet flat, at rest and whole.
     fn clear_state(&mut self) {
-        self.blocks.hot.fill(0.0);
-        self.blocks.history.fill(0.0);
+        self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
+        self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
         self.blocks.flags.fill(0);
         self.rebuild_derived();
     }
@@ -1151,15 +1139,15 @@ impl<'a> Sim<'a> {
     pub(crate) fn rebuild_derived(&mut self) {
         self.failure = None;
         self.failed_segments = 0;
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..ny {
             for i in 0..nx {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     let Some(segment) = self.segment(axis, i, j) else { continue };
                     let stiffness = self.model.law.alpha(segment.damage_rate, segment.history) * segment.undamaged;
-                    let at = (j * HOT_PLANES + 6 + axis as usize) * stride + PAD + i;
-                    if let Some(slot) = self.blocks.hot.get_mut(at) {
+                    let row = layout::row_mut(self.blocks.hot, chunks, j);
+                    if let Some(slot) = layout::get_mut(row, 6 + axis as usize, i) {
                         *slot = stiffness;
                     }
                     self.failed_segments += u64::from(stiffness == 0.0);
@@ -1286,17 +1274,16 @@ impl<'a> Blocks<'a> {
         let skip = reals.as_ptr().align_offset(8 * ALIGN_REALS);
         let mut reals = Carver(reals);
         let mut words = Carver(words);
-        let (nx, ny, stride) = (layout.nodes_x, layout.nodes_y, layout.stride);
+        let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let carved = (|| {
             reals.take(skip)?;
             Some(Blocks {
-                hot: reals.take(ny * HOT_PLANES * stride)?,
-                history: reals.take(ny * HISTORY_PLANES * stride)?,
-                yarn: reals.take(if layout.stochastic { ny * YARN_PLANES * stride } else { 0 })?,
-                carry: reals.take(3 * stride)?,
-                zeros: reals.take(3 * stride)?,
-                kept: reals.take(3 * nx)?,
+                hot: chunked(reals.take(ny * HOT_PLANES * row)?),
+                history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
+                yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
+                carry: chunked(reals.take(CARRY_PLANES * row)?),
+                kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
@@ -1330,8 +1317,9 @@ fn start_motion(scene: &Scene) -> Motion {
     }
 }
 
-fn get(values: &[f64], at: usize) -> f64 {
-    values.get(at).copied().unwrap_or(0.0)
+/// Numbers as chunks of P planes.
+fn chunked<const P: usize>(reals: &mut [f64]) -> &mut [Chunk<P>] {
+    reals.as_chunks_mut().0.as_chunks_mut().0
 }
 
 fn in_runs(run: &[u32; 4], i: usize) -> bool {
@@ -1340,36 +1328,32 @@ fn in_runs(run: &[u32; 4], i: usize) -> bool {
 }
 
 /// Remembers the displacements of a row's fixed nodes.
-fn keep_fixed(row: &[f64], kept: &mut [f64], run: &[u32; 4], nx: usize, stride: usize) {
-    for (plane, kept) in kept.chunks_exact_mut(nx).enumerate() {
-        for run in [[run[0], run[1]], [run[2], run[3]]] {
-            let (a, b) = (run[0] as usize, run[1] as usize);
-            let from = row.get(plane * stride + PAD + a..plane * stride + PAD + b).unwrap_or(&[]);
-            let to = kept.get_mut(a..b).unwrap_or(&mut []);
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+    for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
+        if let Some(kept) = kept.get_mut(i) {
+            for (plane, slot) in kept.iter_mut().enumerate() {
+                *slot = layout::get(row, plane, i).unwrap_or(0.0);
+            }
         }
     }
 }
 
 /// Puts a row's fixed nodes back to rest and returns the pull of the sheet on each run, in units of m h/dt.
-fn restore_fixed(row: &mut [f64], kept: &[f64], run: &[u32; 4], nx: usize, stride: usize) -> [Vector; 2] {
-    let mut pulls = [Vector::zeros(); 2];
-    for (pull, run) in pulls.iter_mut().zip([[run[0], run[1]], [run[2], run[3]]]) {
-        let (a, b) = (run[0] as usize, run[1] as usize);
-        for (plane, kept) in kept.chunks_exact(nx).enumerate() {
-            let from = kept.get(a..b).unwrap_or(&[]);
-            let place = row.get_mut(plane * stride + PAD + a..plane * stride + PAD + b).unwrap_or(&mut []);
-            place.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-            let moved = row.get_mut((3 + plane) * stride + PAD + a..(3 + plane) * stride + PAD + b);
-            let mut sum = 0.0;
-            for v in moved.unwrap_or(&mut []) {
-                sum += *v;
-                *v = 0.0;
-            }
-            if let Some(component) = pull.as_mut_slice().get_mut(plane) {
-                *component = sum;
+fn restore_fixed(row: &mut [Chunk<HOT_PLANES>], kept: &[[f64; 3]], run: &[u32; 4]) -> [Vector; 2] {
+    [run[0]..run[1], run[2]..run[3]].map(|columns| {
+        let mut pull = Vector::zeros();
+        for i in columns.map(|i| i as usize) {
+            let Some(kept) = kept.get(i) else { break };
+            for (plane, (kept, sum)) in kept.iter().zip(pull.iter_mut()).enumerate() {
+                if let Some(u) = layout::get_mut(row, plane, i) {
+                    *u = *kept;
+                }
+                if let Some(v) = layout::get_mut(row, 3 + plane, i) {
+                    *sum += *v;
+                    *v = 0.0;
+                }
             }
         }
-    }
-    pulls
+        pull
+    })
 }

@@ -8,7 +8,7 @@
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
 use crate::error::{Code, Error};
-use crate::layout::{HISTORY_PLANES, HOT_PLANES, PAD};
+use crate::layout;
 use crate::pose::Vector;
 use crate::scene::Scene;
 use crate::sim::Sim;
@@ -248,19 +248,17 @@ impl Sim<'_> {
 
     /// Every word of the node, segment and flag arrays, in image order.
     fn each_word(&self, word: &mut impl FnMut(u64)) {
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
-        let rows = self.blocks.hot.chunks_exact(HOT_PLANES * stride);
-        let histories = self.blocks.history.chunks_exact(HISTORY_PLANES * stride);
-        for (j, (row, history)) in rows.zip(histories).enumerate() {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
+        for j in 0..ny {
+            let (row, history) = (layout::row(self.blocks.hot, chunks, j), layout::row(self.blocks.history, chunks, j));
             for i in 0..nx {
-                for plane in 0..6 {
-                    word(row.get(plane * stride + PAD + i).map_or(0, |x| x.to_bits()));
-                }
+                (0..6).for_each(|plane| word(bits(layout::get(row, plane, i))));
                 if i + 1 < nx {
-                    word(history.get(PAD + i).map_or(0, |x| x.to_bits()));
+                    word(bits(layout::get(history, 0, i)));
                 }
                 if j + 1 < ny {
-                    word(history.get(stride + PAD + i).map_or(0, |x| x.to_bits()));
+                    word(bits(layout::get(history, 1, i)));
                 }
             }
         }
@@ -291,25 +289,23 @@ impl Sim<'_> {
     }
 
     fn read_arrays(&mut self, reader: &mut Reader<'_>) {
-        let (nx, ny, stride) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.stride);
-        let rows = self.blocks.hot.chunks_exact_mut(HOT_PLANES * stride);
-        let histories = self.blocks.history.chunks_exact_mut(HISTORY_PLANES * stride);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let mut take = |slot: Option<&mut f64>| {
             let value = reader.finite();
             if let Some(slot) = slot {
                 *slot = value;
             }
         };
-        for (j, (row, history)) in rows.zip(histories).enumerate() {
+        for j in 0..ny {
+            let row = layout::row_mut(self.blocks.hot, chunks, j);
+            let history = layout::row_mut(self.blocks.history, chunks, j);
             for i in 0..nx {
-                for plane in 0..6 {
-                    take(row.get_mut(plane * stride + PAD + i));
-                }
+                (0..6).for_each(|plane| take(layout::get_mut(row, plane, i)));
                 if i + 1 < nx {
-                    take(history.get_mut(PAD + i));
+                    take(layout::get_mut(history, 0, i));
                 }
                 if j + 1 < ny {
-                    take(history.get_mut(stride + PAD + i));
+                    take(layout::get_mut(history, 1, i));
                 }
             }
         }

@@ -10,7 +10,7 @@
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{HISTORY_PLANES, HOT_PLANES, PAD, YARN_PLANES};
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, YARN_PLANES};
 use crate::yarn::DamageLaw;
 
 /// What one pass met.
@@ -32,8 +32,8 @@ pub enum YarnRow<'a> {
         /// Damage rate.
         damage_rate: f64,
     },
-    /// [kh, kv, lambda_h, lambda_v] planes of the row.
-    Stochastic(&'a [f64]),
+    /// Chunks of [kh, kv, lambda_h, lambda_v].
+    Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
 
 /// History of a failed segment: above every q.
@@ -53,11 +53,9 @@ impl YarnRow<'_> {
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
         match self {
             YarnRow::Uniform { stiffness, damage_rate } => (*stiffness, *damage_rate),
-            YarnRow::Stochastic(planes) => {
-                let stride = planes.len() / YARN_PLANES;
-                let at = axis as usize * stride + PAD + i;
-                let get = |k: usize| planes.get(k).copied().unwrap_or(0.0);
-                (get(at), get(at + 2 * stride))
+            YarnRow::Stochastic(row) => {
+                let at = |plane: usize| layout::get(row, axis as usize + plane, i).unwrap_or(0.0);
+                (at(0), at(2))
             }
         }
     }
@@ -68,8 +66,6 @@ impl YarnRow<'_> {
 pub struct Pass<'a> {
     /// Nodes along x.
     pub nodes_x: usize,
-    /// Numbers in a plane.
-    pub stride: usize,
     /// Damage law.
     pub law: &'a DamageLaw,
     /// q at the critical stretch.
@@ -111,115 +107,166 @@ pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
 }
 
 /// One row of the pass: [`Pass::row`] as a job for the lanes.
-struct RowJob<'p, 'a> {
-    pass: &'p Pass<'p>,
-    planes: Planes<'a>,
+struct RowJob<'a> {
+    pass: &'a Pass<'a>,
+    row: &'a mut [Chunk<HOT_PLANES>],
+    history: &'a mut [Chunk<HISTORY_PLANES>],
+    above: &'a [Chunk<HOT_PLANES>],
+    carry: &'a mut [Chunk<CARRY_PLANES>],
     yarn: YarnRow<'a>,
-    top: bool,
-    range: &'a mut [f64; 2],
 }
 
+/// What stands above the top row: nothing that moves, held by segments of no stiffness.
+const NOTHING_ABOVE: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+
 impl Pass<'_> {
-    /// Steps one row. `row`: its hot planes; `history`: its history planes; `above`: at least the displacement planes of
-    /// the row above (zeros for the top row); `carry`: three planes with the vertical forces from the row below, replaced
-    /// by those to the row above. `top`: there is no row above. Returns what was met; `range` receives the least and
-    /// greatest y displacement.
-    #[allow(clippy::too_many_arguments)] // One hot loop over separate slices: the compiler must see that they do not alias.
+    /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
+    /// `carry`: the vertical forces from the row below, replaced by those to the row above. Returns what was met, and the
+    /// least and greatest y displacement.
     pub fn row(
         &self,
-        row: &mut [f64],
-        history: &mut [f64],
-        above: &[f64],
-        carry: &mut [f64],
+        row: &mut [Chunk<HOT_PLANES>],
+        history: &mut [Chunk<HISTORY_PLANES>],
+        above: &[Chunk<HOT_PLANES>],
+        carry: &mut [Chunk<CARRY_PLANES>],
         yarn: YarnRow<'_>,
-        top: bool,
-        range: &mut [f64; 2],
-    ) -> Report {
-        match Planes::of(row, history, above, carry, self.nodes_x, self.stride) {
-            Some(planes) => lanes::dispatch(self.instructions, RowJob { pass: self, planes, yarn, top, range }),
-            None => {
-                debug_assert!(false, "row slices have the layout's lengths");
-                Report { newly_failed: 0, non_finite: true }
-            }
-        }
+    ) -> (Report, [f64; 2]) {
+        lanes::dispatch(self.instructions, RowJob { pass: self, row, history, above, carry, yarn })
     }
 }
 
-impl Job for RowJob<'_, '_> {
-    type Output = Report;
+impl Job for RowJob<'_> {
+    type Output = (Report, [f64; 2]);
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> Report {
-        let RowJob { pass, planes, yarn, top, range } = self;
-        // Whole groups that hold the row's nodes; displacements have one group more, of zeros.
-        let count = pass.nodes_x.div_ceil(L::WIDTH);
-        let Planes { u, v, stiffness, history, above, carry } = planes;
-        let (Some([ux, uy, uz]), Some([vx, vy, vz]), Some([kh, kv])) =
-            (groups_mut::<L, 3>(u, count + 1), groups_mut::<L, 3>(v, count), groups_mut::<L, 2>(stiffness, count))
-        else {
-            return Report::default();
-        };
-        let (Some([history_h, history_v]), Some([cx, cy, cz]), Some([ax, ay, az])) =
-            (groups_mut::<L, 2>(history, count), groups_mut::<L, 3>(carry, count), groups::<L, 3>(above, count))
-        else {
-            return Report::default();
-        };
-
-        // Said once more where the compiler sees it: no index of the loop needs a check.
-        if ux.len() != count + 1 || uy.len() != count + 1 || uz.len() != count + 1 || count == 0 {
-            return Report::default();
-        }
-        if vx.len() != count || vy.len() != count || vz.len() != count || kh.len() != count || kv.len() != count {
-            return Report::default();
-        }
-        if ax.len() != count || ay.len() != count || az.len() != count || history_h.len() != count {
-            return Report::default();
-        }
-        if cx.len() != count || cy.len() != count || cz.len() != count || history_v.len() != count {
-            return Report::default();
-        }
-
-        let mut report = Report::default();
-        let limit = L::splat(pass.critical);
+    fn run<L: Lane>(self) -> (Report, [f64; 2]) {
+        let RowJob { pass, row, history, above, carry, yarn } = self;
         let zero = L::splat(0.0);
-        let (mut low, mut high) = (zero, zero);
-        let mut here = [L::load(&ux[0]), L::load(&uy[0]), L::load(&uz[0])];
-        let mut left_pull = [zero; 3];
-        for g in 0..count {
-            let next = [L::load(&ux[g + 1]), L::load(&uy[g + 1]), L::load(&uz[g + 1])];
-
-            let d = [
-                here[0].right_of(next[0]).sub(here[0]),
-                here[1].right_of(next[1]).sub(here[1]),
-                here[2].right_of(next[2]).sub(here[2]),
-            ];
-            let q = excess_horizontal(d);
-            if q.any_not_below(limit) && q.any_above(L::load(&history_h[g])) {
-                let place = Place { first: g * L::WIDTH, end: pass.nodes_x - 1, axis: Axis::Horizontal };
-                report.add(pass.damage(q, place, &yarn, &mut history_h[g], &mut kh[g]));
+        let mut along = Along::<L> {
+            pass,
+            yarn,
+            limit: L::splat(pass.critical),
+            horizontal_end: pass.nodes_x - 1,
+            vertical_end: if above.is_empty() { 0 } else { pass.nodes_x },
+            here: first_displacement(row.first()),
+            left_pull: [zero; 3],
+            low: zero,
+            high: zero,
+            report: Report::default(),
+        };
+        let mut rest = row;
+        for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
+            let Some((chunk, tail)) = rest.split_first_mut() else { break };
+            let above = above.get(c).unwrap_or(&NOTHING_ABOVE);
+            // The node to the right of the last group: the next chunk's first, or a zero of no consequence.
+            let next = first_displacement(tail.first());
+            let mut planes = Planes { chunk, history, above, carry, next, column: c * CHUNK };
+            // Written out where the groups are few, so that every place in the chunk is a constant.
+            match CHUNK / L::WIDTH {
+                1 => along.group(&mut planes, 0),
+                2 => {
+                    along.group(&mut planes, 0);
+                    along.group(&mut planes, 1);
+                }
+                groups => {
+                    for g in 0..groups {
+                        along.group(&mut planes, g);
+                    }
+                }
             }
-            let pull = pull_horizontal(L::load(&kh[g]), q, d);
-
-            let d = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
-            let q = excess_vertical(d);
-            if q.any_not_below(limit) && q.any_above(L::load(&history_v[g])) {
-                let end = if top { 0 } else { pass.nodes_x };
-                let place = Place { first: g * L::WIDTH, end, axis: Axis::Vertical };
-                report.add(pass.damage(q, place, &yarn, &mut history_v[g], &mut kv[g]));
-            }
-            let lift = pull_vertical(L::load(&kv[g]), q, d);
-
-            let motion = Kick { here, pull, left_pull, lift };
-            motion.axis(0, &mut vx[g], &mut ux[g], &mut cx[g]);
-            let y = motion.axis(1, &mut vy[g], &mut uy[g], &mut cy[g]);
-            motion.axis(2, &mut vz[g], &mut uz[g], &mut cz[g]);
-            low = y.min(low);
-            high = y.max(high);
-            left_pull = pull;
-            here = next;
+            rest = tail;
         }
-        *range = [least(low), greatest(high)];
-        report
+        (along.report, [least(along.low), greatest(along.high)])
+    }
+}
+
+/// Displacement of the first lane group of a chunk, zero where there is none.
+#[inline(always)]
+fn first_displacement<L: Lane>(chunk: Option<&Chunk<HOT_PLANES>>) -> [L; 3] {
+    match chunk {
+        Some([x, y, z, ..]) => [L::load(&L::groups(x)[0]), L::load(&L::groups(y)[0]), L::load(&L::groups(z)[0])],
+        None => [L::splat(0.0); 3],
+    }
+}
+
+/// Eight columns of everything a row needs.
+struct Planes<'a, L> {
+    chunk: &'a mut Chunk<HOT_PLANES>,
+    history: &'a mut Chunk<HISTORY_PLANES>,
+    above: &'a Chunk<HOT_PLANES>,
+    carry: &'a mut Chunk<CARRY_PLANES>,
+    /// Displacement of the lane group behind this chunk.
+    next: [L; 3],
+    /// First column.
+    column: usize,
+}
+
+/// What is carried along a row from one lane group to the next.
+struct Along<'a, L> {
+    pass: &'a Pass<'a>,
+    yarn: YarnRow<'a>,
+    limit: L,
+    /// Horizontal segments start before this column.
+    horizontal_end: usize,
+    /// Vertical segments start before this column.
+    vertical_end: usize,
+    here: [L; 3],
+    left_pull: [L; 3],
+    low: L,
+    high: L,
+    report: Report,
+}
+
+impl<L: Lane> Along<'_, L> {
+    /// One lane group: damage, forces, kick and drift.
+    #[inline(always)]
+    fn group(&mut self, planes: &mut Planes<'_, L>, g: usize) {
+        let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
+        let (ux, uy, uz) = (L::groups_mut(ux), L::groups_mut(uy), L::groups_mut(uz));
+        let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
+        let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
+        let [ax, ay, az, ..] = planes.above;
+        let (ax, ay, az) = (L::groups(ax), L::groups(ay), L::groups(az));
+        let [cx, cy, cz] = &mut *planes.carry;
+        let (cx, cy, cz) = (L::groups_mut(cx), L::groups_mut(cy), L::groups_mut(cz));
+        let [history_h, history_v] = &mut *planes.history;
+        let (history_h, history_v) = (L::groups_mut(history_h), L::groups_mut(history_v));
+        let here = self.here;
+        let next = if g + 1 < CHUNK / L::WIDTH {
+            [L::load(&ux[g + 1]), L::load(&uy[g + 1]), L::load(&uz[g + 1])]
+        } else {
+            planes.next
+        };
+        let column = planes.column + g * L::WIDTH;
+
+        let d = [
+            here[0].right_of(next[0]).sub(here[0]),
+            here[1].right_of(next[1]).sub(here[1]),
+            here[2].right_of(next[2]).sub(here[2]),
+        ];
+        let q = excess_horizontal(d);
+        if q.any_not_below(self.limit) && q.any_above(L::load(&history_h[g])) {
+            let place = Place { first: column, end: self.horizontal_end, axis: Axis::Horizontal };
+            self.report.add(self.pass.damage(q, place, &self.yarn, &mut history_h[g], &mut kh[g]));
+        }
+        let pull = pull_horizontal(L::load(&kh[g]), q, d);
+
+        let d = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
+        let q = excess_vertical(d);
+        if q.any_not_below(self.limit) && q.any_above(L::load(&history_v[g])) {
+            let place = Place { first: column, end: self.vertical_end, axis: Axis::Vertical };
+            self.report.add(self.pass.damage(q, place, &self.yarn, &mut history_v[g], &mut kv[g]));
+        }
+        let lift = pull_vertical(L::load(&kv[g]), q, d);
+
+        let kick = Kick { here, pull, left_pull: self.left_pull, lift };
+        kick.axis(0, &mut vx[g], &mut ux[g], &mut cx[g]);
+        let y = kick.axis(1, &mut vy[g], &mut uy[g], &mut cy[g]);
+        kick.axis(2, &mut vz[g], &mut uz[g], &mut cz[g]);
+        self.low = y.min(self.low);
+        self.high = y.max(self.high);
+        self.left_pull = pull;
+        self.here = next;
     }
 }
 
@@ -260,26 +307,6 @@ fn greatest<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
     group.as_ref().iter().fold(0.0, |a, &b| if b > a { b } else { a })
-}
-
-/// The first `count` groups of each plane.
-#[inline(always)]
-fn groups<L: Lane, const N: usize>(planes: [&[f64]; N], count: usize) -> Option<[&[L::Group]; N]> {
-    let mut out = [&[] as &[L::Group]; N];
-    for (slot, plane) in out.iter_mut().zip(planes) {
-        *slot = L::groups(plane).get(..count)?;
-    }
-    Some(out)
-}
-
-/// The first `count` groups of each plane, to be changed.
-#[inline(always)]
-fn groups_mut<L: Lane, const N: usize>(planes: [&mut [f64]; N], count: usize) -> Option<[&mut [L::Group]; N]> {
-    let mut out = core::array::from_fn(|_| <&mut [L::Group]>::default());
-    for (slot, plane) in out.iter_mut().zip(planes) {
-        *slot = L::groups_mut(plane).get_mut(..count)?;
-    }
-    Some(out)
 }
 
 /// Which segments a lane group holds.
@@ -355,50 +382,4 @@ impl Report {
         self.add(other);
         self
     }
-}
-
-/// The planes of one row without their leading zeros.
-struct Planes<'a> {
-    u: [&'a mut [f64]; 3],
-    v: [&'a mut [f64]; 3],
-    stiffness: [&'a mut [f64]; 2],
-    history: [&'a mut [f64]; 2],
-    above: [&'a [f64]; 3],
-    carry: [&'a mut [f64]; 3],
-}
-
-impl<'a> Planes<'a> {
-    fn of(
-        row: &'a mut [f64],
-        history: &'a mut [f64],
-        above: &'a [f64],
-        carry: &'a mut [f64],
-        nodes: usize,
-        stride: usize,
-    ) -> Option<Planes<'a>> {
-        // The values, and eight zeros behind them.
-        if stride < PAD + nodes.next_multiple_of(PAD) + PAD {
-            return None;
-        }
-        let [ux, uy, uz, vx, vy, vz, kh, kv] = split_planes::<HOT_PLANES>(row, stride)?;
-        let above = |plane: usize| above.get(plane * stride + PAD..(plane + 1) * stride);
-        Some(Planes {
-            u: [ux, uy, uz],
-            v: [vx, vy, vz],
-            stiffness: [kh, kv],
-            history: split_planes::<HISTORY_PLANES>(history, stride)?,
-            above: [above(0)?, above(1)?, above(2)?],
-            carry: split_planes::<3>(carry, stride)?,
-        })
-    }
-}
-
-/// A row cut into its planes, each without its leading zeros.
-fn split_planes<const N: usize>(row: &mut [f64], stride: usize) -> Option<[&mut [f64]; N]> {
-    let mut planes = row.chunks_exact_mut(stride);
-    let mut out = core::array::from_fn(|_| <&mut [f64]>::default());
-    for plane in out.iter_mut() {
-        *plane = planes.next()?.get_mut(PAD..)?;
-    }
-    Some(out)
 }
