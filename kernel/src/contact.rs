@@ -33,7 +33,7 @@ pub struct Candidate {
     pub approach: f64,
     /// 1/(1/m + 1/M + arm.I^-1 arm), kg.
     pub effective_mass: f64,
-    /// Impulse, N s.
+    /// Impulse, N s; the last number of the slot.
     pub impulse: f64,
 }
 
@@ -147,11 +147,12 @@ pub struct Solved {
 pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], body: &Body, inertia: &Inertia, node_mass: f64) -> Solved {
     let mut velocity = body.velocity;
     let mut rate = body.angular_velocity;
+    let inverse_node_mass = 1.0 / node_mass;
     let mut fastest = 0.0;
     for slot in candidates.iter_mut() {
         let mut c = Candidate::read(slot);
         let turning = c.arm.dot(&c.arm.component_mul(&inertia.inverse_moments));
-        c.effective_mass = 1.0 / (1.0 / node_mass + inertia.inverse_mass + turning);
+        c.effective_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass + turning);
         c.impulse = 0.0;
         c.write(slot);
         let approach = c.approach - c.normal.dot(&velocity) - c.arm.dot(&rate);
@@ -162,7 +163,7 @@ pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], body: &Body, inertia: &I
     for sweep in 1..=MAX_SWEEPS {
         let mut largest_change = 0.0;
         for slot in candidates.iter_mut() {
-            let mut c = Candidate::read(slot);
+            let c = Candidate::read(slot);
             let gap_rate = c.approach + c.impulse / node_mass - c.normal.dot(&velocity) - c.arm.dot(&rate);
             let trial = c.impulse - gap_rate * c.effective_mass;
             let impulse = if trial > 0.0 { trial } else { 0.0 };
@@ -170,8 +171,7 @@ pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], body: &Body, inertia: &I
             if change != 0.0 {
                 velocity -= c.normal * (change * inertia.inverse_mass);
                 rate -= c.arm.component_mul(&inertia.inverse_moments) * change;
-                c.impulse = impulse;
-                c.write(slot);
+                slot[CANDIDATE_REALS - 1] = impulse;
                 let size = if change < 0.0 { -change } else { change };
                 largest_change = if size > largest_change { size } else { largest_change };
             }

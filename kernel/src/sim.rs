@@ -694,19 +694,19 @@ impl<'a> Sim<'a> {
             let run = runs.get(j).copied().unwrap_or([0; 4]);
             let row = layout::row(hot, chunks, j);
             for i in 0..nx {
-                let at = |plane: usize| layout::get(row, plane, i).unwrap_or(0.0);
-                let x = (weave::rest_offset(i, nodes_x) + at(0)) * h;
+                let (Some(chunk), lane) = (row.get(i / CHUNK), i % CHUNK) else { break };
+                let x = (weave::rest_offset(i, nodes_x) + chunk[0][lane]) * h;
                 if !search.meets_column(x) {
                     continue;
                 }
-                let u = [at(0), at(1), at(2)];
+                let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
                 let x = Vector::new(x, (y0 + u[1]) * h, u[2] * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if in_runs(&run, i) {
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                let v = Vector::new(at(3), at(4), at(5));
+                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
                 let candidate = Candidate {
                     displacement: u,
                     normal,
@@ -1329,31 +1329,27 @@ fn in_runs(run: &[u32; 4], i: usize) -> bool {
 
 /// Remembers the displacements of a row's fixed nodes.
 fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
-    for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
-        if let Some(kept) = kept.get_mut(i) {
-            for (plane, slot) in kept.iter_mut().enumerate() {
-                *slot = layout::get(row, plane, i).unwrap_or(0.0);
-            }
+    for columns in [run[0]..run[1], run[2]..run[3]] {
+        for i in columns.map(|i| i as usize) {
+            let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
+            *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
         }
     }
 }
 
 /// Puts a row's fixed nodes back to rest and returns the pull of the sheet on each run, in units of m h/dt.
 fn restore_fixed(row: &mut [Chunk<HOT_PLANES>], kept: &[[f64; 3]], run: &[u32; 4]) -> [Vector; 2] {
-    [run[0]..run[1], run[2]..run[3]].map(|columns| {
-        let mut pull = Vector::zeros();
+    let mut pulls = [Vector::zeros(); 2];
+    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
-            let Some(kept) = kept.get(i) else { break };
-            for (plane, (kept, sum)) in kept.iter().zip(pull.iter_mut()).enumerate() {
-                if let Some(u) = layout::get_mut(row, plane, i) {
-                    *u = *kept;
-                }
-                if let Some(v) = layout::get_mut(row, 3 + plane, i) {
-                    *sum += *v;
-                    *v = 0.0;
-                }
+            let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
+            let lane = i % CHUNK;
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+            for plane in 0..3 {
+                chunk[plane][lane] = kept[plane];
+                chunk[3 + plane][lane] = 0.0;
             }
         }
-        pull
-    })
+    }
+    pulls
 }

@@ -5,7 +5,7 @@
 //! alpha = A (exp(-lambda (U_max - U_c)) - B), cut to 0 at `alpha_fail`, where U_max is the largest stretch so far.
 //! The hot loop never takes a root: it works with q = U^2 - 1 and the history variable is the largest q beyond q_c.
 //! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
-//! Reference: D. Powell, T. I. Zohdi, Comput. Methods Appl. Mech. Engrg. (2009), their yarn constitutive law.
+//! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their yarn constitutive law.
 
 use crate::math;
 
