@@ -32,9 +32,13 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "micro")]
+pub mod calibrate;
 pub mod contact;
 pub mod energy;
 pub mod error;
+#[cfg(feature = "micro")]
+pub mod fibril;
 pub mod lanes;
 pub mod layout;
 pub mod math;

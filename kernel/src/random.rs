@@ -16,6 +16,8 @@ pub enum Purpose {
     Modulus = 0,
     /// Damage rate of a segment.
     DamageRate = 1,
+    /// Lateral offset of a fibril.
+    FibrilOffset = 2,
 }
 
 /// One step of the splitmix64 sequence, used as a 64-bit mixing function.
