@@ -1,0 +1,16 @@
+//! Physics: each test knows its answer from mathematics (a closed form, an order of convergence, a balance), not from an
+//! earlier run. Numbers that the kernel's own unit tests already show (yarn law, shapes, step limit) are not repeated.
+#![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
+
+mod balances;
+mod contact;
+mod convergence;
+mod frames;
+mod free_flight;
+mod long_yarn;
+mod oscillator;
+mod outcomes;
+mod prescribed;
+mod rotation;
+mod stability;
+mod starts;

@@ -1,0 +1,155 @@
+//! One free node between four fixed ones: the first impact, and the oscillators it makes with the sphere.
+
+use fabric::{Scene, Sim, TimeStep};
+use fabric_tests::{Buffers, close, damage, small_sheet};
+
+/// E A_0 of the uniform yarn, N.
+fn stiffness(scene: &Scene) -> f64 {
+    scene.yarn.modulus_mean * scene.sheet.yarn_area
+}
+
+/// A flat slack sheet exerts no force, so the first step is a plastic impact of one node: V' = V M/(M + m), and the loss is
+/// m M V^2/(2 (M + m)) = 3.2600e-4 J at 100 m/s.
+#[test]
+fn the_first_impact_is_plastic() {
+    let scene = small_sheet(11, 100.0);
+    let (m, mass) = (scene.sheet.node_mass, scene.projectile.mass);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    sim.step().unwrap();
+    let after = sim.projectile().unwrap().velocity[2];
+    assert!((after - 100.0 * mass / (mass + m)).abs() < 1e-13);
+    assert!((after - 99.99922382).abs() < 1e-8);
+    let contact = sim.contact().unwrap();
+    close(contact.loss, m * mass * 1e4 / (2.0 * (mass + m)), 1e-10);
+    close(contact.loss, 3.2600e-4, 1e-5);
+    close(contact.impulse[2], -m * after, 1e-10);
+    close(contact.work, 0.5 * mass * (1e4 - after * after), 1e-8);
+    assert_eq!(sim.counters().contacts, 1);
+    assert_eq!(sim.outcomes().first_contact, Some(0));
+}
+
+/// Steps until the sphere stands still, and returns its depth and the time, interpolated between steps.
+fn turning_point(sim: &mut Sim<'_>) -> (f64, f64) {
+    let dt = sim.step_limits().dt;
+    loop {
+        let before = sim.projectile().unwrap();
+        sim.step().unwrap();
+        let after = sim.projectile().unwrap();
+        if after.velocity[2] <= 0.0 {
+            // Velocities belong to the middles of the two steps that meet at `before.position`.
+            let fraction = before.velocity[2] / (before.velocity[2] - after.velocity[2]) - 0.5;
+            let curvature = (after.velocity[2] - before.velocity[2]) / dt;
+            let depth = before.position[2] - 0.5 * curvature * (fraction * dt) * (fraction * dt);
+            return (depth, sim.time() - dt + fraction * dt);
+        }
+    }
+}
+
+/// Four yarns pulled sideways make the quartic potential E A_0 z^4/(2 h^3): with V' = V M/(M + m)
+/// z_max = [(M + m) V'^2 h^3/(E A_0)]^(1/4) = 0.120808188 mm, reached after 1.3110287771 z_max/V' = 158.3842 us
+/// (1.3110287771 = the lemniscate constant), U_max = 1.013761109, and the sphere leaves with -V'.
+#[test]
+fn the_quartic_oscillator() {
+    let mut scene = small_sheet(3, 1.0);
+    scene.time_step = TimeStep::Fraction(0.1);
+    let (m, mass, h) = (scene.sheet.node_mass, scene.projectile.mass, scene.sheet.spacing);
+    let speed = mass / (mass + m);
+    let depth = ((mass + m) * speed * speed * h * h * h / stiffness(&scene)).powf(0.25);
+    close(depth, 0.120808188e-3, 1e-8);
+
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let (reached, time) = turning_point(&mut sim);
+    let z = reached + scene.projectile.radius;
+    close(z, depth, 1e-7);
+    close(time, 1.3110287771 * depth / speed, 1e-5);
+    close(time, 158.3842e-6, 1e-5);
+    close(sim.fabric().unwrap().max_stretch, 1.013761109, 1e-8);
+    sim.advance(2 * sim.step_count()).unwrap();
+    close(sim.projectile().unwrap().velocity[2], -speed, 1e-7);
+    assert_eq!(sim.counters().contacts, 0);
+    assert!(sim.counters().failed_segments == 0 && damage(&sim).iter().all(|&alpha| alpha == 1.0));
+}
+
+/// What the ledger does not close by at the turning point, over the kinetic energy, falls with dt^2.
+#[test]
+fn the_ledger_of_the_oscillator_closes_with_second_order() {
+    let residual = |fraction: f64| {
+        let mut scene = small_sheet(3, 1.0);
+        scene.time_step = TimeStep::Fraction(fraction);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        // The same time for every step: 80 us.
+        sim.advance((1512.0 * 0.4 / fraction) as u64 * 5 / 2).unwrap();
+        sim.energy().unwrap().residual / (0.5 * scene.projectile.mass)
+    };
+    let residuals = [0.4, 0.2, 0.1].map(residual);
+    assert!(residuals[0].abs() < 1e-7, "{residuals:?}");
+    for pair in residuals.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - 2.0).abs() < 0.1, "{residuals:?}");
+    }
+}
+
+/// The sphere moves in the sheet's plane and pulls the one whole segment axially: the other three are failed beforehand.
+fn axial_pull(speed: f64) -> Scene {
+    let mut scene = small_sheet(3, 0.0);
+    scene.projectile.position = [-scene.projectile.radius, 0.0, 0.0];
+    scene.projectile.velocity = [speed, 0.0, 0.0];
+    scene
+}
+
+/// Largest stretches that leave only the segment to the left of the centre node of a 3 x 3 sheet.
+fn only_left_of_centre() -> [f64; 12] {
+    let mut stretches = [2.0; 12];
+    stretches[2] = 1.0;
+    stretches
+}
+
+/// Energy of a stretched segment: A_0 h E (U^2 - 1)^2/8, hence U_max = sqrt(1 + sqrt(4 (M + m) V'^2/(E A_0 h))),
+/// 1.0273379 for 1 m/s.
+#[test]
+fn axial_pull_of_one_segment() {
+    let mut scene = axial_pull(1.0);
+    scene.time_step = TimeStep::Fraction(0.1);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    sim.set_largest_stretch(&only_left_of_centre()).unwrap();
+    assert_eq!(sim.counters().failed_segments, 11);
+    let mut largest: f64 = 1.0;
+    while sim.projectile().unwrap().velocity[0] > 0.0 {
+        sim.step().unwrap();
+        largest = largest.max(sim.fabric().unwrap().max_stretch);
+    }
+    let (m, mass, h) = (scene.sheet.node_mass, scene.projectile.mass, scene.sheet.spacing);
+    let energy = (mass + m) * (mass / (mass + m)).powi(2);
+    let exact = (1.0 + (4.0 * energy / (stiffness(&scene) * h)).sqrt()).sqrt();
+    close(exact, 1.0273379, 1e-7);
+    assert!((largest - exact).abs() < 1e-6 * (exact - 1.0), "{largest} {exact}");
+}
+
+/// The segment takes 5.0710e-3 J to the critical stretch: damage begins above V = 1.0988 m/s. It takes 6.7581e-3 J to its
+/// failure (86.6265 MJ/m^3): it breaks above V = 1.2685 m/s.
+#[test]
+fn axial_pull_damages_and_breaks_at_the_right_speeds() {
+    let run = |speed: f64| {
+        let scene = axial_pull(speed);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.set_largest_stretch(&only_left_of_centre()).unwrap();
+        while sim.projectile().unwrap().velocity[0] > 0.0 && sim.step_count() < 20_000 {
+            sim.step().unwrap();
+        }
+        (damage(&sim)[2], sim.projectile().unwrap().velocity[0])
+    };
+    assert_eq!(run(1.0988 * 0.9999).0, 1.0);
+    let (alpha, _) = run(1.0988 * 1.001);
+    assert!(alpha < 1.0 && alpha > 0.5, "{alpha}");
+    let whole = 86.6265224e6 * 1.075e-7 * (0.0254 / 35.0);
+    let breaking = (2.0 * whole / 8.4e-3f64).sqrt();
+    let (alpha, residual) = run(breaking * 0.999);
+    assert!(alpha > 0.0 && residual <= 0.0, "{alpha} {residual}");
+    let (alpha, residual) = run(breaking * 1.001);
+    assert!(alpha == 0.0 && residual > 0.0, "{alpha} {residual}");
+}

@@ -1,0 +1,141 @@
+//! The sheet in plain formulas, written without looking at the kernel's: what the tests compare its numbers with.
+
+use fabric::Scene;
+
+/// A vector.
+pub type V3 = [f64; 3];
+
+/// a + b.
+pub fn add(a: V3, b: V3) -> V3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// a - b.
+pub fn sub(a: V3, b: V3) -> V3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// s a.
+pub fn scale(a: V3, s: f64) -> V3 {
+    [s * a[0], s * a[1], s * a[2]]
+}
+
+/// a . b.
+pub fn dot(a: V3, b: V3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a x b.
+pub fn cross(a: V3, b: V3) -> V3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// |a|.
+pub fn length(a: V3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Largest distance between two lists of points, m.
+pub fn largest_distance(a: &[V3], b: &[V3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| length(sub(*a, *b))).fold(0.0, f64::max)
+}
+
+/// The rotation matrix of a unit quaternion (scalar first), applied to a vector.
+pub fn turn(q: [f64; 4], v: V3) -> V3 {
+    let [w, x, y, z] = q;
+    let rows = [
+        [w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z],
+    ];
+    [dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)]
+}
+
+/// The inverse rotation.
+pub fn turn_back(q: [f64; 4], v: V3) -> V3 {
+    turn([q[0], -q[1], -q[2], -q[3]], v)
+}
+
+/// The two nodes of every segment in the order of the segments' numbers: horizontal row by row, then vertical.
+pub fn segment_ends(scene: &Scene) -> Vec<[usize; 2]> {
+    let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
+    let mut ends = Vec::new();
+    for j in 0..ny {
+        for i in 0..nx - 1 {
+            ends.push([j * nx + i, j * nx + i + 1]);
+        }
+    }
+    for j in 0..ny - 1 {
+        for i in 0..nx {
+            ends.push([j * nx + i, (j + 1) * nx + i]);
+        }
+    }
+    ends
+}
+
+/// Rest positions, m.
+pub fn rest_positions(scene: &Scene) -> Vec<V3> {
+    let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
+    let middle = |n: usize| 0.5 * (n as f64 - 1.0);
+    let h = scene.sheet.spacing;
+    let place = |k: usize| [((k % nx) as f64 - middle(nx)) * h, ((k / nx) as f64 - middle(ny)) * h, 0.0];
+    (0..nx * ny).map(place).collect()
+}
+
+/// Which nodes are fixed, for sheets held on sides or free.
+///
+/// # Panics
+/// For corner discs.
+pub fn fixed_nodes(scene: &Scene) -> Vec<bool> {
+    let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
+    let edge = |k: usize| {
+        let (left_right, up_down) = (k.is_multiple_of(nx) || k % nx == nx - 1, k / nx == 0 || k / nx == ny - 1);
+        match scene.attachment.kind {
+            fabric::AttachmentKind::Free => false,
+            fabric::AttachmentKind::TwoSides => left_right,
+            fabric::AttachmentKind::FourSides => left_right || up_down,
+            fabric::AttachmentKind::FourCorners => panic!("not for corner discs"),
+        }
+    };
+    (0..nx * ny).map(edge).collect()
+}
+
+/// Elastic force on every node, N: each segment pulls its ends together with A_0 U S, S = alpha E (U^2 - 1)/2, in tension.
+/// `alpha` and the moduli by segment number.
+pub fn forces(scene: &Scene, positions: &[V3], alpha: &[f64]) -> Vec<V3> {
+    let mut forces = vec![[0.0; 3]; positions.len()];
+    let (area, h) = (scene.lumped_area(), scene.sheet.spacing);
+    for (number, ends) in segment_ends(scene).iter().enumerate() {
+        let along = sub(positions[ends[1]], positions[ends[0]]);
+        let stretch = length(along) / h;
+        if stretch > 1.0 {
+            let modulus = scene.draw_segment(number as u64).expect("drawn").modulus;
+            let stress = alpha[number] * modulus * 0.5 * (stretch * stretch - 1.0);
+            let force = scale(along, area * stretch * stress / length(along));
+            forces[ends[0]] = add(forces[ends[0]], force);
+            forces[ends[1]] = sub(forces[ends[1]], force);
+        }
+    }
+    forces
+}
+
+/// Principal moments of inertia of the scene's projectile, kg m^2.
+pub fn moments(scene: &Scene) -> V3 {
+    let body = &scene.projectile;
+    let r2 = body.radius * body.radius;
+    match body.shape {
+        fabric::Shape::Sphere => [0.4 * body.mass * r2; 3],
+        _ => {
+            let across = body.mass * (3.0 * r2 + body.length * body.length) / 12.0;
+            [across, across, 0.5 * body.mass * r2]
+        }
+    }
+}
+
+/// Kinetic energy of the projectile, J.
+pub fn projectile_energy(scene: &Scene, motion: &fabric::Motion) -> f64 {
+    let w = turn_back(motion.orientation, motion.angular_velocity);
+    let i = moments(scene);
+    let spin = i[0] * w[0] * w[0] + i[1] * w[1] * w[1] + i[2] * w[2] * w[2];
+    0.5 * scene.projectile.mass * dot(motion.velocity, motion.velocity) + 0.5 * spin
+}
