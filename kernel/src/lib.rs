@@ -32,16 +32,19 @@
 #[cfg(test)]
 extern crate std;
 
+mod blocks;
 #[cfg(feature = "micro")]
 pub mod calibrate;
 pub mod contact;
 pub mod energy;
 pub mod error;
+mod explicit;
 #[cfg(feature = "micro")]
 pub mod fibril;
 pub mod lanes;
 pub mod layout;
 pub mod math;
+mod model;
 pub mod outcome;
 pub mod path;
 pub mod pose;

@@ -1,0 +1,263 @@
+//! The caller's memory, carved into blocks, and the access to nodes and segments in them.
+
+use crate::energy::SegmentView;
+use crate::error::{Code, Error};
+use crate::layout::{
+    self, ALIGN_REALS, CANDIDATE_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, YARN_PLANES,
+};
+use crate::pose::Vector;
+use crate::sim::{Memory, Sim};
+use crate::sweep::{self, Axis, YarnRow};
+use crate::weave;
+
+/// The caller's memory, carved.
+pub(crate) struct Blocks<'a> {
+    /// Rows of [ux uy uz vx vy vz kh kv].
+    pub hot: &'a mut [Chunk<HOT_PLANES>],
+    /// Rows of the largest q beyond critical, horizontal and vertical.
+    pub history: &'a mut [Chunk<HISTORY_PLANES>],
+    /// Rows of [kh kv lambda_h lambda_v] of stochastic yarn.
+    pub yarn: &'a mut [Chunk<YARN_PLANES>],
+    pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    pub kept: &'a mut [[f64; 3]],
+    /// Least and greatest y displacement of each row.
+    pub ranges: &'a mut [[f64; 2]],
+    pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
+    pub runs: &'a mut [[u32; 4]],
+    /// Nodes with an impulse since the last outcome test.
+    pub flags: &'a mut [u32],
+    pub labels: &'a mut [u32],
+    pub candidate_nodes: &'a mut [u32],
+}
+
+impl<'a> Blocks<'a> {
+    pub(crate) fn carve(memory: Memory<'a>, layout: &Layout) -> Result<Blocks<'a>, Error> {
+        let Memory { reals, words } = memory;
+        let (have_reals, have_words) = (reals.len(), words.len());
+        let short = |field, have: usize, need: usize| Error::new(Code::ShortBuffer, field, have as f64, need as f64);
+        if have_reals < layout.reals() {
+            return Err(short("memory.reals", have_reals, layout.reals()));
+        }
+        if have_words < layout.words() {
+            return Err(short("memory.words", have_words, layout.words()));
+        }
+        let skip = reals.as_ptr().align_offset(8 * ALIGN_REALS);
+        let mut reals = Carver(reals);
+        let mut words = Carver(words);
+        let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
+        let watched = |count: usize| if layout.track_detachment { count } else { 0 };
+        let carved = (|| {
+            reals.take(skip)?;
+            Some(Blocks {
+                hot: chunked(reals.take(ny * HOT_PLANES * row)?),
+                history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
+                yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
+                carry: chunked(reals.take(CARRY_PLANES * row)?),
+                kept: reals.take(3 * nx)?.as_chunks_mut().0,
+                ranges: reals.take(2 * ny)?.as_chunks_mut().0,
+                candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
+                runs: words.take(4 * ny)?.as_chunks_mut().0,
+                flags: words.take(watched(layout.nodes().div_ceil(32)))?,
+                labels: words.take(watched(layout.nodes()))?,
+                candidate_nodes: words.take(layout.candidates)?,
+            })
+        })();
+        carved.ok_or(short("memory.reals", have_reals, layout.reals()))
+    }
+}
+
+/// Cuts pieces off the front of a slice.
+struct Carver<'a, T>(&'a mut [T]);
+
+impl<'a, T> Carver<'a, T> {
+    fn take(&mut self, count: usize) -> Option<&'a mut [T]> {
+        let (piece, rest) = core::mem::take(&mut self.0).split_at_mut_checked(count)?;
+        self.0 = rest;
+        Some(piece)
+    }
+}
+
+/// Numbers as chunks of P planes.
+fn chunked<const P: usize>(reals: &mut [f64]) -> &mut [Chunk<P>] {
+    reals.as_chunks_mut().0.as_chunks_mut().0
+}
+/// Whether column i lies in one of a row's fixed runs.
+pub(crate) fn in_runs(run: &[u32; 4], i: usize) -> bool {
+    let i = i as u32;
+    (run[0] <= i && i < run[1]) || (run[2] <= i && i < run[3])
+}
+
+impl Sim<'_> {
+    // ---- Nodes and segments
+
+    /// Rest place of a node in spacings.
+    pub(crate) fn rest(&self, i: usize, j: usize) -> [f64; 2] {
+        [weave::rest_offset(i, self.scene.sheet.nodes_x), weave::rest_offset(j, self.scene.sheet.nodes_y)]
+    }
+
+    /// Position at t_n in the sheet's frame, m.
+    pub(crate) fn position(&self, i: usize, j: usize) -> Vector {
+        let (u, _) = self.node(i, j);
+        let (rest, h) = (self.rest(i, j), self.scene.sheet.spacing);
+        Vector::new((rest[0] + u[0]) * h, (rest[1] + u[1]) * h, u[2] * h)
+    }
+
+    /// Displacement (spacings) and velocity (spacings per step) of a node.
+    pub(crate) fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
+        let row = layout::row(self.blocks.hot, self.layout.chunks, j);
+        let at = |plane: usize| layout::get(row, plane, i).unwrap_or(0.0);
+        ([at(0), at(1), at(2)], [at(3), at(4), at(5)])
+    }
+
+    pub(crate) fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
+        let row = layout::row_mut(self.blocks.hot, self.layout.chunks, j);
+        for (plane, value) in u.into_iter().chain(v).enumerate() {
+            if let Some(slot) = layout::get_mut(row, plane, i) {
+                *slot = value;
+            }
+        }
+    }
+
+    pub(crate) fn is_fixed(&self, i: usize, j: usize) -> bool {
+        self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i))
+    }
+
+    /// The segment that starts at node (i, j), if there is one.
+    pub(crate) fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let (i2, j2) = match axis {
+            Axis::Horizontal => (i + 1, j),
+            Axis::Vertical => (i, j + 1),
+        };
+        if i2 >= nx || j2 >= ny {
+            return None;
+        }
+        let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
+        let d = [u2[0] - u1[0], u2[1] - u1[1], u2[2] - u1[2]];
+        let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
+        let (undamaged, damage_rate) = self.yarn_row(j).constants(axis, i);
+        Some(SegmentView {
+            axis,
+            stiffness: layout::get(layout::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
+            undamaged,
+            damage_rate,
+            history: layout::get(layout::row(self.blocks.history, chunks, j), axis as usize, i)?,
+            d,
+            d_before: [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]],
+        })
+    }
+
+    fn yarn_row(&self, j: usize) -> YarnRow<'_> {
+        if self.layout.stochastic {
+            YarnRow::Stochastic(layout::row(self.blocks.yarn, self.layout.chunks, j))
+        } else {
+            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate }
+        }
+    }
+
+    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
+    /// The same expressions in the same order as the sweep.
+    pub(crate) fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
+        let pull = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
+            let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
+            let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
+            let q = segment.excess_now();
+            let stiffness = if q > self.model.critical && q > segment.history {
+                self.model.law.alpha(segment.damage_rate, q) * segment.undamaged
+            } else {
+                segment.stiffness
+            };
+            match axis {
+                Axis::Horizontal => sweep::pull_horizontal(stiffness, q, segment.d),
+                Axis::Vertical => sweep::pull_vertical(stiffness, q, segment.d),
+            }
+        };
+        let right = pull(Axis::Horizontal, Some(i), Some(j));
+        let left = pull(Axis::Horizontal, i.checked_sub(1), Some(j));
+        let up = pull(Axis::Vertical, Some(i), Some(j));
+        let down = pull(Axis::Vertical, Some(i), j.checked_sub(1));
+        [
+            sweep::node_sum(right[0], left[0], up[0], down[0]),
+            sweep::node_sum(right[1], left[1], up[1], down[1]),
+            sweep::node_sum(right[2], left[2], up[2], down[2]),
+        ]
+    }
+
+    // ---- Filling the blocks
+
+    /// Yarn constants and fixed runs.
+    pub(crate) fn fill_model(&mut self) -> Result<(), Error> {
+        for (j, run) in self.blocks.runs.iter_mut().enumerate() {
+            let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
+            *run = [a, b, c, d];
+        }
+        if !self.layout.stochastic {
+            return Ok(());
+        }
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        for j in 0..ny {
+            let row = layout::row_mut(self.blocks.yarn, chunks, j);
+            for i in 0..nx {
+                let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
+                let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
+                for (axis, number) in [horizontal, vertical].into_iter().enumerate() {
+                    let Some(number) = number else { continue };
+                    let segment = self.scene.draw_segment(number)?;
+                    if let Some(slot) = layout::get_mut(row, axis, i) {
+                        *slot = segment.modulus / self.model.modulus_per_stiffness;
+                    }
+                    if let Some(slot) = layout::get_mut(row, axis + 2, i) {
+                        *slot = segment.damage_rate;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Sheet flat, at rest and whole.
+    pub(crate) fn clear_state(&mut self) {
+        self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
+        self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
+        self.blocks.flags.fill(0);
+        self.rebuild_derived();
+    }
+
+    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
+    /// awake rows. Clears a failure.
+    pub(crate) fn rebuild_derived(&mut self) {
+        self.failure = None;
+        self.failed_segments = 0;
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let mut awake: Option<[usize; 2]> = None;
+        for j in 0..ny {
+            for i in 0..nx {
+                for axis in [Axis::Horizontal, Axis::Vertical] {
+                    let Some(segment) = self.segment(axis, i, j) else { continue };
+                    let stiffness = self.model.law.alpha(segment.damage_rate, segment.history) * segment.undamaged;
+                    let row = layout::row_mut(self.blocks.hot, chunks, j);
+                    if let Some(slot) = layout::get_mut(row, 6 + axis as usize, i) {
+                        *slot = stiffness;
+                    }
+                    self.failed_segments += u64::from(stiffness == 0.0);
+                }
+            }
+            let (mut low, mut high, mut moved) = (0.0, 0.0, false);
+            for i in 0..nx {
+                let (u, v) = self.node(i, j);
+                moved |= u.iter().chain(&v).any(|&x| x != 0.0);
+                low = if u[1] < low { u[1] } else { low };
+                high = if u[1] > high { u[1] } else { high };
+            }
+            if let Some(range) = self.blocks.ranges.get_mut(j) {
+                *range = [low, high];
+            }
+            if moved {
+                awake = Some([awake.map_or(j, |[first, _]| first), j + 1]);
+            }
+        }
+        self.awake = awake.unwrap_or([0, 0]);
+    }
+}

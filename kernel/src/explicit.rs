@@ -1,0 +1,418 @@
+//! The explicit step: velocity Verlet in sweep form with impulse contact.
+//!
+//! Method: nodes near the projectile are noted, every row is swept (damage, kick, drift), the touched nodes are corrected by
+//! contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2}; they are never synchronised.
+//! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
+//! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
+
+use crate::blocks::{Blocks, in_runs};
+use crate::contact::{self, Candidate, Search};
+use crate::error::Failure;
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES};
+use crate::math;
+use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
+use crate::path;
+use crate::pose::Vector;
+use crate::projectile::{self, Body};
+use crate::scene::{AttachmentKind, Drive};
+use crate::sim::Sim;
+use crate::sweep::{Pass, Report, YarnRow};
+use crate::weave;
+
+impl Sim<'_> {
+    pub(crate) fn step_once(&mut self) -> Result<(), Failure> {
+        let target = self.prescribe_rates();
+        self.refuse_too_fast()?;
+        let before = self.state.body;
+        let count = self.gather()?;
+        let report = self.sweep();
+        if report.non_finite {
+            return Err(Failure::NonFinite);
+        }
+        self.failed_segments += report.newly_failed;
+        self.touch(count, &before);
+        self.move_body(target);
+        self.state.step += 1;
+        self.close_window();
+        if self.state.step.is_multiple_of(TEST_INTERVAL) {
+            self.test_outcomes();
+        }
+        Ok(())
+    }
+
+    /// A prescribed body on a path: sets its rates for this step and returns its pose at the step's end.
+    fn prescribe_rates(&mut self) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
+        let state = &mut self.state;
+        let track = &state.track;
+        if track.steps == 0 || state.step >= track.first + track.steps {
+            return None;
+        }
+        let dt = self.model.limits.dt;
+        let (position, orientation) = track.pose(state.step + 1, dt);
+        state.body.velocity = (position - state.body.position) / dt;
+        if self.model.solid.feels_torque() {
+            state.body.angular_velocity = path::cayley_rate(&state.body.orientation, &orientation, dt);
+        }
+        Some((position, orientation))
+    }
+
+    fn refuse_too_fast(&self) -> Result<(), Failure> {
+        let body = &self.state.body;
+        let (v, w) = (body.velocity, body.angular_velocity);
+        let (speed, rate) = (math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
+        if !(speed.is_finite() && rate.is_finite()) {
+            return Err(Failure::NonFinite);
+        }
+        if self.model.too_fast(speed, rate) { Err(Failure::TooFast) } else { Ok(()) }
+    }
+
+    /// Copies the free nodes closer than h to the projectile; returns how many.
+    fn gather(&mut self) -> Result<usize, Failure> {
+        let h = self.scene.sheet.spacing;
+        let search = Search::new(&self.model.solid, &self.state.body, h);
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let (unit_speed, nodes_x, nodes_y) =
+            (self.model.unit_speed, self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
+        let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
+        let mut count = 0;
+        let mut worst = self.state.sums.worst_penetration;
+        for j in 0..ny {
+            let y0 = weave::rest_offset(j, nodes_y);
+            let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
+            if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
+                continue;
+            }
+            let run = runs.get(j).copied().unwrap_or([0; 4]);
+            let row = layout::row(hot, chunks, j);
+            for i in 0..nx {
+                let (Some(chunk), lane) = (row.get(i / CHUNK), i % CHUNK) else { break };
+                let x = (weave::rest_offset(i, nodes_x) + chunk[0][lane]) * h;
+                if !search.meets_column(x) {
+                    continue;
+                }
+                let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+                let x = Vector::new(x, (y0 + u[1]) * h, u[2] * h);
+                let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
+                if in_runs(&run, i) {
+                    continue;
+                }
+                let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                let candidate = Candidate {
+                    displacement: u,
+                    normal,
+                    arm,
+                    gap,
+                    speed_before: normal.dot(&v) * unit_speed,
+                    approach: 0.0,
+                    effective_mass: 0.0,
+                    impulse: 0.0,
+                };
+                candidate.write(slot);
+                *node = (j * nx + i) as u32;
+                count += 1;
+                worst = if -gap > worst { -gap } else { worst };
+            }
+        }
+        self.state.sums.worst_penetration = worst;
+        if count as u64 > self.state.sums.most_candidates {
+            self.state.sums.most_candidates = count as u64;
+        }
+        Ok(count)
+    }
+
+    /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
+    fn sweep(&mut self) -> Report {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let [first, end] = self.rows_to_step();
+        let pass =
+            Pass { nodes_x: nx, law: &self.model.law, critical: self.model.critical, instructions: self.instructions };
+        let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
+        let uniform =
+            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
+        let mut report = Report::default();
+        carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+        for j in first..end {
+            let Some((below, above)) = hot.split_at_mut_checked((j + 1) * chunks) else { break };
+            let row = layout::row_mut(below, chunks, j);
+            let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
+            let run = runs.get(j).copied().unwrap_or([0; 4]);
+            let above = if j + 1 < ny { layout::row(above, chunks, 0) } else { &[] };
+            keep_fixed(row, kept, &run);
+            let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
+            report = report.merged(met);
+            if let Some(slot) = ranges.get_mut(j) {
+                *slot = range;
+            }
+            let pulls = restore_fixed(row, kept, &run);
+            if self.scene.track_support {
+                for (k, pull) in pulls.iter().enumerate() {
+                    let at = weave::attachment_of(self.scene.attachment.kind, self.scene.sheet.nodes_y, j, k);
+                    if let Some(sum) = self.state.sums.support.get_mut(at) {
+                        *sum += pull;
+                    }
+                }
+            }
+        }
+        self.awake = [first, end];
+        report
+    }
+
+    /// Awake rows and their neighbours.
+    fn rows_to_step(&self) -> [usize; 2] {
+        let ny = self.layout.nodes_y;
+        let [first, end] = self.awake;
+        if !self.skip_rest {
+            [0, ny]
+        } else if first == end {
+            [0, 0]
+        } else {
+            [first.saturating_sub(1), (end + 1).min(ny)]
+        }
+    }
+
+    /// External load, contact impulses on the gathered nodes and on the body, and their sums.
+    fn touch(&mut self, count: usize, before: &Body) {
+        let dt = self.model.limits.dt;
+        let (force, torque) = (self.state.force, self.state.torque);
+        if self.scene.drive == Drive::Free {
+            let body = &mut self.state.body;
+            body.velocity += force * (dt * self.model.inertia.inverse_mass);
+            if self.model.solid.feels_torque() {
+                let twist = projectile::into_body(&body.orientation, &(torque * dt));
+                body.angular_velocity += twist.component_mul(&self.model.inertia.inverse_moments);
+            }
+        }
+        if count > 0 {
+            self.solve_contact(count, before);
+        } else {
+            self.state.sums.contacts = 0;
+        }
+        if self.scene.drive == Drive::Free {
+            let mean = (before.velocity + self.state.body.velocity) * 0.5;
+            let mut work = force.dot(&mean) * dt;
+            if self.model.solid.feels_torque() {
+                let spin = (before.angular_velocity + self.state.body.angular_velocity) * 0.5;
+                work += projectile::into_body(&before.orientation, &torque).dot(&spin) * dt;
+            }
+            self.state.sums.external_work += work;
+            self.state.sums.external_impulse += force * dt;
+        }
+    }
+
+    fn solve_contact(&mut self, count: usize, before: &Body) {
+        let (nx, dt) = (self.layout.nodes_x, self.model.limits.dt);
+        for c in 0..count {
+            let Some(node) = self.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
+            let (_, v) = self.node(node % nx, node / nx);
+            let Some(slot) = self.blocks.candidates.get_mut(c) else { break };
+            let mut candidate = Candidate::read(slot);
+            let gap = if candidate.gap > 0.0 { candidate.gap } else { 0.0 };
+            candidate.approach = gap / dt + candidate.normal.dot(&Vector::from(v)) * self.model.unit_speed;
+            candidate.write(slot);
+        }
+        let slots = self.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
+        let solved = contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass);
+        self.state.body.velocity = solved.velocity;
+        self.state.body.angular_velocity = solved.angular_velocity;
+        if solved.sweeps as u64 > self.state.sums.most_sweeps {
+            self.state.sums.most_sweeps = solved.sweeps as u64;
+        }
+        self.state.sums.unconverged += u64::from(!solved.converged);
+        self.book_contact(count, before);
+    }
+
+    /// Moves the touched nodes and books impulse, angular impulse, work and loss.
+    fn book_contact(&mut self, count: usize, before: &Body) {
+        let nx = self.layout.nodes_x;
+        let body = self.state.body;
+        let mean_velocity = (before.velocity + body.velocity) * 0.5;
+        let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
+        let mut impulse_sum = Vector::zeros();
+        let mut arm_sum = Vector::zeros();
+        let (mut work, mut loss, mut touched) = (0.0, 0.0, 0);
+        for c in 0..count {
+            let (Some(slot), Some(&node)) = (self.blocks.candidates.get(c), self.blocks.candidate_nodes.get(c)) else {
+                break;
+            };
+            let candidate = Candidate::read(slot);
+            if candidate.impulse <= 0.0 {
+                continue;
+            }
+            let (impulse, normal) = (candidate.impulse, candidate.normal);
+            let (i, j) = (node as usize % nx, node as usize / nx);
+            let (_, free) = self.node(i, j);
+            let kick = normal * (impulse / self.model.unit_impulse);
+            let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
+            let u = candidate.displacement;
+            self.set_node(i, j, [u[0] + v[0], u[1] + v[1], u[2] + v[2]], v);
+            self.widen(j, u[1] + v[1]);
+            if let Some(flags) = self.blocks.flags.get_mut(node as usize / 32) {
+                *flags |= 1 << (node % 32);
+            }
+            let speed_after = normal.dot(&Vector::from(v)) * self.model.unit_speed;
+            let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
+            impulse_sum -= normal * impulse;
+            arm_sum -= candidate.arm * impulse;
+            work += impulse * body_speed;
+            loss -= impulse * (0.5 * (candidate.speed_before + speed_after) - body_speed);
+            touched += 1;
+        }
+        self.state.sums.contacts = touched;
+        if touched == 0 {
+            return;
+        }
+        if self.state.watch.first.is_none() {
+            let energy = before.kinetic_energy(&self.model.inertia);
+            self.state.watch.touch(self.state.step, before, energy);
+        }
+        let sums = &mut self.state.sums;
+        sums.impulses += touched;
+        sums.impulse += impulse_sum;
+        sums.window += impulse_sum;
+        if self.model.solid.feels_torque() {
+            sums.angular_impulse += projectile::out_of_body(&before.orientation, &arm_sum);
+        }
+        sums.work += work;
+        sums.loss += loss;
+    }
+
+    /// Notes that a row holds a moving node with this y displacement.
+    fn widen(&mut self, j: usize, y: f64) {
+        let [first, end] = self.awake;
+        self.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
+        if let Some([low, high]) = self.blocks.ranges.get_mut(j) {
+            *low = if y < *low { y } else { *low };
+            *high = if y > *high { y } else { *high };
+        }
+    }
+
+    fn move_body(&mut self, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
+        let dt = self.model.limits.dt;
+        let state = &mut self.state;
+        match (self.scene.drive, target) {
+            (Drive::Free, _) => state.body.drift(&self.model.solid, &self.model.inertia, dt),
+            (Drive::Prescribed, Some((position, orientation))) => {
+                state.body.position = position;
+                state.body.orientation = orientation;
+                if state.step + 1 == state.track.first + state.track.steps {
+                    // The next path starts with the rates this one ends with.
+                    state.body.velocity = state.track.end.velocity;
+                    state.body.angular_velocity = state.track.end.angular_velocity;
+                }
+            }
+            (Drive::Prescribed, None) => {
+                state.body.position += state.body.velocity * dt;
+                if self.model.solid.feels_torque() {
+                    let w = state.body.angular_velocity;
+                    state.body.orientation = projectile::cayley_turn(&state.body.orientation, &w, dt);
+                }
+            }
+        }
+    }
+
+    /// At the end of a force window: keeps the largest mean force.
+    fn close_window(&mut self) {
+        if !self.state.step.is_multiple_of(self.model.window_steps) {
+            return;
+        }
+        let sums = &mut self.state.sums;
+        let w = sums.window;
+        let mean = math::length([w.x, w.y, w.z]) / (self.model.window_steps as f64 * self.model.limits.dt);
+        sums.force_peak = if mean > sums.force_peak { mean } else { sums.force_peak };
+        sums.window = Vector::zeros();
+    }
+
+    fn test_outcomes(&mut self) {
+        let detached = self.layout.track_detachment
+            && self.state.watch.first.is_some()
+            && self.state.watch.latched[Outcome::Detached as usize].is_none()
+            && self.failed_segments > 0
+            && self.contact_is_detached();
+        let sight = Sight {
+            step: self.state.step,
+            body: &self.state.body,
+            work: self.state.sums.work,
+            impulses: self.state.sums.impulses,
+            radius: self.scene.projectile.radius,
+            reach: self.model.solid.reach(),
+            half_size: self.scene.half_size(),
+        };
+        if detached {
+            self.state.watch.latch(Outcome::Detached, sight.step, sight.work);
+        }
+        self.state.watch.test(&sight);
+        self.blocks.flags.fill(0);
+    }
+
+    /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
+    fn contact_is_detached(&mut self) -> bool {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        if self.scene.attachment.kind == AttachmentKind::Free || self.blocks.flags.iter().all(|&f| f == 0) {
+            return false;
+        }
+        let Blocks { hot, labels, runs, flags, .. } = &mut self.blocks;
+        let mut sets = Components::new(labels);
+        for j in 0..ny {
+            let row = layout::row(hot, chunks, j);
+            let live = |axis: usize, i: usize| layout::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
+            for i in 0..nx {
+                let k = j * nx + i;
+                if i + 1 < nx && live(0, i) {
+                    sets.join(k, k + 1);
+                }
+                if j + 1 < ny && live(1, i) {
+                    sets.join(k, k + nx);
+                }
+            }
+        }
+        // All fixed nodes into one component.
+        let mut support = None;
+        for (j, run) in runs.iter().enumerate() {
+            for i in (run[0]..run[1]).chain(run[2]..run[3]) {
+                let k = j * nx + i as usize;
+                match support {
+                    None => support = Some(k),
+                    Some(first) => sets.join(first, k),
+                }
+            }
+        }
+        let Some(support) = support else { return false };
+        let root = sets.find(support);
+        for k in 0..nx * ny {
+            let touched = flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1);
+            if touched && sets.find(k) == root {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Remembers the displacements of a row's fixed nodes.
+fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+    for columns in [run[0]..run[1], run[2]..run[3]] {
+        for i in columns.map(|i| i as usize) {
+            let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
+            *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
+        }
+    }
+}
+
+/// Puts a row's fixed nodes back to rest and returns the pull of the sheet on each run, in units of m h/dt.
+fn restore_fixed(row: &mut [Chunk<HOT_PLANES>], kept: &[[f64; 3]], run: &[u32; 4]) -> [Vector; 2] {
+    let mut pulls = [Vector::zeros(); 2];
+    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+        for i in columns.map(|i| i as usize) {
+            let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
+            let lane = i % CHUNK;
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+            for plane in 0..3 {
+                chunk[plane][lane] = kept[plane];
+                chunk[3 + plane][lane] = 0.0;
+            }
+        }
+    }
+    pulls
+}

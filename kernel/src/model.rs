@@ -1,0 +1,130 @@
+//! Constants derived from a scene once, and the checks of a motion against them.
+
+use crate::blocks::in_runs;
+use crate::contact::Search;
+use crate::error::{Code, Error};
+use crate::math;
+use crate::path::{self, Track};
+use crate::pose::{Pose, Vector};
+use crate::projectile::{Body, Inertia, Motion};
+use crate::scene::{Drive, Scene, StepLimits};
+use crate::shape::Solid;
+use crate::weave;
+use crate::yarn::DamageLaw;
+
+/// Constants derived from the scene.
+pub(crate) struct Model {
+    pub limits: StepLimits,
+    pub pose: Pose,
+    pub solid: Solid,
+    pub inertia: Inertia,
+    pub law: DamageLaw,
+    /// q at the critical stretch.
+    pub critical: f64,
+    /// Mass of a node, all plies, kg.
+    pub node_mass: f64,
+    /// h/dt, m/s.
+    pub unit_speed: f64,
+    /// m h/dt, N s.
+    pub unit_impulse: f64,
+    /// m (h/dt)^2, J.
+    pub unit_energy: f64,
+    /// A_0 h of all plies, m^3.
+    pub segment_volume: f64,
+    /// Modulus over kk, Pa.
+    pub modulus_per_stiffness: f64,
+    /// kk of the mean segment and its damage rate.
+    pub mean_stiffness: f64,
+    pub mean_damage_rate: f64,
+    /// Steps in a force window.
+    pub window_steps: u64,
+}
+
+impl Model {
+    pub(crate) fn of(scene: &Scene, limits: StepLimits) -> Model {
+        let solid = Solid::of(&scene.projectile);
+        let (h, dt) = (scene.sheet.spacing, limits.dt);
+        let node_mass = scene.lumped_mass();
+        let law = scene.damage_law();
+        let mean = scene.mean_segment();
+        // kk = E A_0 dt^2 / (2 m h); plies cancel.
+        let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * h / (scene.sheet.yarn_area * dt * dt);
+        let window = math::round(scene.force_window / dt);
+        Model {
+            limits,
+            pose: Pose::of_sheet(&scene.sheet),
+            solid,
+            inertia: Inertia::of(&solid, scene.projectile.mass, scene.drive == Drive::Free),
+            law,
+            critical: law.critical_excess(),
+            node_mass,
+            unit_speed: h / dt,
+            unit_impulse: node_mass * h / dt,
+            unit_energy: node_mass * (h / dt) * (h / dt),
+            segment_volume: scene.lumped_area() * h,
+            modulus_per_stiffness,
+            mean_stiffness: mean.modulus / modulus_per_stiffness,
+            mean_damage_rate: mean.damage_rate,
+            window_steps: if window >= 1.0 { window as u64 } else { 1 },
+        }
+    }
+
+    /// Rounding aside, a node deeper than a billionth of the spacing is inside.
+    pub(crate) fn overlaps(&self, gap: f64) -> bool {
+        gap < -1e-9 * self.unit_speed * self.limits.dt
+    }
+
+    /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
+    pub(crate) fn too_fast(&self, speed: f64, rate: f64) -> bool {
+        let (turning, reach) = if self.solid.feels_torque() { (rate, self.solid.reach()) } else { (0.0, 0.0) };
+        let within = speed + turning * reach < self.unit_speed && self.limits.dt * turning <= 0.5;
+        !within
+    }
+
+    pub(crate) fn check_speed(&self, motion: &Motion) -> Result<(), Error> {
+        let (speed, rate) = (math::length(motion.velocity), math::length(motion.angular_velocity));
+        if self.too_fast(speed, rate) {
+            return Err(Error::new(Code::ProjectileTooFast, "projectile.velocity", speed, self.unit_speed));
+        }
+        Ok(())
+    }
+
+    /// Speed bound of a path: the derivative of the cubic lies in the hull of its ends and 3 (P1 - P0)/T - V0 - V1.
+    pub(crate) fn check_track(&self, track: &Track) -> Result<(), Error> {
+        let duration = track.steps as f64 * self.limits.dt;
+        let (start, end) = (&track.start, &track.end);
+        let chord = (end.position - start.position) * (3.0 / duration);
+        let turn = path::rotation_vector(&(start.orientation.conjugate() * end.orientation)) * (3.0 / duration);
+        let speeds = [start.velocity, end.velocity, chord - start.velocity - end.velocity];
+        let rates =
+            [start.angular_velocity, end.angular_velocity, turn - start.angular_velocity - end.angular_velocity];
+        let largest = |vectors: [Vector; 3]| {
+            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| if b > a { b } else { a })
+        };
+        let (speed, rate) = (largest(speeds), largest(rates));
+        if self.too_fast(speed, rate) {
+            return Err(Error::new(Code::ProjectileTooFast, "path.velocity", speed, self.unit_speed));
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a start in which a free node of the flat sheet lies inside the projectile.
+pub(crate) fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
+    let h = scene.sheet.spacing;
+    let search = Search::new(&model.solid, body, h);
+    for j in 0..scene.sheet.nodes_y as usize {
+        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h;
+        if !search.meets_row(y, y) {
+            continue;
+        }
+        let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
+        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| !in_runs(&[a, b, c, d], i)) {
+            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h, y, 0.0);
+            if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
+                return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+            }
+        }
+    }
+    Ok(())
+}
