@@ -1,12 +1,387 @@
-//! `cargo xtask fmu`.
+//! `cargo xtask fmu`: the model descriptions from the table of variables, and the two archives.
 
-use crate::tools::Outcome;
+use crate::tools::{self, Outcome, cargo};
+use fabric_fmu::MODEL_IDENTIFIER;
+use fabric_fmu::table::{self, Kind, Role, Variable};
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 /// Options of the command.
 #[derive(clap::Args)]
-pub struct Options {}
+pub struct Options {
+    /// Only compare the committed model descriptions with the table of variables.
+    #[arg(long)]
+    check: bool,
+}
+
+const DESCRIPTION: &str =
+    "Ballistic fabric as a network of yarn segments, hit by a rigid projectile that the FMU or its host moves";
+
+/// The folder with what the archives hold besides binaries.
+fn folder() -> PathBuf {
+    tools::top().join("modelDescription")
+}
 
 /// Runs the command.
-pub fn run(_options: &Options) -> Outcome {
-    Err("not built yet".into())
+pub fn run(options: &Options) -> Outcome {
+    let descriptions = [("fmi2.xml", fmi2()), ("fmi3.xml", fmi3())];
+    if options.check {
+        for (name, text) in &descriptions {
+            let committed = fs::read_to_string(folder().join(name)).unwrap_or_default();
+            if committed != *text {
+                return Err(format!("modelDescription/{name} does not match fmu/src/table.rs: run `cargo xtask fmu`"));
+            }
+        }
+        return Ok(());
+    }
+    for (name, text) in &descriptions {
+        fs::write(folder().join(name), text).map_err(|error| format!("modelDescription/{name}: {error}"))?;
+    }
+    cargo(&["build", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])?;
+    let library = tools::target().join("ship").join("libfabric_shield.so");
+    let (platform2, platform3) = match std::env::consts::ARCH {
+        "x86_64" => ("linux64", "x86_64-linux"),
+        "aarch64" => ("aarch64-linux", "aarch64-linux"),
+        other => return Err(format!("no FMU platform is defined for {other}")),
+    };
+    let common: &[(&str, PathBuf)] = &[
+        ("documentation/index.html", folder().join("documentation/index.html")),
+        ("documentation/licenses/license.txt", folder().join("documentation/licenses/license.txt")),
+    ];
+    let binary = |platform: &str| (format!("binaries/{platform}/{MODEL_IDENTIFIER}.so"), library.clone());
+    let file = |name: &str, path: &str| (name.to_string(), folder().join(path));
+    let shared = || common.iter().map(|(name, path)| (name.to_string(), path.clone()));
+
+    let mut two: Vec<_> = shared().collect();
+    two.extend([file("modelDescription.xml", "fmi2.xml"), file("model.png", "icon.png"), binary(platform2)]);
+    let mut three: Vec<_> = shared().collect();
+    three.extend([
+        file("modelDescription.xml", "fmi3.xml"),
+        file("terminalsAndIcons/icon.png", "icon.png"),
+        file("terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons.xml"),
+        binary(platform3),
+    ]);
+    let out = tools::target().join("fmu");
+    fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    for (name, entries) in [("fmi2", two), ("fmi3", three)] {
+        let archive = out.join(format!("{MODEL_IDENTIFIER}-{name}.fmu"));
+        pack(&archive, entries)?;
+        println!("{}", archive.display());
+    }
+    Ok(())
+}
+
+/// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.
+fn pack(archive: &Path, mut entries: Vec<(String, PathBuf)>) -> Outcome {
+    entries.sort();
+    let file = fs::File::create(archive).map_err(|error| format!("{}: {error}", archive.display()))?;
+    let mut zip = zip::ZipWriter::new(file);
+    for (name, path) in entries {
+        let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let mode = if name.ends_with(".so") { 0o755 } else { 0o644 };
+        let options = zip::write::SimpleFileOptions::default()
+            .compression_method(zip::CompressionMethod::Deflated)
+            .compression_level(Some(9))
+            .last_modified_time(zip::DateTime::default())
+            .unix_permissions(mode);
+        zip.start_file(&name, options).map_err(|error| format!("{name}: {error}"))?;
+        zip.write_all(&bytes).map_err(|error| format!("{name}: {error}"))?;
+    }
+    zip.finish().map_err(|error| format!("{}: {error}", archive.display()))?;
+    Ok(())
+}
+
+// ---- Model descriptions -----------------------------------------------------------------------------------------------
+
+/// Text of an attribute.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+/// An element being written: indentation, name and attributes.
+fn tag(indent: usize, name: &str, attributes: &[(&str, Option<String>)]) -> String {
+    let mut text = format!("{}<{name}", "  ".repeat(indent));
+    for (key, value) in attributes {
+        if let Some(value) = value {
+            text.push_str(&format!(" {key}=\"{}\"", escaped(value)));
+        }
+    }
+    text
+}
+
+fn some(text: impl ToString) -> Option<String> {
+    Some(text.to_string())
+}
+
+/// A number, in the shortest form that reads back as the same; whole for types that are whole.
+fn number(kind: Kind, value: f64) -> String {
+    match kind {
+        Kind::Real => format!("{value:?}"),
+        Kind::Boolean => (value != 0.0).to_string(),
+        Kind::Integer | Kind::Choice(_) => format!("{}", value as i64),
+    }
+}
+
+fn token() -> String {
+    String::from_utf8_lossy(&table::TOKEN).into_owned()
+}
+
+/// The attributes that the two versions share, with the names of FMI 2.0.
+fn head() -> Vec<(&'static str, Option<String>)> {
+    vec![
+        ("modelName", some(MODEL_IDENTIFIER)),
+        ("description", some(DESCRIPTION)),
+        ("author", some("The fabric developers")),
+        ("version", some(env!("CARGO_PKG_VERSION"))),
+        ("copyright", some("The fabric developers")),
+        ("license", some("MIT OR Apache-2.0")),
+        ("generationTool", some("cargo xtask fmu")),
+        ("variableNamingConvention", some("structured")),
+    ]
+}
+
+fn units(out: &mut String) {
+    out.push_str("  <UnitDefinitions>\n");
+    for unit in table::UNITS {
+        let exponent = |power: i32| (power != 0).then(|| power.to_string());
+        let [kg, m, s, rad] = unit.exponents.map(exponent);
+        out.push_str(&format!("{}>\n", tag(2, "Unit", &[("name", some(unit.name))])));
+        out.push_str(&format!("{}/>\n", tag(3, "BaseUnit", &[("kg", kg), ("m", m), ("s", s), ("rad", rad)])));
+        for (name, factor) in unit.display {
+            let attributes = [("name", some(name)), ("factor", some(number(Kind::Real, *factor)))];
+            out.push_str(&format!("{}/>\n", tag(3, "DisplayUnit", &attributes)));
+        }
+        out.push_str("    </Unit>\n");
+    }
+    out.push_str("  </UnitDefinitions>\n");
+}
+
+/// The type definitions; FMI 2.0 wraps each in a SimpleType.
+fn types(out: &mut String, two: bool) {
+    out.push_str("  <TypeDefinitions>\n");
+    for choice in table::CHOICES {
+        let name = [("name", some(choice.name))];
+        if two {
+            out.push_str(&format!("{}>\n      <Enumeration>\n", tag(2, "SimpleType", &name)));
+        } else {
+            out.push_str(&format!("{}>\n", tag(2, "EnumerationType", &name)));
+        }
+        for (value, (name, about)) in choice.items.iter().enumerate() {
+            let attributes = [("name", some(name)), ("value", some(value)), ("description", some(about))];
+            out.push_str(&format!("{}/>\n", tag(if two { 4 } else { 3 }, "Item", &attributes)));
+        }
+        out.push_str(if two { "      </Enumeration>\n    </SimpleType>\n" } else { "    </EnumerationType>\n" });
+    }
+    out.push_str("  </TypeDefinitions>\n");
+}
+
+fn log_and_experiment(out: &mut String) {
+    out.push_str("  <LogCategories>\n");
+    for (name, about) in table::LOG_CATEGORIES {
+        let attributes = [("name", some(name)), ("description", some(about))];
+        out.push_str(&format!("{}/>\n", tag(2, "Category", &attributes)));
+    }
+    out.push_str("  </LogCategories>\n");
+    let real = |value| some(number(Kind::Real, value));
+    let experiment = [
+        ("startTime", real(0.0)),
+        ("stopTime", real(table::DEFAULT_STOP_TIME)),
+        ("stepSize", real(table::DEFAULT_STEP_SIZE)),
+    ];
+    out.push_str(&format!("{}/>\n", tag(1, "DefaultExperiment", &experiment)));
+}
+
+fn causality(variable: &Variable) -> &'static str {
+    match variable.role {
+        Role::Input => "input",
+        Role::Fixed | Role::Tunable => "parameter",
+        Role::Continuous | Role::Discrete => "output",
+    }
+}
+
+fn variability(variable: &Variable) -> &'static str {
+    match variable.role {
+        Role::Input | Role::Continuous => "continuous",
+        Role::Fixed => "fixed",
+        Role::Tunable => "tunable",
+        Role::Discrete => "discrete",
+    }
+}
+
+/// FMI forbids `initial` for inputs.
+fn initial(variable: &Variable) -> Option<String> {
+    match variable.role {
+        Role::Input => None,
+        Role::Fixed | Role::Tunable => some("exact"),
+        Role::Continuous | Role::Discrete => some("calculated"),
+    }
+}
+
+/// Unit, range and nominal of a variable.
+fn value_attributes(variable: &Variable) -> Vec<(&'static str, Option<String>)> {
+    let limit = |k: usize| variable.range.map(|range| number(variable.kind, range[k]));
+    vec![
+        ("unit", (!variable.unit.is_empty()).then(|| variable.unit.to_string())),
+        ("min", limit(0)),
+        ("max", limit(1)),
+        ("nominal", (variable.nominal != 0.0).then(|| number(Kind::Real, variable.nominal))),
+    ]
+}
+
+/// The name of an element in FMI 2.0: `name`, `name[2]` or `name[2,3]`.
+fn element_name(variable: &Variable, element: usize) -> String {
+    match variable.shape {
+        [_] => format!("{}[{}]", variable.name, element + 1),
+        [_, columns] => format!("{}[{},{}]", variable.name, element / columns + 1, element % columns + 1),
+        _ => variable.name.to_string(),
+    }
+}
+
+const XML: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+
+/// The whole model description of FMI 2.0.
+fn fmi2() -> String {
+    let mut out = String::from(XML);
+    let mut attributes = vec![("fmiVersion", some("2.0"))];
+    attributes.extend(head());
+    attributes.push(("guid", some(token())));
+    out.push_str(&format!("{}>\n", tag(0, "fmiModelDescription", &attributes)));
+    let flags = [
+        ("modelIdentifier", some(MODEL_IDENTIFIER)),
+        ("needsExecutionTool", some(false)),
+        ("canHandleVariableCommunicationStepSize", some(true)),
+        ("canInterpolateInputs", some(false)),
+        ("maxOutputDerivativeOrder", some(0)),
+        ("canRunAsynchronuously", some(false)),
+        ("canBeInstantiatedOnlyOncePerProcess", some(false)),
+        ("canNotUseMemoryManagementFunctions", some(true)),
+        ("canGetAndSetFMUstate", some(true)),
+        ("canSerializeFMUstate", some(true)),
+        ("providesDirectionalDerivative", some(false)),
+    ];
+    out.push_str(&format!("{}/>\n", tag(1, "CoSimulation", &flags)));
+    units(&mut out);
+    types(&mut out, true);
+    log_and_experiment(&mut out);
+    out.push_str("  <ModelVariables>\n");
+    let mut outputs = String::new();
+    let mut unknowns = String::new();
+    let mut index = 0;
+    for variable in table::VARIABLES {
+        for element in 0..variable.size() {
+            index += 1;
+            let attributes = [
+                ("name", some(element_name(variable, element))),
+                ("valueReference", some(variable.reference as usize + element)),
+                ("description", some(variable.description)),
+                ("causality", some(causality(variable))),
+                ("variability", some(variability(variable))),
+                ("initial", initial(variable)),
+            ];
+            out.push_str(&format!("{}>\n", tag(2, "ScalarVariable", &attributes)));
+            let (name, declared) = match variable.kind {
+                Kind::Real => ("Real", None),
+                Kind::Integer => ("Integer", None),
+                Kind::Boolean => ("Boolean", None),
+                Kind::Choice(choice) => ("Enumeration", some(choice.name)),
+            };
+            let mut attributes = vec![("declaredType", declared)];
+            attributes.extend(value_attributes(variable));
+            attributes.push(("start", variable.start.get(element).map(|&start| number(variable.kind, start))));
+            out.push_str(&format!("{}/>\n    </ScalarVariable>\n", tag(3, name, &attributes)));
+            if variable.role.is_output() {
+                let direct = [("index", some(index)), ("dependencies", some(""))];
+                outputs.push_str(&format!("{}/>\n", tag(3, "Unknown", &direct)));
+                unknowns.push_str(&format!("{}/>\n", tag(3, "Unknown", &[("index", some(index))])));
+            }
+        }
+    }
+    out.push_str("  </ModelVariables>\n  <ModelStructure>\n    <Outputs>\n");
+    out.push_str(&outputs);
+    out.push_str("    </Outputs>\n    <InitialUnknowns>\n");
+    out.push_str(&unknowns);
+    out.push_str("    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n");
+    out
+}
+
+/// The whole model description of FMI 3.0.
+fn fmi3() -> String {
+    let mut out = String::from(XML);
+    let mut attributes = vec![("fmiVersion", some("3.0"))];
+    attributes.extend(head());
+    attributes.push(("instantiationToken", some(token())));
+    out.push_str(&format!("{}>\n", tag(0, "fmiModelDescription", &attributes)));
+    let flags = [
+        ("modelIdentifier", some(MODEL_IDENTIFIER)),
+        ("needsExecutionTool", some(false)),
+        ("canBeInstantiatedOnlyOncePerProcess", some(false)),
+        ("canGetAndSetFMUState", some(true)),
+        ("canSerializeFMUState", some(true)),
+        ("providesDirectionalDerivatives", some(false)),
+        ("providesAdjointDerivatives", some(false)),
+        ("canHandleVariableCommunicationStepSize", some(true)),
+        ("fixedInternalStepSize", some(number(Kind::Real, table::DEFAULT_DT))),
+        ("maxOutputDerivativeOrder", some(0)),
+        ("providesIntermediateUpdate", some(false)),
+        ("mightReturnEarlyFromDoStep", some(true)),
+        ("hasEventMode", some(true)),
+    ];
+    out.push_str(&format!("{}/>\n", tag(1, "CoSimulation", &flags)));
+    units(&mut out);
+    types(&mut out, false);
+    log_and_experiment(&mut out);
+    out.push_str("  <ModelVariables>\n");
+    let time = [
+        ("name", some("time")),
+        ("valueReference", some(table::TIME_REFERENCE)),
+        ("description", some("Simulation time")),
+        ("causality", some("independent")),
+        ("variability", some("continuous")),
+        ("unit", some("s")),
+    ];
+    out.push_str(&format!("{}/>\n", tag(2, "Float64", &time)));
+    let mut outputs = String::new();
+    let mut unknowns = String::new();
+    for variable in table::VARIABLES {
+        let (name, declared) = match variable.kind {
+            Kind::Real => ("Float64", None),
+            Kind::Integer => ("Int32", None),
+            Kind::Boolean => ("Boolean", None),
+            Kind::Choice(choice) => ("Enumeration", some(choice.name)),
+        };
+        let starts: Vec<_> = variable.start.iter().map(|&start| number(variable.kind, start)).collect();
+        let mut attributes = vec![
+            ("name", some(variable.name)),
+            ("valueReference", some(variable.reference)),
+            ("description", some(variable.description)),
+            ("causality", some(causality(variable))),
+            ("variability", some(variability(variable))),
+            ("initial", initial(variable)),
+            ("declaredType", declared),
+        ];
+        attributes.extend(value_attributes(variable));
+        attributes.push(("start", (!starts.is_empty()).then(|| starts.join(" "))));
+        let opening = tag(2, name, &attributes);
+        if variable.shape.is_empty() {
+            out.push_str(&format!("{opening}/>\n"));
+        } else {
+            out.push_str(&format!("{opening}>\n"));
+            for length in variable.shape {
+                out.push_str(&format!("{}/>\n", tag(3, "Dimension", &[("start", some(length))])));
+            }
+            out.push_str(&format!("    </{name}>\n"));
+        }
+        if variable.role.is_output() {
+            let reference = ("valueReference", some(variable.reference));
+            let direct = [reference.clone(), ("dependencies", some(""))];
+            outputs.push_str(&format!("{}/>\n", tag(2, "Output", &direct)));
+            unknowns.push_str(&format!("{}/>\n", tag(2, "InitialUnknown", &[reference])));
+        }
+    }
+    out.push_str("  </ModelVariables>\n  <ModelStructure>\n");
+    out.push_str(&outputs);
+    out.push_str(&unknowns);
+    out.push_str("  </ModelStructure>\n</fmiModelDescription>\n");
+    out
 }

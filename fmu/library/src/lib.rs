@@ -1,0 +1,42 @@
+//! The shared library of the FMU: it exports the `fmi2*` and `fmi3*` functions of `fabric-fmu` and nothing else.
+//!
+//! Shipped form: `cargo build --profile ship -p fmu-lib --features bare`. With the feature `gate` a panic that could be reached
+//! from an exported function becomes a link error.
+#![no_std]
+
+pub use fabric_fmu::{fmi2, fmi3};
+
+// Without `bare` the standard library brings the one panic handler that every program needs.
+#[cfg(not(feature = "bare"))]
+extern crate std;
+
+#[cfg(feature = "bare")]
+mod bare {
+    // rustc links without default libraries: without these lines there is no dependency on the C library.
+    #[cfg_attr(target_os = "linux", link(name = "c"))]
+    #[cfg_attr(target_os = "windows", link(name = "msvcrt"))]
+    unsafe extern "C" {
+        #[cfg(feature = "gate")]
+        fn a_panic_is_reachable() -> !;
+        #[cfg(not(feature = "gate"))]
+        fn abort() -> !;
+    }
+
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo) -> ! {
+        // SAFETY: takes no arguments and does not return. With `gate` the function exists nowhere, which is the point.
+        #[cfg(feature = "gate")]
+        unsafe {
+            a_panic_is_reachable()
+        }
+        // SAFETY: the C library's abort, which takes no arguments and does not return.
+        #[cfg(not(feature = "gate"))]
+        unsafe {
+            abort()
+        }
+    }
+
+    // The precompiled core library names this symbol. Hidden and never called.
+    #[cfg(target_os = "linux")]
+    core::arch::global_asm!(".weak rust_eh_personality", ".hidden rust_eh_personality", "rust_eh_personality:");
+}

@@ -1,0 +1,124 @@
+//! Mode `host_driven`: where the projectile should be at the end of a communication step.
+//!
+//! Method: the host's pose at the communication point is carried on with its velocity, angular velocity and acceleration to the
+//! time of the step's last tick. The acceleration is the host's if it gives one, else last mean force over mass, else 0. The kernel
+//! then leads the body there on a path without jumps in pose or rate.
+//! Reference: docs/model.md, "Prescribed body"; M. Arnold, in: Co-simulation (2010).
+
+use crate::parameters::Parameters;
+use crate::table::Id;
+use fabric::path::exponential;
+use fabric::pose::{self, Vector};
+use fabric::shape::Solid;
+use fabric::{Motion, Path, Sim, math};
+
+/// Part of the node spacing by which the host's pose may be off without a warning.
+const WARN: f64 = 0.1;
+/// Part of the node spacing beyond which the pose is refused: nodes would be jumped over.
+const REFUSE: f64 = 1.0;
+
+/// Times of a step, s, counted from its communication point.
+pub struct Times {
+    /// Time of the fabric's present tick.
+    pub now: f64,
+    /// Time of the step's last tick.
+    pub end: f64,
+}
+
+/// A path to follow.
+pub struct Plan {
+    /// For the kernel.
+    pub path: Path,
+    /// What the host should know.
+    pub warning: Option<&'static str>,
+}
+
+/// The field of an input that cannot be used, and why.
+pub type Refusal = (&'static str, &'static str);
+
+/// Refuses NaN, infinities and quaternions that are not of unit length. True if the quaternion needed normalising.
+pub fn check_inputs(motion: &Motion) -> Result<bool, Refusal> {
+    finite("projectile.position", &motion.position)?;
+    finite("projectile.velocity", &motion.velocity)?;
+    finite("projectile.orientation", &motion.orientation)?;
+    finite("projectile.angular_velocity", &motion.angular_velocity)?;
+    let q = motion.orientation;
+    let off = math::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
+    if !(off < 1e-3 && off > -1e-3) {
+        return Err(("projectile.orientation", "not a unit quaternion"));
+    }
+    // A few roundings are no reason for a warning.
+    Ok(!(off < 1e-12 && off > -1e-12))
+}
+
+/// Refuses NaN and infinities.
+pub fn finite(field: &'static str, values: &[f64]) -> Result<(), Refusal> {
+    if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err((field, "not a finite number")) }
+}
+
+/// The path of one communication step of `ticks` > 0 internal steps. `force` is the last mean force, N.
+pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f64; 3]) -> Result<Plan, Refusal> {
+    let host = inputs.motion();
+    let normalised = check_inputs(&host)?;
+    let given = inputs.vector(Id::Acceleration);
+    finite("projectile.acceleration", &given)?;
+    let mass = inputs.scalar(Id::Mass);
+    let acceleration = if given != [0.0; 3] {
+        given
+    } else if mass > 0.0 {
+        force.map(|f| f / mass)
+    } else {
+        [0.0; 3]
+    };
+
+    let fabric = sim.projectile().map_err(|_| ("", "the simulation has failed"))?;
+    let expected = carried(&host, acceleration, times.now);
+    let off = distance(&expected, &fabric, inputs) / inputs.scalar(Id::Spacing);
+    if !(off <= REFUSE) {
+        return Err(("projectile.position", "more than one node spacing away from where the fabric has the body"));
+    }
+    let warning = if off > WARN {
+        Some("projectile.position: more than a tenth of a node spacing away from where the fabric has the body")
+    } else if normalised {
+        Some("projectile.orientation: normalised")
+    } else {
+        None
+    };
+    let path = Path { first: sim.step_count(), steps: ticks, end: carried(&host, acceleration, times.end) };
+    Ok(Plan { path, warning })
+}
+
+/// A motion carried on by `t` at constant acceleration and angular velocity.
+fn carried(motion: &Motion, acceleration: [f64; 3], t: f64) -> Motion {
+    let (p, v, a) = (motion.position, motion.velocity, acceleration);
+    let [wx, wy, wz] = motion.angular_velocity;
+    let turn = exponential(&(Vector::new(wx, wy, wz) * t));
+    Motion {
+        position: [
+            p[0] + (v[0] + 0.5 * a[0] * t) * t,
+            p[1] + (v[1] + 0.5 * a[1] * t) * t,
+            p[2] + (v[2] + 0.5 * a[2] * t) * t,
+        ],
+        velocity: [v[0] + a[0] * t, v[1] + a[1] * t, v[2] + a[2] * t],
+        orientation: pose::components(&(turn * pose::normalised(motion.orientation))),
+        angular_velocity: motion.angular_velocity,
+    }
+}
+
+/// How far surface points of the two bodies are apart at most, m.
+fn distance(a: &Motion, b: &Motion, inputs: &Parameters) -> f64 {
+    let (p, q) = (a.position, b.position);
+    let apart = math::length([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
+    let solid = Solid::of(&inputs.scene().projectile);
+    if !solid.feels_torque() {
+        return apart;
+    }
+    // |q0 - q1| = 2 sin(angle/4); q and -q are the same orientation.
+    let (u, v) = (a.orientation, b.orientation);
+    let gap = |sign: f64| {
+        let d = [u[0] - sign * v[0], u[1] - sign * v[1], u[2] - sign * v[2], u[3] - sign * v[3]];
+        math::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3])
+    };
+    let (same, opposite) = (gap(1.0), gap(-1.0));
+    apart + 2.0 * (if same < opposite { same } else { opposite }) * solid.reach()
+}

@@ -1,0 +1,469 @@
+//! The functions of FMI 2.0 for co-simulation. Each is a thin door to [`Instance`]; signatures are those of `fmi2Functions.h`.
+//!
+//! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged.
+#![allow(non_snake_case, clippy::missing_safety_doc)] // the standard's names, and its rules for pointers
+
+use crate::door::{self, Version, array, array_mut, create, enter, put, text};
+use crate::instance::{Early, Instance, Phase};
+use crate::log::{Log, Logger, Logger2, Status};
+use crate::state::Saved;
+use crate::table::{Id, Kind};
+use core::ffi::{c_char, c_int, c_void};
+
+/// The host's functions.
+#[repr(C)]
+pub struct Callbacks {
+    logger: Option<Logger2>,
+    allocate_memory: *const c_void,
+    free_memory: *const c_void,
+    step_finished: *const c_void,
+    environment: *mut c_void,
+}
+
+const CO_SIMULATION: c_int = 1;
+const DO_STEP_STATUS: c_int = 0;
+const LAST_SUCCESSFUL_TIME: c_int = 2;
+const TERMINATED: c_int = 3;
+
+/// "default"
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
+    c"default".as_ptr()
+}
+
+/// "2.0"
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetVersion() -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+/// Chooses log categories.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetDebugLogging(
+    c: *mut Instance,
+    on: c_int,
+    count: usize,
+    categories: *const *const c_char,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SetDebugLogging", Phase::ANY, |instance| {
+            let Some(names) = array(categories, count) else { return instance.refuse("null array") };
+            if instance.log.switch(on != 0, names.iter().map(|&name| text(name))) {
+                Status::Ok
+            } else {
+                instance.refuse("fmi2SetDebugLogging: unknown category")
+            }
+        })
+    }
+}
+
+/// A new instance, or null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    name: *const c_char,
+    fmu_type: c_int,
+    guid: *const c_char,
+    _resources: *const c_char,
+    functions: *const Callbacks,
+    _visible: c_int,
+    logging_on: c_int,
+) -> *mut Instance {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        let Some(functions) = functions.as_ref() else { return core::ptr::null_mut() };
+        let shown = text(name).unwrap_or(c"");
+        let log = Log::new(Logger::Two(functions.logger), functions.environment, shown, logging_on != 0);
+        if fmu_type != CO_SIMULATION {
+            log.say(crate::log::Category::Error, "only co-simulation is supported");
+            return core::ptr::null_mut();
+        }
+        create(log, name, guid)
+    }
+}
+
+/// Frees an instance and its states.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(c: *mut Instance) {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { door::destroy(c) }
+}
+
+/// Start and stop time.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetupExperiment(
+    c: *mut Instance,
+    _tolerance_defined: c_int,
+    _tolerance: f64,
+    start: f64,
+    stop_defined: c_int,
+    stop: f64,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SetupExperiment", Phase::Instantiated as u32, |instance| {
+            instance.set_experiment(start, (stop_defined != 0).then_some(stop))
+        })
+    }
+}
+
+/// Begins initialisation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut Instance) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { enter(c, "fmi2EnterInitializationMode", Phase::Instantiated as u32, Instance::enter_initialization) }
+}
+
+/// Makes the simulation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut Instance) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { enter(c, "fmi2ExitInitializationMode", Phase::Initialization as u32, Instance::exit_initialization) }
+}
+
+/// Ends the run; values may still be read.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Terminate(c: *mut Instance) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2Terminate", Phase::RUNNING, |instance| {
+            instance.kept.phase = Phase::Terminated;
+            Status::Ok
+        })
+    }
+}
+
+/// Back to just after instantiation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Reset(c: *mut Instance) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { enter(c, "fmi2Reset", Phase::ANY, Instance::reset) }
+}
+
+/// Reads Real variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetReal(c: *mut Instance, vr: *const u32, n: usize, values: *mut f64) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetReal", Phase::ANY, |instance| {
+            door::get(instance, Version::Two, Kind::Real, array(vr, n), array_mut(values, n), |x| x)
+        })
+    }
+}
+
+/// Reads Integer and Enumeration variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetInteger(c: *mut Instance, vr: *const u32, n: usize, values: *mut c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetInteger", Phase::ANY, |instance| {
+            let convert = door::to_integer;
+            door::get(instance, Version::Two, Kind::Integer, array(vr, n), array_mut(values, n), convert)
+        })
+    }
+}
+
+/// Reads Boolean variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBoolean(c: *mut Instance, vr: *const u32, n: usize, values: *mut c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetBoolean", Phase::ANY, |instance| {
+            let convert = |x| c_int::from(x != 0.0);
+            door::get(instance, Version::Two, Kind::Boolean, array(vr, n), array_mut(values, n), convert)
+        })
+    }
+}
+
+/// There are no String variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetString(
+    c: *mut Instance,
+    _vr: *const u32,
+    n: usize,
+    _values: *mut *const c_char,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { none_of_this_type(c, "fmi2GetString", n) }
+}
+
+/// Sets Real variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetReal(c: *mut Instance, vr: *const u32, n: usize, values: *const f64) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SetReal", Phase::ANY, |instance| {
+            door::set(instance, Version::Two, Kind::Real, array(vr, n), array(values, n), |x| x)
+        })
+    }
+}
+
+/// Sets Integer and Enumeration variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetInteger(c: *mut Instance, vr: *const u32, n: usize, values: *const c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SetInteger", Phase::ANY, |instance| {
+            door::set(instance, Version::Two, Kind::Integer, array(vr, n), array(values, n), f64::from)
+        })
+    }
+}
+
+/// Sets Boolean variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetBoolean(c: *mut Instance, vr: *const u32, n: usize, values: *const c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SetBoolean", Phase::ANY, |instance| {
+            let convert = |x: c_int| f64::from(u8::from(x != 0));
+            door::set(instance, Version::Two, Kind::Boolean, array(vr, n), array(values, n), convert)
+        })
+    }
+}
+
+/// There are no String variables.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetString(
+    c: *mut Instance,
+    _vr: *const u32,
+    n: usize,
+    _values: *const *const c_char,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { none_of_this_type(c, "fmi2SetString", n) }
+}
+
+/// Copies the state; a state given by the host is used again.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Instance, state: *mut *mut Saved) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetFMUstate", Phase::ANY, |instance| {
+            let Some(state) = state.as_mut() else { return instance.refuse("null pointer") };
+            match instance.save(*state) {
+                Ok(saved) => {
+                    *state = saved.as_ptr();
+                    Status::Ok
+                }
+                Err(status) => status,
+            }
+        })
+    }
+}
+
+/// Restores a state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Instance, state: *mut Saved) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { enter(c, "fmi2SetFMUstate", Phase::ANY, |instance| instance.restore(state)) }
+}
+
+/// Frees a state and clears the host's pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Instance, state: *mut *mut Saved) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2FreeFMUstate", Phase::ANY, |instance| {
+            let Some(state) = state.as_mut() else { return Status::Ok };
+            let status = instance.free(*state);
+            if status == Status::Ok {
+                *state = core::ptr::null_mut();
+            }
+            status
+        })
+    }
+}
+
+/// Bytes of a state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: *mut Instance, state: *mut Saved, size: *mut usize) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SerializedFMUstateSize", Phase::ANY, |instance| match instance.serialized_size(state) {
+            Ok(bytes) => {
+                put(size, bytes);
+                Status::Ok
+            }
+            Err(status) => status,
+        })
+    }
+}
+
+/// Writes a state into bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializeFMUstate(
+    c: *mut Instance,
+    state: *mut Saved,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2SerializeFMUstate", Phase::ANY, |instance| match array_mut(bytes, size) {
+            Some(bytes) => instance.serialize(state, bytes),
+            None => instance.refuse("null array"),
+        })
+    }
+}
+
+/// Makes a state from bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+    c: *mut Instance,
+    bytes: *const u8,
+    size: usize,
+    state: *mut *mut Saved,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2DeSerializeFMUstate", Phase::ANY, |instance| {
+            let (Some(bytes), Some(state)) = (array(bytes, size), state.as_mut()) else {
+                return instance.refuse("null pointer");
+            };
+            match instance.deserialize(bytes) {
+                Ok(saved) => {
+                    *state = saved.as_ptr();
+                    Status::Ok
+                }
+                Err(status) => status,
+            }
+        })
+    }
+}
+
+/// Not provided.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    c: *mut Instance,
+    _unknown: *const u32,
+    _unknowns: usize,
+    _known: *const u32,
+    _knowns: usize,
+    _seed: *const f64,
+    _result: *mut f64,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { unsupported(c, "fmi2GetDirectionalDerivative") }
+}
+
+/// Not provided: the acceleration is an input variable.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
+    c: *mut Instance,
+    _vr: *const u32,
+    _n: usize,
+    _order: *const c_int,
+    _values: *const f64,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { unsupported(c, "fmi2SetRealInputDerivatives") }
+}
+
+/// Not provided.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
+    c: *mut Instance,
+    _vr: *const u32,
+    _n: usize,
+    _order: *const c_int,
+    _values: *mut f64,
+) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { unsupported(c, "fmi2GetRealOutputDerivatives") }
+}
+
+/// A communication step from t to t + h.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DoStep(c: *mut Instance, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2DoStep", Phase::Step as u32, |instance| {
+            let stop = instance.kept.parameters.flag(Id::StopOnEvent);
+            let end = instance.do_step(t, h, if stop { Early::ToStop } else { Early::No });
+            if end.terminate { Status::Discard } else { end.status }
+        })
+    }
+}
+
+/// Nothing runs in the background.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2CancelStep(c: *mut Instance) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { unsupported(c, "fmi2CancelStep") }
+}
+
+/// Nothing is ever pending.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStatus(c: *mut Instance, kind: c_int, value: *mut Status) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetStatus", Phase::ANY, |instance| {
+            if kind != DO_STEP_STATUS {
+                return instance.refuse("fmi2GetStatus: unknown kind");
+            }
+            put(value, Status::Ok);
+            Status::Ok
+        })
+    }
+}
+
+/// Where the last step ended.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut Instance, kind: c_int, value: *mut f64) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetRealStatus", Phase::ANY, |instance| {
+            if kind != LAST_SUCCESSFUL_TIME {
+                return instance.refuse("fmi2GetRealStatus: unknown kind");
+            }
+            put(value, instance.kept.time);
+            Status::Ok
+        })
+    }
+}
+
+/// There is no such status.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetIntegerStatus(c: *mut Instance, _kind: c_int, _value: *mut c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { unsupported(c, "fmi2GetIntegerStatus") }
+}
+
+/// Whether the last step ended the simulation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut Instance, kind: c_int, value: *mut c_int) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, "fmi2GetBooleanStatus", Phase::ANY, |instance| {
+            if kind != TERMINATED {
+                return instance.refuse("fmi2GetBooleanStatus: unknown kind");
+            }
+            put(value, c_int::from(instance.kept.terminated));
+            Status::Ok
+        })
+    }
+}
+
+/// There is no such status.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStringStatus(c: *mut Instance, _kind: c_int, _value: *mut *const c_char) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { unsupported(c, "fmi2GetStringStatus") }
+}
+
+/// Reading or writing none is fine, any is not.
+unsafe fn none_of_this_type(c: *mut Instance, function: &str, n: usize) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe { if n == 0 { enter(c, function, Phase::ANY, |_| Status::Ok) } else { unsupported(c, function) } }
+}
+
+pub(crate) unsafe fn unsupported(c: *mut Instance, function: &str) -> Status {
+    // SAFETY: the host keeps the standard's rules for pointers.
+    unsafe {
+        enter(c, function, Phase::ANY, |instance| {
+            let mut line = crate::log::Line::new();
+            let _ = core::fmt::Write::write_fmt(&mut line, format_args!("{function}: not supported"));
+            instance.refuse(&line)
+        })
+    }
+}

@@ -1,0 +1,601 @@
+//! One FMU instance: what both versions of the interface do.
+//!
+//! Time is a count of ticks of the constant internal step: a communication step from t to t + h ends at tick
+//! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in mode `integrated`.
+
+use crate::coupling::{self, Refusal, Times};
+use crate::log::{Category, Line, Log, Status};
+use crate::memory::Block;
+use crate::parameters::Parameters;
+use crate::state::States;
+use crate::table::{Id, VARIABLES, Variable};
+use core::fmt::Write;
+use fabric::outcome::{Outcome, TEST_INTERVAL};
+use fabric::projectile::{Body, Inertia};
+use fabric::shape::Solid;
+use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Sim, math};
+
+/// Where an instance is in its life. The numbers are written into images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Phase {
+    /// After instantiation or reset.
+    Instantiated = 1,
+    /// Between entering and leaving initialisation.
+    Initialization = 2,
+    /// FMI 3.0 only.
+    Event = 4,
+    /// Ready to step.
+    Step = 8,
+    /// After terminate.
+    Terminated = 16,
+    /// The simulation has failed: reset, restore a state, or free.
+    Faulted = 32,
+}
+
+impl Phase {
+    /// All phases.
+    pub const ALL: [Phase; 6] =
+        [Phase::Instantiated, Phase::Initialization, Phase::Event, Phase::Step, Phase::Terminated, Phase::Faulted];
+
+    /// Before the simulation exists.
+    pub const SETTING_UP: u32 = Phase::Instantiated as u32 | Phase::Initialization as u32;
+    /// While it runs.
+    pub const RUNNING: u32 = Phase::Step as u32 | Phase::Event as u32;
+    /// Any.
+    pub const ANY: u32 = 63;
+}
+
+/// Everything about an instance but the simulation itself: what a saved state holds besides the kernel's image.
+#[derive(Clone, Copy)]
+pub struct Kept {
+    /// Where the instance is in its life.
+    pub phase: Phase,
+    /// Inputs and parameters.
+    pub parameters: Parameters,
+    /// The projectile's motion when initialisation ended.
+    pub start: Motion,
+    /// Time of tick 0, s.
+    pub start_time: f64,
+    /// End of the experiment, s; infinite if the host named none.
+    pub stop_time: f64,
+    /// Where the last communication step ended, s.
+    pub time: f64,
+    /// FMI 2.0: the last step ended the simulation because of `stop_on_event`.
+    pub terminated: bool,
+    /// contact.force_mean, N.
+    pub force_mean: [f64; 3],
+    /// contact.torque_mean, N m.
+    pub torque_mean: [f64; 3],
+    /// Mean force over the internal steps last taken, N: the force expected next.
+    pub force_expected: [f64; 3],
+    /// interface.residual, J.
+    pub interface_residual: f64,
+}
+
+impl Kept {
+    fn new() -> Kept {
+        let parameters = Parameters::default();
+        Kept {
+            phase: Phase::Instantiated,
+            parameters,
+            start: parameters.motion(),
+            start_time: 0.0,
+            stop_time: f64::INFINITY,
+            time: 0.0,
+            terminated: false,
+            force_mean: [0.0; 3],
+            torque_mean: [0.0; 3],
+            force_expected: [0.0; 3],
+            interface_residual: 0.0,
+        }
+    }
+
+    /// The scene as it was when initialisation ended.
+    pub fn scene(&self) -> fabric::Scene {
+        let mut scene = self.parameters.scene();
+        let body = &mut scene.projectile;
+        body.position = self.start.position;
+        body.velocity = self.start.velocity;
+        body.orientation = self.start.orientation;
+        body.angular_velocity = self.start.angular_velocity;
+        scene
+    }
+}
+
+/// What is computed by a pass over the sheet, kept until the next step.
+#[derive(Clone, Copy, Default)]
+struct Cache {
+    energy: Option<Energy>,
+    fabric: Option<Fabric>,
+    momentum: Option<f64>,
+}
+
+/// The simulation and its memory. The simulation is declared, and so dropped, first.
+pub struct Running {
+    /// The simulation; its slices lie in the block.
+    pub sim: Sim<'static>,
+    _block: Block,
+}
+
+impl Running {
+    /// Memory and simulation for a scene.
+    pub fn new(scene: &fabric::Scene) -> Result<Running, Trouble> {
+        let layout = Layout::of(scene).map_err(Trouble::Refused)?;
+        let mut block = Block::new(layout.reals(), layout.words()).ok_or(Trouble::OutOfMemory)?;
+        // SAFETY: carved once; `Running` keeps the block as long as the simulation, which is dropped before it.
+        let memory = unsafe { block.carve() };
+        let sim = Sim::new(scene, memory).map_err(Trouble::Refused)?;
+        Ok(Running { sim, _block: block })
+    }
+}
+
+/// Why there is no simulation.
+pub enum Trouble {
+    /// The kernel says what is wrong.
+    Refused(Error),
+    /// `calloc` gave nothing.
+    OutOfMemory,
+}
+
+/// How a communication step ended.
+pub struct StepEnd {
+    /// Of the call.
+    pub status: Status,
+    /// An outcome or the first contact came up.
+    pub event: bool,
+    /// The host is asked to end the simulation.
+    pub terminate: bool,
+    /// The step ended before t + h.
+    pub early: bool,
+}
+
+impl StepEnd {
+    fn refused(status: Status) -> StepEnd {
+        StepEnd { status, event: false, terminate: false, early: false }
+    }
+}
+
+/// Whether a step may end before t + h.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Early {
+    /// Never.
+    No,
+    /// At any event.
+    AtEvents,
+    /// At an outcome, if `stop_on_event` is set.
+    ToStop,
+}
+
+/// One instance.
+pub struct Instance {
+    /// The host's logger.
+    pub log: Log,
+    /// Everything but the simulation.
+    pub kept: Kept,
+    /// The simulation, from the end of initialisation on.
+    pub running: Option<Running>,
+    /// States the host holds.
+    pub states: States,
+    /// FMI 3.0: the host handles events.
+    pub event_mode_used: bool,
+    /// FMI 3.0: a step may end early.
+    pub early_return_allowed: bool,
+    cache: Cache,
+}
+
+impl Instance {
+    /// A new instance.
+    pub fn new(log: Log) -> Instance {
+        Instance {
+            log,
+            kept: Kept::new(),
+            running: None,
+            states: States::default(),
+            event_mode_used: false,
+            early_return_allowed: false,
+            cache: Cache::default(),
+        }
+    }
+
+    /// Refuses a call: says why and returns Error.
+    pub fn refuse(&self, text: &str) -> Status {
+        self.log.say(Category::Error, text);
+        Status::Error
+    }
+
+    fn refuse_field(&self, category: Category, (field, reason): Refusal) -> Status {
+        let mut line = Line::new();
+        let _ = if field.is_empty() { write!(line, "{reason}") } else { write!(line, "{field}: {reason}") };
+        self.log.say(category, &line);
+        if category == Category::Discard { Status::Discard } else { Status::Error }
+    }
+
+    fn refuse_error(&self, category: Category, error: &Error) -> Status {
+        self.log.say(category, &error.text());
+        if category == Category::Discard { Status::Discard } else { Status::Error }
+    }
+
+    /// Times of the experiment.
+    pub fn set_experiment(&mut self, start: f64, stop: Option<f64>) -> Status {
+        if !start.is_finite() || stop.is_some_and(|stop| !(stop.is_finite() && stop >= start)) {
+            return self.refuse("start or stop time: not a finite number, or stop before start");
+        }
+        self.kept.start_time = start;
+        self.kept.time = start;
+        self.kept.stop_time = stop.unwrap_or(f64::INFINITY);
+        Status::Ok
+    }
+
+    /// Enters initialisation.
+    pub fn enter_initialization(&mut self) -> Status {
+        self.kept.phase = Phase::Initialization;
+        Status::Ok
+    }
+
+    /// Makes the simulation. If it is refused nothing has changed, and the host may correct its parameters and try again.
+    pub fn exit_initialization(&mut self) -> Status {
+        let mut kept = self.kept;
+        kept.parameters.place_projectile();
+        kept.start = kept.parameters.motion();
+        match Running::new(&kept.scene()) {
+            Ok(running) => {
+                let mut line = Line::new();
+                let layout = running.sim.layout();
+                let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
+                let _ = write!(line, "{} bytes", layout.bytes());
+                self.log.say(Category::Event, &line);
+                kept.phase = if self.event_mode_used { Phase::Event } else { Phase::Step };
+                self.kept = kept;
+                self.running = Some(running);
+                self.cache = Cache::default();
+                if matches!(coupling::check_inputs(&kept.start), Ok(true)) {
+                    self.log.say(Category::Warning, "projectile.orientation: normalised");
+                    return Status::Warning;
+                }
+                Status::Ok
+            }
+            Err(Trouble::Refused(error)) => self.refuse_error(Category::Error, &error),
+            Err(Trouble::OutOfMemory) => self.out_of_memory(),
+        }
+    }
+
+    /// Says so.
+    pub fn out_of_memory(&self) -> Status {
+        self.log.say(Category::Fatal, "out of memory");
+        Status::Fatal
+    }
+
+    /// Back to just after instantiation.
+    pub fn reset(&mut self) -> Status {
+        self.running = None;
+        self.kept = Kept::new();
+        self.cache = Cache::default();
+        self.log.level = 2;
+        Status::Ok
+    }
+
+    /// Takes over what a saved state held; the simulation is already in that state.
+    pub fn restored(&mut self, kept: &Kept) {
+        self.kept = *kept;
+        self.cache = Cache::default();
+        self.log.level = self.kept.parameters.scalar(Id::LogLevel) as u8;
+    }
+
+    // ---- Variables ------------------------------------------------------------------------------------------------
+
+    /// All elements of a variable.
+    pub fn get(&mut self, variable: &Variable, values: &mut [f64; MOST_ELEMENTS]) -> Status {
+        if !variable.role.is_output() {
+            copy(values, self.kept.parameters.get(variable.id));
+            return Status::Ok;
+        }
+        match self.output(variable.id, values) {
+            Ok(()) => Status::Ok,
+            Err(failure) => {
+                let mut line = Line::new();
+                let _ = write!(line, "{}: {failure}", variable.name);
+                self.refuse(&line)
+            }
+        }
+    }
+
+    /// Whether an element may be set to a value now. Says why not.
+    pub fn may_set(&self, variable: &Variable, value: f64) -> Status {
+        use crate::table::Role;
+        let phases = match variable.role {
+            Role::Fixed => Phase::SETTING_UP,
+            Role::Input | Role::Tunable => Phase::SETTING_UP | Phase::RUNNING,
+            Role::Continuous | Role::Discrete => 0,
+        };
+        if phases & self.kept.phase as u32 == 0 {
+            let reason = if phases == 0 { "an output cannot be set" } else { "cannot be set in this state" };
+            return self.refuse_field(Category::Error, (variable.name, reason));
+        }
+        if !Parameters::acceptable(variable, value) {
+            return self.refuse_field(Category::Error, (variable.name, "out of range"));
+        }
+        Status::Ok
+    }
+
+    /// Sets one element; asked before with [`Instance::may_set`].
+    pub fn set(&mut self, variable: &Variable, element: usize, value: f64) {
+        self.kept.parameters.set(variable.id, element, value);
+        if variable.id == Id::LogLevel {
+            self.log.level = value as u8;
+        }
+    }
+
+    fn output(&mut self, id: Id, values: &mut [f64; MOST_ELEMENTS]) -> Result<(), Failure> {
+        *values = [0.0; MOST_ELEMENTS];
+        let kept = &self.kept;
+        let Some(Running { sim, .. }) = &self.running else {
+            // Before the simulation exists: the body as the host gave it, and nothing has happened.
+            match id {
+                Id::StatePosition => copy(values, kept.parameters.get(Id::Position)),
+                Id::StateVelocity => copy(values, kept.parameters.get(Id::Velocity)),
+                Id::StateOrientation => copy(values, kept.parameters.get(Id::Orientation)),
+                Id::StateAngularVelocity => copy(values, kept.parameters.get(Id::AngularVelocity)),
+                Id::TimeFirstContact | Id::TimeEvent => copy(values, &[-1.0]),
+                Id::MaxStretch => copy(values, &[1.0]),
+                _ => {}
+            }
+            return Ok(());
+        };
+        let cache = &mut self.cache;
+        let time_of = |step: Option<u64>| step.map_or(-1.0, |n| kept.start_time + n as f64 * sim.step_limits().dt);
+        match id {
+            Id::ForceMean => copy(values, &kept.force_mean),
+            Id::TorqueMean => copy(values, &kept.torque_mean),
+            Id::InterfaceResidual => copy(values, &[kept.interface_residual]),
+            Id::ForcePeak => copy(values, &[sim.contact()?.force_peak]),
+            Id::Impulse => copy(values, &sim.contact()?.impulse),
+            Id::AngularImpulse => copy(values, &sim.contact()?.angular_impulse),
+            Id::Work => copy(values, &[sim.contact()?.work]),
+            Id::SupportImpulse => copy(values, &sim.support()?.total),
+            Id::AttachmentImpulse => copy(values, sim.support()?.attachments.as_flattened()),
+            Id::StatePosition => copy(values, &sim.projectile()?.position),
+            Id::StateVelocity => copy(values, &sim.projectile()?.velocity),
+            Id::StateOrientation => copy(values, &sim.projectile()?.orientation),
+            Id::StateAngularVelocity => copy(values, &sim.projectile()?.angular_velocity),
+            Id::EnergyKinetic => copy(values, &[cache.energy(sim)?.fabric_kinetic]),
+            Id::EnergyStrain => copy(values, &[cache.energy(sim)?.strain]),
+            Id::EnergyDissipated => copy(values, &[cache.energy(sim)?.dissipated]),
+            Id::EnergyContactLoss => copy(values, &[sim.contact()?.loss]),
+            Id::EnergyResidual => copy(values, &[cache.energy(sim)?.residual]),
+            Id::MaxDeflection => copy(values, &[cache.fabric(sim)?.max_deflection]),
+            Id::MaxStretch => copy(values, &[cache.fabric(sim)?.max_stretch]),
+            Id::MomentumResidual => copy(values, &[cache.momentum(sim)?]),
+            Id::FailedSegments => copy(values, &[sim.counters().failed_segments as f64]),
+            Id::WorstPenetration => copy(values, &[sim.counters().worst_penetration]),
+            Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
+            Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
+            Id::Status => copy(values, &[sim.outcomes().status as u32 as f64]),
+            Id::TimeFirstContact => copy(values, &[time_of(sim.outcomes().first_contact)]),
+            Id::TimeEvent => {
+                let latched = sim.outcomes().latched;
+                copy(values, &[time_of(latched.iter().flatten().map(|latch| latch.step).max())]);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    // ---- Stepping -------------------------------------------------------------------------------------------------
+
+    /// A communication step from t to t + h. Discard: nothing has changed.
+    pub fn do_step(&mut self, t: f64, h: f64, early: Early) -> StepEnd {
+        if let Err(reason) = self.check_times(t, h) {
+            return StepEnd::refused(self.refuse(reason));
+        }
+        let Some(Running { sim, .. }) = &self.running else {
+            return StepEnd::refused(self.refuse("there is no simulation"));
+        };
+        let (dt, start) = (sim.step_limits().dt, self.kept.start_time);
+        let last_tick = math::round((t + h - start) / dt);
+        if !(last_tick < MOST_TICKS) {
+            return StepEnd::refused(self.refuse("doStep: t + h is too many internal steps away"));
+        }
+        let now = sim.step_count();
+        // A tick count is a whole number below 2^52.
+        let ticks = (last_tick as u64).saturating_sub(now);
+        let times = Times { now: start + now as f64 * dt - t, end: start + last_tick * dt - t };
+
+        let mut status = Status::Ok;
+        let mut path = None;
+        if self.kept.parameters.host_driven() {
+            // Also a step of no ticks refuses bad input.
+            match coupling::plan(&self.kept.parameters, sim, &times, ticks, self.kept.force_expected) {
+                Ok(plan) => {
+                    if let Some(warning) = plan.warning {
+                        self.log.say(Category::Warning, warning);
+                        status = Status::Warning;
+                    }
+                    path = Some(plan.path);
+                }
+                Err(refusal) => return StepEnd::refused(self.refuse_field(Category::Discard, refusal)),
+            }
+        }
+        let before = self.sums();
+        let end = match self.advance(path, ticks, early) {
+            Ok(end) => end,
+            Err(status) => return StepEnd::refused(status),
+        };
+        let after = self.sums();
+        let reached = if end.early { start + self.steps() as f64 * dt } else { t + h };
+        self.account(reached - t, dt, (before, after));
+        self.kept.time = reached;
+        self.kept.terminated = end.terminate;
+        self.cache = Cache::default();
+        StepEnd { status, ..end }
+    }
+
+    fn check_times(&self, t: f64, h: f64) -> Result<(), &'static str> {
+        if !(t.is_finite() && h.is_finite() && h > 0.0) {
+            return Err("doStep: the step size must be greater than zero and both times finite");
+        }
+        // The host may add up its steps, and forms h as a difference of two times.
+        let slack = 1e-3 * h + 4.0 * f64::EPSILON * if t < 0.0 { -t } else { t };
+        let off = t - self.kept.time;
+        if off > slack || off < -slack {
+            return Err("doStep: the communication point is not where the last step ended");
+        }
+        if t + h > self.kept.stop_time + slack {
+            return Err("doStep: the step leads past the stop time");
+        }
+        Ok(())
+    }
+
+    fn steps(&self) -> u64 {
+        self.running.as_ref().map_or(0, |running| running.sim.step_count())
+    }
+
+    /// Impulse, angular impulse, work and tick count.
+    fn sums(&self) -> ([f64; 3], [f64; 3], f64, u64) {
+        match self.running.as_ref().map(|running| (running.sim.contact(), running.sim.step_count())) {
+            Some((Ok(contact), step)) => (contact.impulse, contact.angular_impulse, contact.work, step),
+            _ => ([0.0; 3], [0.0; 3], 0.0, 0),
+        }
+    }
+
+    /// Step means, and the interface residual at the step's start.
+    fn account(&mut self, h: f64, dt: f64, (before, after): (Sums, Sums)) {
+        let over =
+            |a: [f64; 3], b: [f64; 3], time: f64| [(b[0] - a[0]) / time, (b[1] - a[1]) / time, (b[2] - a[2]) / time];
+        self.kept.force_mean = over(before.0, after.0, h);
+        self.kept.torque_mean = over(before.1, after.1, h);
+        let ticks = after.3.saturating_sub(before.3);
+        if ticks > 0 {
+            self.kept.force_expected = over(before.0, after.0, ticks as f64 * dt);
+        }
+        let parameters = &self.kept.parameters;
+        let mass = parameters.scalar(Id::Mass);
+        if parameters.host_driven() && mass > 0.0 {
+            let solid = Solid::of(&parameters.scene().projectile);
+            let inertia = Inertia::of(&solid, mass, true);
+            let kinetic = |motion: &Motion| Body::of(motion).kinetic_energy(&inertia);
+            self.kept.interface_residual = kinetic(&self.kept.start) - kinetic(&parameters.motion()) - before.2;
+        }
+    }
+
+    /// The internal steps of one communication step.
+    fn advance(&mut self, path: Option<Path>, ticks: u64, early: Early) -> Result<StepEnd, Status> {
+        let stop_on_event = self.kept.parameters.flag(Id::StopOnEvent);
+        let force = self.kept.parameters.vector(Id::ExternalForce);
+        let torque = self.kept.parameters.vector(Id::ExternalTorque);
+        let Some(Running { sim, .. }) = &mut self.running else {
+            return Err(Status::Error);
+        };
+        let (mask, contact) = (sim.outcomes().mask, sim.outcomes().first_contact);
+        if path.is_none()
+            && let Err(error) = sim.set_external_load(force, torque)
+        {
+            return Err(self.refuse_error(Category::Discard, &error));
+        }
+        let end = sim.step_count().saturating_add(ticks);
+        let mut outcome_came;
+        let mut contact_came;
+        loop {
+            let left = end.saturating_sub(sim.step_count());
+            let chunk = match early {
+                Early::No => left,
+                // Outcomes are tested every 64 steps; first contact can come in any step.
+                Early::AtEvents if sim.outcomes().first_contact.is_none() => left.min(1),
+                _ => left.min(TEST_INTERVAL - sim.step_count() % TEST_INTERVAL),
+            };
+            if chunk > 0
+                && let Err(error) = match &path {
+                    Some(path) => sim.follow(path, chunk),
+                    None => sim.advance(chunk).map_err(Error::from),
+                }
+            {
+                if sim.failure().is_none() {
+                    return Err(self.refuse_error(Category::Discard, &error));
+                }
+                self.kept.phase = Phase::Faulted;
+                return Err(self.refuse_error(Category::Error, &error));
+            }
+            let outcomes = sim.outcomes();
+            outcome_came = outcomes.mask & !mask != 0;
+            contact_came = outcomes.first_contact.is_some() && contact.is_none();
+            let stop = match early {
+                Early::No => false,
+                Early::AtEvents => outcome_came || contact_came,
+                Early::ToStop => outcome_came && stop_on_event,
+            };
+            if stop || sim.step_count() >= end {
+                break;
+            }
+        }
+        let early = sim.step_count() < end;
+        self.tell_events(mask, contact_came);
+        Ok(StepEnd {
+            status: Status::Ok,
+            event: outcome_came || contact_came,
+            terminate: outcome_came && stop_on_event,
+            early,
+        })
+    }
+
+    fn tell_events(&self, mask_before: u32, contact_came: bool) {
+        let Some(Running { sim, .. }) = &self.running else { return };
+        let outcomes = sim.outcomes();
+        let tell = |name: &str, step: u64| {
+            let mut line = Line::new();
+            let _ = write!(line, "{name} at internal step {step}");
+            self.log.say(Category::Event, &line);
+        };
+        if contact_came && let Some(step) = outcomes.first_contact {
+            tell("first contact", step);
+        }
+        for (outcome, latch) in Outcome::ALL.iter().zip(outcomes.latched) {
+            if let Some(latch) = latch
+                && mask_before & outcome.bit() == 0
+            {
+                tell(outcome.name(), latch.step);
+            }
+        }
+    }
+}
+
+type Sums = ([f64; 3], [f64; 3], f64, u64);
+
+/// Most elements of one variable.
+pub const MOST_ELEMENTS: usize = {
+    let mut most = 0;
+    let mut k = 0;
+    while k < VARIABLES.len() {
+        if VARIABLES[k].size() > most {
+            most = VARIABLES[k].size();
+        }
+        k += 1;
+    }
+    most
+};
+
+/// Above this a tick count is no longer exact.
+const MOST_TICKS: f64 = (1_u64 << 52) as f64;
+
+impl Cache {
+    fn energy(&mut self, sim: &Sim) -> Result<Energy, Failure> {
+        let energy = self.energy.map_or_else(|| sim.energy(), Ok)?;
+        self.energy = Some(energy);
+        Ok(energy)
+    }
+
+    fn fabric(&mut self, sim: &Sim) -> Result<Fabric, Failure> {
+        let fabric = self.fabric.map_or_else(|| sim.fabric(), Ok)?;
+        self.fabric = Some(fabric);
+        Ok(fabric)
+    }
+
+    fn momentum(&mut self, sim: &Sim) -> Result<f64, Failure> {
+        let momentum = self.momentum.map_or_else(|| sim.momentum_residual().map(math::length), Ok)?;
+        self.momentum = Some(momentum);
+        Ok(momentum)
+    }
+}
+
+fn copy(to: &mut [f64; MOST_ELEMENTS], from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+}

@@ -1,0 +1,27 @@
+//! The FMU: FMI 2.0 and 3.0 co-simulation over the fabric kernel.
+//!
+//! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and the token.
+//! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin doors to it, one C function each.
+//!
+//! Promises: memory comes from the C library's `calloc`, the large block once per instance when initialisation ends; no
+//! allocation while stepping, no thread, no global state; the floating-point environment of the host is saved, set and
+//! restored; a refused call says why in the log and changes nothing.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod coupling;
+pub mod door;
+pub mod float;
+pub mod fmi2;
+pub mod fmi3;
+pub mod instance;
+pub mod log;
+pub mod memory;
+pub mod parameters;
+pub mod state;
+pub mod table;
+
+/// Name of the model and of the library's file in both archives.
+pub const MODEL_IDENTIFIER: &str = "FabricShield";

@@ -1,0 +1,125 @@
+//! Messages to the host's logger, in both versions. Text only: no number with a fraction is ever formatted.
+
+use crate::table::LOG_CATEGORIES;
+use core::ffi::{CStr, c_char, c_int, c_void};
+
+/// What a call returns; the same numbers in FMI 2.0 and 3.0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(i32)]
+pub enum Status {
+    /// Done.
+    Ok = 0,
+    /// Done, but see the log.
+    Warning = 1,
+    /// Not done, nothing changed; the host may try again with other input.
+    Discard = 2,
+    /// Refused, or failed.
+    Error = 3,
+    /// Out of memory.
+    Fatal = 4,
+}
+
+/// Kind of a message. The numbers are places in [`LOG_CATEGORIES`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Category {
+    /// Something happened.
+    Event = 0,
+    /// See [`Status::Warning`].
+    Warning = 1,
+    /// See [`Status::Discard`].
+    Discard = 2,
+    /// See [`Status::Error`].
+    Error = 3,
+    /// See [`Status::Fatal`].
+    Fatal = 4,
+}
+
+/// Place of "logAll" in [`LOG_CATEGORIES`].
+const ALL: usize = 5;
+
+/// Logger of FMI 2.0: environment, instance name, status, category, format, arguments.
+pub type Logger2 = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+/// Logger of FMI 3.0: environment, status, category, message.
+pub type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+
+/// The host's logger.
+#[derive(Clone, Copy)]
+pub enum Logger {
+    /// FMI 2.0.
+    Two(Option<Logger2>),
+    /// FMI 3.0.
+    Three(Option<Logger3>),
+}
+
+/// One line. What does not fit is cut.
+pub type Line = heapless::String<240>;
+
+/// Where messages go and which are wanted.
+pub struct Log {
+    logger: Logger,
+    environment: *mut c_void,
+    /// Instance name, with its terminating zero.
+    name: heapless::Vec<u8, 128>,
+    /// By [`Category`].
+    wanted: [bool; 5],
+    /// 0 fatal, 1 errors and discards, 2 warnings, 3 events.
+    pub level: u8,
+}
+
+impl Log {
+    /// A log for an instance. Errors and warnings are always wanted, events only if the host switched logging on.
+    pub fn new(logger: Logger, environment: *mut c_void, name: &CStr, logging_on: bool) -> Log {
+        let mut copy: heapless::Vec<u8, 128> = name.to_bytes().iter().copied().take(127).collect();
+        // There is room: 127 bytes at most were taken.
+        let _ = copy.push(0);
+        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true, true], level: 2 }
+    }
+
+    /// Switches categories on or off; none named means all. False if a name is unknown, then nothing changed.
+    pub fn switch<'a>(&mut self, on: bool, names: impl Iterator<Item = Option<&'a CStr>>) -> bool {
+        let mut chosen = [false; 5];
+        let mut any = false;
+        for name in names {
+            any = true;
+            let known = |name: &CStr| LOG_CATEGORIES.iter().position(|(known, _)| known.as_bytes() == name.to_bytes());
+            match name.and_then(known) {
+                Some(ALL) => chosen = [true; 5],
+                Some(place) => chosen.iter_mut().skip(place).take(1).for_each(|chosen| *chosen = true),
+                None => return false,
+            }
+        }
+        for (wanted, chosen) in self.wanted.iter_mut().zip(chosen) {
+            if chosen || !any {
+                *wanted = on;
+            }
+        }
+        true
+    }
+
+    /// Tells the host.
+    pub fn say(&self, category: Category, text: &str) {
+        let (name, status, level) = match category {
+            Category::Event => (c"logEvents", Status::Ok, 3),
+            Category::Warning => (c"logStatusWarning", Status::Warning, 2),
+            Category::Discard => (c"logStatusDiscard", Status::Discard, 1),
+            Category::Error => (c"logStatusError", Status::Error, 1),
+            Category::Fatal => (c"logStatusFatal", Status::Fatal, 0),
+        };
+        if level > self.level || !self.wanted.get(category as usize).copied().unwrap_or(false) {
+            return;
+        }
+        let mut line: heapless::Vec<u8, 256> = text.bytes().filter(|&byte| byte != 0).take(255).collect();
+        // There is room: 255 bytes at most were taken.
+        let _ = line.push(0);
+        let (environment, status, message) = (self.environment, status as c_int, line.as_ptr().cast::<c_char>());
+        match self.logger {
+            // SAFETY: the host gave the function with this signature; all texts end with a zero and outlive the call.
+            Logger::Two(Some(logger)) => unsafe {
+                logger(environment, self.name.as_ptr().cast(), status, name.as_ptr(), c"%s".as_ptr(), message)
+            },
+            // SAFETY: as above.
+            Logger::Three(Some(logger)) => unsafe { logger(environment, status, name.as_ptr(), message) },
+            Logger::Two(None) | Logger::Three(None) => {}
+        }
+    }
+}
