@@ -74,7 +74,7 @@ pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f
     let fabric = sim.projectile().map_err(|_| ("", "the simulation has failed"))?;
     let expected = carried(&host, acceleration, times.now);
     let off = distance(&expected, &fabric, inputs) / inputs.scalar(Id::Spacing);
-    if !(off <= REFUSE) {
+    if off.is_nan() || off > REFUSE {
         return Err(("projectile.position", "more than one node spacing away from where the fabric has the body"));
     }
     let warning = if off > WARN {

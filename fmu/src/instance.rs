@@ -393,7 +393,7 @@ impl Instance {
         };
         let (dt, start) = (sim.step_limits().dt, self.kept.start_time);
         let last_tick = math::round((t + h - start) / dt);
-        if !(last_tick < MOST_TICKS) {
+        if last_tick.is_nan() || last_tick >= MOST_TICKS {
             return StepEnd::refused(self.refuse("doStep: t + h is too many internal steps away"));
         }
         let now = sim.step_count();
