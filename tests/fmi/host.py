@@ -1,0 +1,209 @@
+"""A host for the tests: one way to drive both FMUs through FMPy's low-level classes, by variable names.
+
+A call that the FMU refuses does not raise: it returns the status, and what the FMU said is in `log`.
+"""
+
+import atexit
+import ctypes
+import os
+import pathlib
+import shutil
+import tempfile
+
+import fmpy
+from fmpy import fmi2, fmi3
+from fmpy.fmi1 import FMICallException
+from fmpy.logging import addLoggerProxy
+
+OK, WARNING, DISCARD, ERROR = range(4)
+INTEGRATED, HOST_DRIVEN = range(2)
+TWO_SIDES, FOUR_SIDES, FOUR_CORNERS, FREE = range(4)
+SHEET_3IN_SPHERE, CUSTOM = 1, 2
+RADIUS = 6.35e-3
+
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", pathlib.Path(__file__).parents[2] / "target"))
+ARCHIVES = {version: TARGET / "fmu" / f"FabricShield-fmi{version}.fmu" for version in (2, 3)}
+
+# A small sheet under the sphere, which starts a hundredth of a millimetre before it.
+SMALL = {
+    "preset": SHEET_3IN_SPHERE,
+    "sheet.nodes_x": 41,
+    "sheet.nodes_y": 41,
+    "projectile.position": [0.0, 0.0, -RADIUS - 1e-5],
+}
+
+# What the two versions must agree on bit by bit.
+OUTPUTS = [
+    "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
+    "contact.work", "support.impulse", "support.attachment_impulse", "state.position", "state.velocity",
+    "state.orientation", "state.angular_velocity", "energy.kinetic", "energy.strain", "energy.dissipated",
+    "energy.contact_loss", "energy.residual", "interface.residual", "fabric.max_deflection", "fabric.max_stretch",
+    "fabric.failed_segments", "fabric.worst_penetration", "momentum.residual", "step.fraction", "contact.unconverged",
+    "status", "time_first_contact", "time_event",
+]  # fmt: skip
+
+_opened = {}
+
+
+def opened(version):
+    """Model description and folder of an archive, which is unpacked once."""
+    if version not in _opened:
+        folder = tempfile.mkdtemp(prefix="fabric-fmu-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        fmpy.extract(str(ARCHIVES[version]), folder)
+        _opened[version] = (fmpy.read_model_description(str(ARCHIVES[version])), folder)
+    return _opened[version]
+
+
+class Host:
+    """One instance. With `values` it is initialised at once and must accept them."""
+
+    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, logging_on=False):
+        self.version, self.log = version, []
+        description, folder = opened(version)
+        self.variables = {variable.name: variable for variable in description.modelVariables}
+        arguments = dict(
+            guid=token or (description.guid if version == 2 else description.instantiationToken),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=folder,
+            instanceName="test",
+        )
+        self.events = events
+        if version == 2:
+            self.fmu = fmi2.FMU2Slave(**arguments)
+            callbacks = fmi2.fmi2CallbackFunctions()
+            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log2)
+            callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
+            callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
+            addLoggerProxy(ctypes.byref(callbacks))
+            self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
+        else:
+            self.fmu = fmi3.FMU3Slave(**arguments)
+            self.fmu.instantiate(
+                logMessage=self._log3, loggingOn=logging_on, eventModeUsed=events, earlyReturnAllowed=events
+            )
+        if values is not None:
+            status = self.initialise(values, start, stop)
+            assert status <= WARNING, (status, self.log)
+
+    def _log2(self, _environment, _name, status, category, message):
+        self.log.append((status, category.decode(), message.decode()))
+
+    def _log3(self, _environment, status, category, message):
+        self.log.append((status, category.decode(), message.decode()))
+
+    def attempt(self, function, *arguments, **named):
+        """Status of a call."""
+        try:
+            function(*arguments, **named)
+        except FMICallException as refused:
+            return refused.status
+        return OK
+
+    def said(self, text):
+        """Whether the FMU has logged this."""
+        return any(text in message for _, _, message in self.log)
+
+    def initialise(self, values, start=0.0, stop=None):
+        status = self.begin(values, start, stop)
+        if status > WARNING:
+            return status
+        status = self.attempt(self.fmu.exitInitializationMode)
+        if status <= WARNING and self.events:
+            self.fmu.enterStepMode()
+        return status
+
+    def begin(self, values, start=0.0, stop=None):
+        """Sets parameters and enters initialisation."""
+        for name, value in values.items():
+            status = self.try_set(name, value)
+            if status > WARNING:
+                return status
+        if self.version == 2:
+            self.fmu.setupExperiment(startTime=start, stopTime=stop)
+            return self.attempt(self.fmu.enterInitializationMode)
+        return self.attempt(self.fmu.enterInitializationMode, startTime=start, stopTime=stop)
+
+    def _elements(self, name):
+        if name in self.variables:
+            return [self.variables[name]]
+        return [v for v in self.variables.values() if v.name.startswith(name + "[")]
+
+    def try_set(self, name, value):
+        """Status of setting a variable, a list for arrays."""
+        values = list(value) if isinstance(value, (list, tuple)) else [value]
+        elements = self._elements(name)
+        kind, references = elements[0].type, [v.valueReference for v in elements]
+        names = {
+            "Real": "setReal", "Integer": "setInteger", "Boolean": "setBoolean", "Float64": "setFloat64",
+            "Int32": "setInt32", "Enumeration": "setInteger" if self.version == 2 else "setInt64",
+        }  # fmt: skip
+        return self.attempt(getattr(self.fmu, names[kind]), references, values)
+
+    def set(self, **values):
+        for name, value in values.items():
+            status = self.try_set(name.replace("__", "."), value)
+            assert status <= WARNING, (name, self.log)
+
+    def get(self, name):
+        """A number, or the list of an array's elements row by row."""
+        elements = self._elements(name)
+        kind, references = elements[0].type, [v.valueReference for v in elements]
+        if self.version == 2:
+            names = {"Real": "getReal", "Boolean": "getBoolean", "Integer": "getInteger", "Enumeration": "getInteger"}
+            values = list(getattr(self.fmu, names[kind])(references))
+        else:
+            names = {"Float64": "getFloat64", "Int32": "getInt32", "Boolean": "getBoolean", "Enumeration": "getInt64"}
+            size = 1
+            for dimension in elements[0].dimensions:
+                size *= int(dimension.start)
+            values = list(getattr(self.fmu, names[kind])(references, nValues=size))
+        return values[0] if len(values) == 1 else values
+
+    def outputs(self):
+        return {name: self.get(name) for name in OUTPUTS}
+
+    def step(self, t, h):
+        """Status of a step; for FMI 3.0 also (event, terminate, early, time) in `last`."""
+        try:
+            self.last = self.fmu.doStep(t, h)
+        except FMICallException as refused:
+            return refused.status
+        return OK
+
+    def run(self, first, end, h):
+        """Steps number first to end - 1 of size h, from time first h on."""
+        for k in range(first, end):
+            status = self.step(k * h, h)
+            assert status <= WARNING, (status, self.log)
+        return self
+
+    def save(self):
+        return self.fmu.getFMUstate() if self.version == 2 else self.fmu.getFMUState()
+
+    def restore(self, state):
+        return self.attempt(self.fmu.setFMUstate if self.version == 2 else self.fmu.setFMUState, state)
+
+    def free(self, state):
+        return self.attempt(self.fmu.freeFMUstate if self.version == 2 else self.fmu.freeFMUState, state)
+
+    def bytes_of(self, state):
+        """The state as bytes."""
+        return bytes(self.fmu.serializeFMUstate(state) if self.version == 2 else self.fmu.serializeFMUState(state))
+
+    def state_of(self, data):
+        return self.fmu.deSerializeFMUstate(data) if self.version == 2 else self.fmu.deserializeFMUState(data)
+
+    def image(self):
+        """The present state as bytes: equal bytes mean equal bits everywhere."""
+        state = self.save()
+        data = self.bytes_of(state)
+        self.free(state)
+        return data
+
+    def close(self):
+        component = self.fmu.component
+        if self.version == 2:
+            self.fmu.fmi2FreeInstance(component)
+        else:
+            self.fmu.fmi3FreeInstance(component)

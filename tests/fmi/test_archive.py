@@ -1,0 +1,65 @@
+"""The archives: accepted by the validator, complete, and one library behind both."""
+
+import unittest
+import zipfile
+
+from fmpy.validation import validate_fmu
+from host import ARCHIVES, Host, opened
+
+
+class Archive(unittest.TestCase):
+    def test_the_validator_finds_nothing(self):
+        for version, archive in ARCHIVES.items():
+            with self.subTest(version=version):
+                self.assertEqual(validate_fmu(str(archive)), [])
+
+    def test_entries(self):
+        for version, archive in ARCHIVES.items():
+            with zipfile.ZipFile(archive) as packed:
+                entries = packed.infolist()
+            names = [entry.filename for entry in entries]
+            self.assertEqual(names, sorted(names))
+            self.assertTrue(all(entry.date_time == (1980, 1, 1, 0, 0, 0) for entry in entries))
+            for wanted in ["modelDescription.xml", "documentation/index.html", "documentation/licenses/license.txt"]:
+                self.assertIn(wanted, names)
+            self.assertTrue(any(name.endswith("/FabricShield.so") for name in names))
+
+    def test_the_terminals_follow_the_schema_and_name_variables(self):
+        import pathlib
+
+        import fmpy
+        from lxml import etree
+
+        schema = etree.XMLSchema(
+            etree.parse(str(pathlib.Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"))
+        )
+        with zipfile.ZipFile(ARCHIVES[3]) as packed:
+            tree = etree.fromstring(packed.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        schema.assertValid(tree)
+        names = {variable.name for variable in opened(3)[0].modelVariables}
+        for member in tree.iter("TerminalMemberVariable"):
+            self.assertIn(member.get("variableName"), names)
+
+    def test_every_variable_answers_and_starts_as_described(self):
+        for version in (2, 3):
+            host = Host(version)
+            for variable in host.variables.values():
+                if variable.causality == "independent":
+                    continue
+                value = host.get(variable.name)
+                if variable.start is not None and variable.causality != "output":
+                    given = variable.start if isinstance(variable.start, list) else str(variable.start).split()
+                    values = value if isinstance(value, list) else [value]
+                    as_number = {"true": 1, "false": 0}
+                    wanted = [float(as_number.get(str(x).lower(), x)) for x in given]
+                    self.assertEqual([float(x) for x in values], wanted, variable.name)
+            host.close()
+
+    def test_a_wrong_token_is_refused(self):
+        for version in (2, 3):
+            with self.assertRaises(Exception):
+                Host(version, token="{FabricShield-0000000000000}")
+
+
+if __name__ == "__main__":
+    unittest.main()

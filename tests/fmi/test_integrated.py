@@ -1,0 +1,110 @@
+"""Mode integrated: the same bits whatever the version, the step size and the neighbours."""
+
+import unittest
+
+from host import OK, ERROR, SMALL, FOUR_SIDES, Host
+
+END = 4e-5  # s; the sheet is torn by then
+
+
+class Integrated(unittest.TestCase):
+    def test_both_versions_give_the_same_bits(self):
+        results = []
+        for version in (2, 3):
+            host = Host(version, SMALL)
+            rows = [host.outputs()]
+            for k in range(40):
+                host.run(k, k + 1, 1e-6)
+                rows.append(host.outputs())
+            results.append(rows)
+            host.close()
+        self.assertEqual(results[0], results[1])
+        self.assertGreater(results[0][-1]["contact.work"], 1.0)
+
+    def test_the_step_size_does_not_matter(self):
+        images = []
+        for steps, h in [(400, 1e-7), (80, 5e-7), (40, 1e-6), (4, 1e-5)]:
+            host = Host(2, SMALL).run(0, steps, h)
+            # Step means and the host's time differ by nature; everything the kernel computes must not.
+            images.append({name: host.get(name) for name in host_independent()})
+            host.close()
+        for image in images[1:]:
+            self.assertEqual(image, images[0])
+
+    def test_times_summed_up_are_accepted(self):
+        host, t, h = Host(2, SMALL, stop=4e-5), 0.0, 1e-9
+        for _ in range(40000):
+            self.assertEqual(host.step(t, h), OK)
+            t += h
+        other = Host(2, SMALL).run(0, 40, 1e-6)
+        self.assertEqual(host.get("state.position"), other.get("state.position"))
+        self.assertEqual(host.step(t, 1e-6), ERROR)
+        self.assertTrue(host.said("stop time"))
+        host.close(), other.close()
+
+    def test_odd_and_tiny_steps(self):
+        for h, steps in [(3.3e-8, 300), (1e-9, 2000), (2e-8, 500)]:
+            host, total = Host(3, SMALL), [0.0] * 3
+            for k in range(steps):
+                self.assertEqual(host.step(k * h, h), OK)
+                total = [a + f * h for a, f in zip(total, host.get("contact.force_mean"))]
+            impulse = host.get("contact.impulse")
+            size = sum(x * x for x in impulse) ** 0.5
+            self.assertLessEqual(max(abs(a - b) for a, b in zip(total, impulse)), 1e-12 * max(size, 1e-30))
+            host.close()
+
+    def test_the_impulse_is_the_change_of_momentum(self):
+        host = Host(2, SMALL).run(0, 40, 1e-6)
+        mass, v = host.get("projectile.mass"), host.get("state.velocity")
+        change = mass * (v[2] - 100.0)
+        self.assertLess(abs(host.get("contact.impulse")[2] - change), 1e-9 * abs(change))
+        host.close()
+
+    def test_bad_times_are_refused_and_change_nothing(self):
+        for version in (2, 3):
+            host = Host(version, SMALL).run(0, 20, 1e-6)
+            before, t = host.image(), 2e-5
+            for bad in [(t, 0.0), (t, -1e-6), (t, float("nan")), (float("nan"), 1e-6), (t + 5e-7, 1e-6), (0.0, 1e-6), (t, 1e300)]:
+                self.assertEqual(host.step(*bad), ERROR, bad)
+            self.assertTrue(host.said("doStep"))
+            self.assertEqual(host.image(), before)
+            self.assertEqual(host.step(t, 1e-6), OK)
+            host.close()
+
+    def test_reset_and_interleaved_instances(self):
+        for version in (2, 3):
+            plain = Host(version, SMALL).run(0, 30, 1e-6)
+            expected = plain.image()
+            plain.fmu.reset()
+            plain.initialise(SMALL)
+            plain.run(0, 30, 1e-6)
+            self.assertEqual(plain.image(), expected)
+            first, second = Host(version, SMALL), Host(version, {**SMALL, "seed": 2})
+            for k in range(30):
+                first.run(k, k + 1, 1e-6)
+                second.run(k, k + 1, 1e-6)
+            self.assertEqual(first.image(), expected)
+            self.assertNotEqual(second.image(), expected)
+            for host in (plain, first, second):
+                host.close()
+
+    def test_presets_and_what_the_host_sets(self):
+        host = Host(2, {"attachment.kind": FOUR_SIDES, "preset": 0, "sheet.nodes_x": 60, "sheet.nodes_y": 60})
+        self.assertEqual(host.get("projectile.shape"), 1)
+        self.assertEqual(host.get("attachment.kind"), FOUR_SIDES)
+        self.assertAlmostEqual(host.get("state.position")[2], -0.02005, 15)
+        host.close()
+        host = Host(3, {"preset": 1})
+        self.assertEqual((host.get("sheet.nodes_x"), host.get("attachment.kind")), (105, FOUR_SIDES))
+        self.assertAlmostEqual(host.get("state.position")[2], -7.35e-3, 15)
+        host.close()
+
+
+def host_independent():
+    from host import OUTPUTS
+
+    return [name for name in OUTPUTS if name not in ("contact.force_mean", "contact.torque_mean")]
+
+
+if __name__ == "__main__":
+    unittest.main()
