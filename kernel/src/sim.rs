@@ -16,7 +16,7 @@ use crate::path::{self, Path, Track};
 use crate::pose::Vector;
 use crate::projectile::{Body, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
-use crate::state::State;
+use crate::state::{COUNT_MAX, State};
 use crate::sweep::Axis;
 use crate::weave::ATTACHMENTS;
 use crate::yarn::squared_stretch_excess;
@@ -216,7 +216,7 @@ impl<'a> Sim<'a> {
         }
         let step = self.state.step;
         let bad = |field, value: u64, limit: u64| Error::new(Code::BadPath, field, value as f64, limit as f64);
-        let Some(last) = path.first.checked_add(path.steps).filter(|_| path.steps > 0) else {
+        let Some(last) = path.first.checked_add(path.steps).filter(|&last| path.steps > 0 && last <= COUNT_MAX) else {
             return Err(bad("path.steps", path.steps, 1));
         };
         let end = self.body_of_path(path)?;

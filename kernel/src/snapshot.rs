@@ -12,7 +12,7 @@ use crate::layout;
 use crate::pose::Vector;
 use crate::scene::Scene;
 use crate::sim::Sim;
-use crate::state::{State, Visitor};
+use crate::state::{COUNT_MAX, State, Visitor};
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -150,6 +150,7 @@ impl Reader<'_> {
 impl Visitor for Reader<'_> {
     fn count(&mut self, value: &mut u64) {
         *value = self.word();
+        self.sound &= *value <= COUNT_MAX;
     }
     fn flag(&mut self, value: &mut u64) {
         *value = self.word();
@@ -322,7 +323,7 @@ fn plausible(state: &State) -> bool {
         squared > 0.99 && squared < 1.01
     };
     let track = &state.track;
-    let path = track.steps == 0 || (track.first <= state.step && track.first.checked_add(track.steps).is_some());
+    let path = track.steps == 0 || track.first <= state.step;
     let still = |v: &Vector| v.iter().all(|x| x.is_finite());
     unit(&state.body.orientation)
         && unit(&track.start.orientation)

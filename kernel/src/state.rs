@@ -70,6 +70,9 @@ impl Default for Sums {
     }
 }
 
+/// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums cannot overflow.
+pub const COUNT_MAX: u64 = 1 << 53;
+
 /// Scalar state at step count n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {

@@ -13,7 +13,6 @@ import tempfile
 import fmpy
 from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
-from fmpy.logging import addLoggerProxy
 
 OK, WARNING, DISCARD, ERROR = range(4)
 INTEGRATED, HOST_DRIVEN = range(2)
@@ -41,6 +40,12 @@ OUTPUTS = [
     "fabric.failed_segments", "fabric.worst_penetration", "momentum.residual", "step.fraction", "contact.unconverged",
     "status", "time_first_contact", "time_event",
 ]  # fmt: skip
+
+# FMPy's own logger keeps one receiver for all instances. The FMU always passes "%s" and one text, so this receives it; on Linux
+# a variadic argument travels like any other.
+LOGGER = ctypes.CFUNCTYPE(
+    None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p
+)
 
 _opened = {}
 
@@ -72,10 +77,10 @@ class Host:
         if version == 2:
             self.fmu = fmi2.FMU2Slave(**arguments)
             callbacks = fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log2)
+            self.logger = LOGGER(self._log2)
+            callbacks.logger = ctypes.cast(self.logger, fmi2.fmi2CallbackLoggerTYPE)
             callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
             callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
-            addLoggerProxy(ctypes.byref(callbacks))
             self.fmu.instantiate(callbacks=callbacks, loggingOn=logging_on)
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)
@@ -86,7 +91,7 @@ class Host:
             status = self.initialise(values, start, stop)
             assert status <= WARNING, (status, self.log)
 
-    def _log2(self, _environment, _name, status, category, message):
+    def _log2(self, _environment, _name, status, category, _format, message):
         self.log.append((status, category.decode(), message.decode()))
 
     def _log3(self, _environment, status, category, message):

@@ -1,0 +1,155 @@
+"""Mode host_driven against integrated: pointwise before the first failure, as an ensemble afterwards."""
+
+import math
+import unittest
+
+from host import DISCARD, HOST_DRIVEN, OK, RADIUS, SHEET_3IN_SPHERE, SMALL, WARNING, Host
+
+MASS = 8.4e-3
+
+
+def case(speed):
+    """The 3 in sheet, four sides held, the sphere a hundredth of a millimetre before it."""
+    return {
+        "preset": SHEET_3IN_SPHERE,
+        "projectile.position": [0.0, 0.0, -RADIUS - 1e-5],
+        "projectile.velocity": [0.0, 0.0, speed],
+    }
+
+
+def integrated(values, h, end, every=1, until_failure=False):
+    """Velocity and work along z every `every` steps, and the host."""
+    host, rows = Host(2, values), {}
+    for k in range(round(end / h)):
+        host.run(k, k + 1, h)
+        if (k + 1) % every == 0:
+            if until_failure and host.get("fabric.failed_segments") > 0:
+                break
+            rows[k + 1] = (host.get("state.velocity[3]"), host.get("contact.work"))
+    return rows, host
+
+
+def driven(values, h, end, version=2):
+    """A host in a few lines: the FMU steps first, then the body under the mean force of the same interval."""
+    host = Host(version, {**values, "mode": HOST_DRIVEN})
+    x, v, rows = list(values["projectile.position"]), list(values["projectile.velocity"]), {}
+    for k in range(round(end / h)):
+        host.set(projectile__position=x, projectile__velocity=v)
+        status = host.step(k * h, h)
+        assert status == OK, (status, host.log)
+        force = host.get("contact.force_mean")
+        x = [p + u * h + 0.5 * f / MASS * h * h for p, u, f in zip(x, v, force)]
+        v = [u + f / MASS * h for u, f in zip(v, force)]
+        rows[k + 1] = (v[2], host.get("contact.work"))
+    return rows, host
+
+
+class HostDriven(unittest.TestCase):
+    def compare(self, joule, end):
+        """Errors of velocity over V0 and of work over KE0 for some step sizes, up to the first failed segment."""
+        speed = math.sqrt(2.0 * joule / MASS)
+        values = case(speed)
+        reference, host = integrated(values, 1e-7, end, until_failure=True)
+        host.close()
+        last = max(reference) // 10 * 10
+        errors = []
+        for per in (1, 2, 5, 10):
+            rows, host = driven(values, per * 1e-7, last * 1e-7)
+            host.close()
+            common = [k for k in range(10, last + 1, 10)]
+            velocity = max(abs(rows[k // per][0] - reference[k][0]) for k in common) / speed
+            work = max(abs(rows[k // per][1] - reference[k][1]) for k in common) / joule
+            errors.append((velocity, work))
+            print(f"\n  {joule} J, to {last * 1e-7:.2e} s, H = {per * 1e-7:.0e} s: velocity {velocity:.2e} V0, work {work:.2e} KE0", end="")
+        order = math.log10(errors[3][0] / errors[0][0])
+        print(f"\n  order of the velocity from H = 1e-7 to 1e-6: {order:.2f}; V at the end {reference[max(reference)][0]:.2f} m/s")
+        self.assertLess(errors[0][0], 1e-5)
+        self.assertLess(errors[0][1], 1e-4)
+        self.assertGreaterEqual(order, 1.0)
+        return reference
+
+    def test_before_the_first_failure(self):
+        self.compare(40.0, 5e-5)
+
+    def test_to_arrest(self):
+        reference = self.compare(5.0, 4e-4)
+        self.assertLess(min(v for v, _ in reference.values()), 0.0)
+
+    def test_the_whole_event_lies_within_the_ensemble(self):
+        speed, end = math.sqrt(2.0 * 40.0 / MASS), 2.5e-4
+        absorbed = []
+        for k in range(8):
+            rows, host = integrated(case(speed * (1.0 + k * 1e-12)), 1e-5, end)
+            absorbed.append(host.get("contact.work"))
+            status = host.get("status")
+            host.close()
+        mean = sum(absorbed) / 8
+        spread = max(absorbed) - min(absorbed)
+        deviation = math.sqrt(sum((a - mean) ** 2 for a in absorbed) / 7)
+        _, host = driven(case(speed), 1e-7, end)
+        work, residual = host.get("contact.work"), host.get("interface.residual")
+        print(f"\n  40 J, absorbed: 8 runs {mean:.4f} J, range {spread:.4f} J, standard deviation {deviation:.4f} J, status {status}")
+        print(f"  host-driven at H = 1e-7 s: {work:.4f} J, interface residual {residual:.2e} J")
+        host.close()
+        self.assertLess(abs(work - mean), 2.0 * spread)
+        self.assertLess(abs(residual), 1e-3 * 40.0)
+
+    def test_both_versions_give_the_same_bits(self):
+        values = {**SMALL, "projectile.velocity": [0.0, 0.0, 60.0]}
+        results = []
+        for version in (2, 3):
+            rows, host = driven(values, 1e-6, 3e-5, version)
+            results.append((rows, host.outputs()))
+            host.close()
+        self.assertEqual(results[0], results[1])
+
+    def test_bad_input_is_discarded_and_nothing_changes(self):
+        nan, inf = float("nan"), float("inf")
+        place, speed = [0.0, 0.0, -RADIUS - 1e-5], [0.0, 0.0, 60.0]
+        good = {"projectile.position": place, "projectile.velocity": speed}
+        bad = [
+            ("projectile.position", [0.0, nan, 0.0]),
+            ("projectile.velocity", [inf, 0.0, 0.0]),
+            ("projectile.orientation", [0.0] * 4),
+            ("projectile.orientation", [1.1, 0.0, 0.0, 0.0]),
+            ("projectile.orientation", [nan, 0.0, 0.0, 0.0]),
+            ("projectile.angular_velocity", [0.0, 0.0, nan]),
+            ("projectile.acceleration", [0.0, 0.0, nan]),
+            ("projectile.position", [0.0, 0.0, 1e-3]),  # a teleport
+            ("projectile.velocity", [0.0, 0.0, 1e6]),
+        ]
+        for version in (2, 3):
+            images = []
+            for disturbed in (False, True):
+                host = Host(version, {**SMALL, **good, "mode": HOST_DRIVEN})
+                for k in range(10):
+                    here = {**good, "projectile.position": [0.0, 0.0, place[2] + 60.0 * k * 1e-6]}
+                    if disturbed:
+                        for name, value in bad:
+                            usual = host.get(name)
+                            host.try_set(name, value)
+                            self.assertEqual(host.step(k * 1e-6, 1e-6), DISCARD, (name, value, host.log))
+                            said = "path.velocity" if value == [0.0, 0.0, 1e6] else name
+                            self.assertIn(said, host.log[-1][2])
+                            host.try_set(name, usual)
+                    for name, value in here.items():
+                        host.try_set(name, value)
+                    self.assertEqual(host.step(k * 1e-6, 1e-6), OK)
+                images.append(host.image())
+                host.close()
+            self.assertEqual(images[0], images[1])
+
+    def test_a_pose_slightly_off_is_a_warning(self):
+        host = Host(2, {**SMALL, "mode": HOST_DRIVEN})
+        host.set(projectile__position=[0.0, 1e-4, -RADIUS - 1e-5])
+        self.assertEqual(host.step(0.0, 1e-6), OK)  # FMPy takes a warning as success
+        self.assertTrue(host.said("a tenth of a node spacing"))
+        host.set(projectile__position=host.get("state.position"), projectile__orientation=[1.0002, 0.0, 0.0, 0.0])
+        host.step(1e-6, 1e-6)
+        self.assertTrue(host.said("projectile.orientation: normalised"))
+        self.assertEqual(host.log[-1][0], WARNING)
+        host.close()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,182 @@
+//! Failures latch: every call but reset, load and the counters says the same until then.
+
+use fabric::{Code, Drive, Failure, Motion, Path, Scene, Sim, Status};
+use fabric_tests::{Buffers, positions, small_sheet};
+
+/// Asserts that the failure is latched everywhere, then that a load and a reset clear it.
+fn latched(sim: &mut Sim<'_>, failure: Failure, image: &[u8]) {
+    let code = failure.code();
+    assert_eq!(sim.failure(), Some(failure));
+    assert_eq!(sim.outcomes().status, Status::Faulted);
+    let steps = sim.counters().steps;
+    for _ in 0..2 {
+        assert_eq!(sim.step(), Err(failure));
+        assert_eq!(sim.advance(3), Err(failure));
+        assert_eq!(sim.advance_until(15, 3), Err(failure));
+    }
+    assert_eq!(sim.projectile().unwrap_err(), failure);
+    assert_eq!(sim.contact().unwrap_err(), failure);
+    assert_eq!(sim.support().unwrap_err(), failure);
+    assert_eq!(sim.fabric().unwrap_err(), failure);
+    assert_eq!(sim.energy().unwrap_err(), failure);
+    assert_eq!(sim.momentum_residual().unwrap_err(), failure);
+    let mut nodes = vec![7.5; 3 * sim.layout().nodes()];
+    let mut segments = vec![7.5; sim.layout().segments()];
+    assert_eq!(sim.copy_positions(&mut nodes).unwrap_err().code, code);
+    assert_eq!(sim.copy_velocities(&mut nodes).unwrap_err().code, code);
+    assert_eq!(sim.copy_damage(&mut segments).unwrap_err().code, code);
+    assert_eq!(sim.copy_stretch(&mut segments).unwrap_err().code, code);
+    assert!(nodes.iter().chain(&segments).all(|&x| x == 7.5));
+    let mut buffer = vec![0xa5; sim.snapshot_bytes()];
+    assert_eq!(sim.save(&mut buffer).unwrap_err().code, code);
+    assert!(buffer.iter().all(|&b| b == 0xa5));
+    assert_eq!(sim.set_external_load([0.0; 3], [0.0; 3]).unwrap_err().code, code);
+    assert_eq!(sim.set_motion(&nodes, &nodes).unwrap_err().code, code);
+    assert_eq!(sim.set_largest_stretch(&segments).unwrap_err().code, code);
+    let end = Motion {
+        position: [0.0; 3],
+        velocity: [0.0; 3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        angular_velocity: [0.0; 3],
+    };
+    assert_eq!(sim.follow(&Path { first: steps, steps: 1, end }, 1).unwrap_err().code, code);
+    assert_eq!(sim.counters().steps, steps);
+
+    // A bad image does not clear it, a good one does, and so does a reset.
+    assert!(sim.load(&image[1..]).is_err());
+    assert_eq!(sim.failure(), Some(failure));
+    sim.load(image).unwrap();
+    assert_eq!(sim.failure(), None);
+    sim.step().unwrap();
+}
+
+fn image_of(sim: &Sim<'_>) -> Vec<u8> {
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).unwrap();
+    image
+}
+
+/// A huge external load makes the projectile faster than a spacing per step: the next step says so.
+#[test]
+fn a_huge_load_is_too_fast() {
+    let scene = small_sheet(9, 50.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(10).unwrap();
+    let image = image_of(&sim);
+    sim.set_external_load([0.0, 0.0, 1e12], [0.0; 3]).unwrap();
+    assert_eq!(sim.advance(10), Err(Failure::TooFast));
+    assert!(sim.step_count() > 10);
+    latched(&mut sim, Failure::TooFast, &image);
+    sim.reset();
+    assert_eq!((sim.failure(), sim.step_count()), (None, 0));
+    sim.advance(100).unwrap();
+}
+
+/// A load that overflows the velocity is not finite.
+#[test]
+fn an_overflowing_load_is_not_finite() {
+    let scene = small_sheet(9, 50.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let image = image_of(&sim);
+    sim.set_external_load([f64::MAX, 0.0, 0.0], [0.0; 3]).unwrap();
+    let failure = sim.advance(10).unwrap_err();
+    assert!(matches!(failure, Failure::NonFinite | Failure::TooFast), "{failure:?}");
+    latched(&mut sim, failure, &image);
+}
+
+/// With room for one node under the projectile the second one is a failure, and the state is that of the step's start.
+#[test]
+fn too_little_contact_capacity_keeps_the_state() {
+    let mut scene: Scene = small_sheet(21, 100.0);
+    scene.contact_capacity = 1;
+    // One node is near the surface at the nose, and more only later: a small sphere seen from a corner of the lattice.
+    scene.projectile.position[2] = -6.35e-3 - 8.0e-4;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let image = image_of(&sim);
+    let mut before = sim.digest();
+    let failure = loop {
+        match sim.step() {
+            Ok(()) => before = sim.digest(),
+            Err(failure) => break failure,
+        }
+    };
+    assert_eq!(failure, Failure::ContactCapacity);
+    assert!(sim.step_count() > 10);
+    assert_eq!(sim.digest(), before, "the state is that of the step's start");
+    assert_eq!(sim.counters().candidate_capacity, 1);
+    latched(&mut sim, Failure::ContactCapacity, &image);
+}
+
+/// The same with a body moved by the host.
+#[test]
+fn too_little_contact_capacity_keeps_the_state_of_a_prescribed_body() {
+    let mut scene: Scene = small_sheet(21, 100.0);
+    scene.contact_capacity = 1;
+    scene.drive = Drive::Prescribed;
+    scene.projectile.position[2] = -6.35e-3 - 8.0e-4;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let end = Motion {
+        position: [0.0; 3],
+        velocity: [0.0; 3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        angular_velocity: [0.0; 3],
+    };
+    let path = Path { first: 0, steps: 5000, end };
+    let mut before = sim.digest();
+    while sim.follow(&path, 1).is_ok() {
+        before = sim.digest();
+    }
+    assert_eq!(sim.failure(), Some(Failure::ContactCapacity));
+    assert_eq!(sim.digest(), before, "the state is that of the step's start");
+}
+
+/// The automatic capacity is enough where the whole sheet drapes about the projectile.
+#[test]
+fn the_automatic_capacity_is_enough() {
+    let scene = small_sheet(31, 400.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(3000).unwrap();
+    assert!(sim.counters().most_candidates <= sim.counters().candidate_capacity);
+}
+
+/// Finite positions so far apart that their squares overflow: found in the first step, or refused.
+#[test]
+fn positions_whose_squares_overflow_are_not_finite() {
+    let scene = small_sheet(9, 50.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let image = image_of(&sim);
+    for far in [1e160, 1e300, f64::MAX] {
+        sim.reset();
+        let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+        x[3 * 30 + 2] = far;
+        let v = vec![0.0; x.len()];
+        match sim.set_motion(&x, &v) {
+            Err(error) => assert_eq!((error.code, error.field), (Code::NotFinite, "positions")),
+            Ok(()) => {
+                assert_eq!(sim.step(), Err(Failure::NonFinite));
+                latched(&mut sim, Failure::NonFinite, &image);
+            }
+        }
+    }
+}
+
+/// The same through velocities: a node that flies off to infinity.
+#[test]
+fn velocities_that_overflow_are_not_finite() {
+    let scene = small_sheet(9, 50.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let image = image_of(&sim);
+    let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    let mut v = vec![0.0; x.len()];
+    v[3 * 30] = 1e200;
+    sim.set_motion(&x, &v).unwrap();
+    assert_eq!(sim.advance(10), Err(Failure::NonFinite));
+    latched(&mut sim, Failure::NonFinite, &image);
+}

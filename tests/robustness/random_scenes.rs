@@ -1,0 +1,131 @@
+//! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
+
+use fabric::{AttachmentKind, Drive, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep};
+use fabric_tests::small_sheet;
+use proptest::prelude::*;
+
+/// Mostly a usual value changed a little, sometimes any f64 at all.
+fn near(value: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => (0.5..2.0).prop_map(move |factor: f64| value * factor),
+        1 => Just(value),
+        1 => any::<f64>(),
+        1 => prop::sample::select(vec![0.0, -value, f64::MIN_POSITIVE, 1e-310, 1e300, f64::MAX, 1e-12, 1e12]),
+    ]
+}
+
+fn component() -> impl Strategy<Value = f64> {
+    prop_oneof![8 => Just(0.0), 4 => -300.0..300.0, 1 => any::<f64>()]
+}
+
+prop_compose! {
+    fn scenes()(
+        nodes in (0u32..13, 0u32..13),
+        plies in prop_oneof![4 => Just(1u32), 1 => any::<u32>()],
+        sheet in (near(7.26e-4), near(6.52e-8), near(1.075e-7)),
+        yarn in (near(140e9), near(2e9), near(7.91e-9), near(-878.0), near(8.35)),
+        law in (near(1.03), near(1.0), near(0.0), near(0.01)),
+        body in (near(6.35e-3), near(0.0381), near(8.4e-3), near(-7e-3)),
+        velocity in (component(), component(), near(100.0)),
+        rates in [component(), component(), component()],
+        kind in 0..4usize,
+        choices in (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>()),
+        discs in (near(1e-3), near(8e-4)),
+        capacity in prop_oneof![3 => Just(0u32), 1 => 0u32..20],
+        seed in any::<u64>(),
+        fraction in near(0.4),
+    ) -> Scene {
+        let mut scene = small_sheet(5, 0.0);
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.plies) = (nodes.0, nodes.1, plies);
+        (scene.sheet.spacing, scene.sheet.node_mass, scene.sheet.yarn_area) = sheet;
+        let y = &mut scene.yarn;
+        (y.modulus_mean, y.modulus_sd, y.damage_slope, y.damage_intercept, y.damage_sd) = yarn;
+        (y.critical_stretch, y.damage_a, y.damage_b, y.alpha_fail) = law;
+        y.stochastic = choices.0;
+        let p = &mut scene.projectile;
+        (p.radius, p.length, p.mass, p.position[2]) = body;
+        (p.velocity, p.angular_velocity) = (velocity.into(), rates);
+        p.shape = if choices.1 { Shape::Cylinder } else { Shape::Sphere };
+        scene.drive = if choices.2 { Drive::Prescribed } else { Drive::Free };
+        (scene.track_detachment, scene.track_support) = (choices.3, choices.4);
+        let kinds =
+            [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
+        scene.attachment.kind = kinds[kind];
+        (scene.attachment.disc_inset, scene.attachment.disc_radius) = discs;
+        (scene.contact_capacity, scene.seed) = (capacity, seed);
+        scene.time_step = TimeStep::Fraction(fraction);
+        if fraction > 0.7 {
+            scene.step_check = StepCheck::None;
+        }
+        scene
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_scene_is_refused_or_runs(scene in scenes()) {
+        let mut reals = vec![7.5; 40_000];
+        let mut words = vec![75; 10_000];
+        match Sim::new(&scene, Memory { reals: &mut reals, words: &mut words }) {
+            Err(error) => {
+                prop_assert!(!error.text().is_empty());
+                prop_assert!(reals.iter().all(|&x| x == 7.5) && words.iter().all(|&x| x == 75));
+            }
+            Ok(mut sim) => {
+                prop_assert!(Layout::of(&scene).is_ok());
+                let outcome = sim.advance(200);
+                prop_assert_eq!(outcome.err(), sim.failure());
+                if sim.failure().is_none() {
+                    let motion = sim.projectile().unwrap();
+                    prop_assert!(motion.position.iter().chain(&motion.velocity).all(|x| x.is_finite()));
+                    let mut x = vec![0.0; 3 * sim.layout().nodes()];
+                    sim.copy_positions(&mut x).unwrap();
+                    prop_assert!(x.iter().all(|x| x.is_finite()));
+                    sim.copy_velocities(&mut x).unwrap();
+                    sim.energy().unwrap();
+                    let mut image = vec![0; sim.snapshot_bytes()];
+                    sim.save(&mut image).unwrap();
+                    let digest = sim.digest();
+                    prop_assert!(sim.load(&image).is_ok(), "an image of a sound simulation loads");
+                    prop_assert_eq!(sim.digest(), digest);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn any_bytes_are_refused_as_an_image(bytes in prop::collection::vec(any::<u8>(), 0..3000)) {
+        let scene = small_sheet(5, 50.0);
+        let mut memory = fabric_tests::Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        let before = sim.digest();
+        prop_assert!(sim.load(&bytes).is_err());
+        prop_assert_eq!(sim.digest(), before);
+    }
+
+    #[test]
+    fn any_path_is_refused_or_followed(
+        first in prop_oneof![Just(0u64), any::<u64>()],
+        steps in prop_oneof![1u64..300, any::<u64>()],
+        asked in 0u64..300,
+        position in [component(), component(), component()],
+        velocity in [component(), component(), component()],
+        orientation in (near(1.0), component(), component(), component()),
+        rate in [component(), component(), component()],
+    ) {
+        let mut scene = fabric_tests::tilted_cylinder(9, 0.2, 40.0);
+        scene.drive = Drive::Prescribed;
+        let mut memory = fabric_tests::Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        let before = sim.digest();
+        // Paths of some nanometres: such as the step limit lets through.
+        let position = position.map(|x| x * 1e-9);
+        let place = [position[0], position[1], scene.projectile.position[2] + position[2]];
+        let end = Motion { position: place, velocity, orientation: orientation.into(), angular_velocity: rate };
+        if sim.follow(&Path { first, steps, end }, asked).is_err() && sim.failure().is_none() {
+            prop_assert_eq!(sim.digest(), before);
+        }
+    }
+}

@@ -1,0 +1,422 @@
+//! Every refusal: its code, the field it names, and that nothing was written.
+
+use fabric::{
+    AttachmentKind, Code, Drive, Error, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
+};
+use fabric_tests::{Buffers, positions, small_sheet};
+
+/// Asserts that a scene is refused with this code and field, by check, layout and constructor alike where they look, and
+/// that the constructor leaves its memory as it was.
+#[track_caller]
+fn refused(scene: &Scene, code: Code, field: &str) -> Error {
+    // Enough for every scene below; the pattern would show any write.
+    let mut reals = vec![f64::from_bits(0xdead_beef_dead_beef); 60_000];
+    let mut words = vec![0xdead_beef_u32; 60_000];
+    let error = Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).err().expect("refused");
+    assert_eq!((error.code, error.field), (code, field), "{error}");
+    assert!(reals.iter().all(|x| x.to_bits() == 0xdead_beef_dead_beef), "numbers were written");
+    assert!(words.iter().all(|&x| x == 0xdead_beef), "integers were written");
+    if let Err(earlier) = scene.check() {
+        assert_eq!((earlier.code, earlier.field), (code, field));
+    }
+    assert!(error.text().contains(field));
+    error
+}
+
+fn base() -> Scene {
+    let mut scene = small_sheet(9, 50.0);
+    scene.yarn.stochastic = true;
+    scene
+}
+
+/// A change of one field.
+type Change = fn(&mut Scene, f64);
+
+/// Every real field of a scene, by the name that errors use.
+#[rustfmt::skip]
+const REAL_FIELDS: [(&str, Change); 33] = [
+    ("sheet.spacing", |s, x| s.sheet.spacing = x),
+    ("sheet.node_mass", |s, x| s.sheet.node_mass = x),
+    ("sheet.yarn_area", |s, x| s.sheet.yarn_area = x),
+    ("sheet.position", |s, x| s.sheet.position[0] = x),
+    ("sheet.position", |s, x| s.sheet.position[2] = x),
+    ("sheet.orientation", |s, x| s.sheet.orientation[0] = x),
+    ("sheet.orientation", |s, x| s.sheet.orientation[3] = x),
+    ("yarn.modulus_mean", |s, x| s.yarn.modulus_mean = x),
+    ("yarn.modulus_sd", |s, x| s.yarn.modulus_sd = x),
+    ("yarn.damage_slope", |s, x| s.yarn.damage_slope = x),
+    ("yarn.damage_intercept", |s, x| s.yarn.damage_intercept = x),
+    ("yarn.damage_sd", |s, x| s.yarn.damage_sd = x),
+    ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x),
+    ("yarn.damage_a", |s, x| s.yarn.damage_a = x),
+    ("yarn.damage_b", |s, x| s.yarn.damage_b = x),
+    ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x),
+    ("projectile.radius", |s, x| s.projectile.radius = x),
+    ("projectile.length", |s, x| { s.projectile.shape = Shape::Cylinder; s.projectile.length = x; }),
+    ("projectile.mass", |s, x| s.projectile.mass = x),
+    ("projectile.position", |s, x| s.projectile.position[0] = x),
+    ("projectile.position", |s, x| s.projectile.position[1] = x),
+    ("projectile.position", |s, x| s.projectile.position[2] = x),
+    ("projectile.velocity", |s, x| s.projectile.velocity[0] = x),
+    ("projectile.velocity", |s, x| s.projectile.velocity[2] = x),
+    ("projectile.orientation", |s, x| s.projectile.orientation[0] = x),
+    ("projectile.orientation", |s, x| s.projectile.orientation[2] = x),
+    ("projectile.angular_velocity", |s, x| s.projectile.angular_velocity[0] = x),
+    ("projectile.angular_velocity", |s, x| s.projectile.angular_velocity[2] = x),
+    ("attachment.disc_inset", |s, x| { s.attachment.kind = AttachmentKind::FourCorners; s.attachment.disc_inset = x; }),
+    ("attachment.disc_radius", |s, x| { s.attachment.kind = AttachmentKind::FourCorners; s.attachment.disc_radius = x; }),
+    ("dt", |s, x| s.time_step = TimeStep::Seconds(x)),
+    ("step_fraction", |s, x| s.time_step = TimeStep::Fraction(x)),
+    ("force_window", |s, x| s.force_window = x),
+];
+
+#[test]
+fn not_finite_numbers_are_refused_in_every_field() {
+    for (field, change) in REAL_FIELDS {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut scene = base();
+            change(&mut scene, value);
+            refused(&scene, Code::NotFinite, field);
+        }
+    }
+}
+
+#[test]
+fn numbers_that_must_be_positive_are_refused_at_zero_and_below() {
+    let must = [
+        "sheet.spacing",
+        "sheet.node_mass",
+        "sheet.yarn_area",
+        "yarn.modulus_mean",
+        "yarn.damage_a",
+        "projectile.radius",
+        "projectile.length",
+        "projectile.mass",
+        "attachment.disc_radius",
+        "dt",
+        "step_fraction",
+        "force_window",
+    ];
+    for (field, change) in REAL_FIELDS.iter().filter(|(field, _)| must.contains(field)) {
+        for value in [0.0, -0.0, -1.0, -f64::MIN_POSITIVE] {
+            let mut scene = base();
+            change(&mut scene, value);
+            let error = refused(&scene, Code::NotPositive, field);
+            assert_eq!(error.value.to_bits(), value.to_bits());
+        }
+    }
+}
+
+#[test]
+fn numbers_out_of_their_range_are_refused() {
+    let cases: [(&str, Change, f64); 16] = [
+        ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x, 1.0),
+        ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x, 0.5),
+        ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x, 2.1),
+        ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x, -1e-9),
+        ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x, 1.0),
+        ("yarn.damage_b", |s, x| s.yarn.damage_b = x, 1.0),
+        ("yarn.damage_b", |s, x| s.yarn.damage_b = x, 1.5),
+        // A (1 - B) > 1.
+        ("yarn.damage_a", |s, x| s.yarn.damage_a = x, 1.001),
+        ("yarn.damage_a", |s, x| s.yarn.damage_b = x, -0.01),
+        ("yarn.modulus_sd", |s, x| s.yarn.modulus_sd = x, -1.0),
+        ("yarn.damage_sd", |s, x| s.yarn.damage_sd = x, -1.0),
+        ("step_fraction", |s, x| s.time_step = TimeStep::Fraction(x), 0.500_001),
+        ("sheet.nodes_x", |s, x| s.sheet.nodes_x = x as u32, 1.0),
+        ("sheet.nodes_y", |s, x| s.sheet.nodes_y = x as u32, 0.0),
+        ("sheet.plies", |s, x| s.sheet.plies = x as u32, 0.0),
+        ("sheet.plies", |s, x| s.sheet.plies = x as u32, 1001.0),
+    ];
+    for (field, change, value) in cases {
+        let mut scene = base();
+        change(&mut scene, value);
+        refused(&scene, Code::OutOfRange, field);
+    }
+    let mut scene = base();
+    scene.attachment.kind = AttachmentKind::FourCorners;
+    scene.attachment.disc_inset = -1e-9;
+    refused(&scene, Code::OutOfRange, "attachment.disc_inset");
+}
+
+#[test]
+fn each_special_refusal_has_its_own_code() {
+    let cases: [(Code, &str, Change, f64); 16] = [
+        (Code::TooManyNodes, "sheet.nodes_x", |s, x| s.sheet.nodes_x = x as u32, 1_048_577.0),
+        (Code::TooManyNodes, "sheet.nodes_y", |s, x| s.sheet.nodes_y = x as u32, 4e9),
+        (Code::DamageRateTooSmall, "yarn.damage_intercept", |s, x| s.yarn.damage_intercept = x, -1106.1),
+        (Code::ProjectileTooLight, "projectile.mass", |s, x| s.projectile.mass = x, 6.5e-8),
+        (Code::ProjectileTooSmall, "projectile.radius", |s, x| s.projectile.radius = x, 7.2e-4),
+        (
+            Code::ProjectileTooSmall,
+            "projectile.length",
+            |s, x| {
+                s.projectile.shape = Shape::Cylinder;
+                s.projectile.length = x;
+            },
+            1.4e-3,
+        ),
+        (Code::BadQuaternion, "sheet.orientation", |s, x| s.sheet.orientation = [x, 0.0, 0.0, 0.0], 0.0),
+        (Code::BadQuaternion, "sheet.orientation", |s, x| s.sheet.orientation[0] = x, 1.01),
+        (Code::BadQuaternion, "projectile.orientation", |s, x| s.projectile.orientation = [x; 4], 0.0),
+        (Code::BadQuaternion, "projectile.orientation", |s, x| s.projectile.orientation = [x; 4], 1e300),
+        // 3.4e4 m/s cross a node spacing in a step.
+        (Code::ProjectileTooFast, "projectile.velocity", |s, x| s.projectile.velocity[2] = x, 3.5e4),
+        (Code::InitialOverlap, "projectile.position", |s, x| s.projectile.position[2] = x, -6.0e-3),
+        (Code::InitialOverlap, "projectile.position", |s, x| s.projectile.position[2] = x, 0.0),
+        // One rounding of a metre is refused, one of the radius is not.
+        (Code::InitialOverlap, "projectile.position", |s, x| s.projectile.position[2] = -6.35e-3 + x, 1e-12),
+        (Code::StepTooLarge, "dt", |s, x| s.time_step = TimeStep::Seconds(x), 2.7e-8),
+        (Code::StepTooLarge, "dt", |s, x| s.time_step = TimeStep::Seconds(x), 1e300),
+    ];
+    for (code, field, change, value) in cases {
+        let mut scene = base();
+        change(&mut scene, value);
+        refused(&scene, code, field);
+    }
+}
+
+#[test]
+fn a_turning_cylinder_counts_its_reach_and_its_turn() {
+    let mut scene = fabric_tests::tilted_cylinder(9, 0.0, 50.0);
+    let fastest = 0.0254 / 35.0 / scene.step_limits().unwrap().dt;
+    let reach = (6.35e-3f64).hypot(0.01905);
+    scene.projectile.angular_velocity = [1.001 * (fastest - 50.0) / reach, 0.0, 0.0];
+    refused(&scene, Code::ProjectileTooFast, "projectile.velocity");
+    scene.projectile.angular_velocity[0] *= 0.998;
+    let mut memory = Buffers::of(&scene);
+    assert!(Sim::new(&scene, memory.memory()).is_ok());
+    // A sphere feels no torque: its spin is free.
+    let mut sphere = base();
+    sphere.projectile.angular_velocity = [1e9, 0.0, 0.0];
+    let mut memory = Buffers::of(&sphere);
+    assert!(Sim::new(&sphere, memory.memory()).is_ok());
+}
+
+#[test]
+fn corner_discs_that_overlap_or_reach_the_projectile_are_refused() {
+    // As on the paper's 3 in sheet: washers of 0.75 in radius, 1 in from the edges.
+    let mut scene = Scene::sheet_3in_sphere();
+    scene.attachment.kind = AttachmentKind::FourCorners;
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (25.4e-3, 19.05e-3);
+    let mut buffers = Buffers::of(&Scene::sheet_3in_sphere());
+    let error = Sim::new(&scene, buffers.memory()).err().unwrap();
+    assert_eq!((error.code, error.field), (Code::DiscsOverlap, "attachment.disc_radius"));
+    scene.attachment.disc_radius = 12.0e-3;
+    let error = Sim::new(&scene, buffers.memory()).err().unwrap();
+    assert_eq!((error.code, error.field), (Code::DiscTouchesProjectile, "attachment.disc_radius"));
+}
+
+#[test]
+fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
+    let mut scene = base();
+    scene.time_step = TimeStep::Seconds(5e-8);
+    let error = refused(&scene, Code::StepTooLarge, "dt");
+    assert!(error.text().contains("the largest allowed is 2"));
+    scene.time_step = TimeStep::Seconds(error.limit);
+    let mut memory = Buffers::of(&scene);
+    assert!(Sim::new(&scene, memory.memory()).is_ok());
+    scene.time_step = TimeStep::Seconds(error.limit.next_up());
+    refused(&scene, Code::StepTooLarge, "dt");
+    scene.step_check = StepCheck::None;
+    let mut memory = Buffers::of(&scene);
+    assert!(Sim::new(&scene, memory.memory()).is_ok());
+}
+
+/// m = 1e-20 kg asks for a step of 1e-14 s: refused with the usual one, accepted with that.
+#[test]
+fn a_very_light_sheet_is_never_given_a_smaller_step_in_silence() {
+    let mut scene = base();
+    scene.sheet.node_mass = 1e-20;
+    scene.time_step = TimeStep::Seconds(2e-8);
+    refused(&scene, Code::StepTooLarge, "dt");
+    scene.time_step = TimeStep::Seconds(1e-14);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(100).unwrap();
+    assert!(sim.contact().unwrap().work > 0.0);
+}
+
+#[test]
+fn parameters_that_give_no_usable_step_are_refused() {
+    let cases: [Change; 3] = [
+        |s, x| s.sheet.node_mass = x,
+        |s, x| s.sheet.spacing = x,
+        |s, x| {
+            s.sheet.spacing = x;
+            s.sheet.node_mass = x;
+        },
+    ];
+    for change in cases {
+        let mut scene = base();
+        scene.projectile.position = [0.0, 0.0, -1.0];
+        scene.projectile.velocity = [0.0; 3];
+        change(&mut scene, 1e-310);
+        let mut memory = Buffers { reals: vec![0.0; 60_000], words: vec![0; 60_000] };
+        let error = Sim::new(&scene, memory.memory()).err().expect("refused");
+        assert_eq!(error.code, Code::StepLimitUnusable, "{error}");
+    }
+    let mut scene = base();
+    scene.time_step = TimeStep::Seconds(f64::MIN_POSITIVE);
+    refused(&scene, Code::StepLimitUnusable, "dt");
+}
+
+#[test]
+fn a_sheet_larger_than_memory_is_refused_before_anything_is_computed() {
+    let mut scene = base();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (1 << 20, 1 << 20);
+    scene.yarn.stochastic = false;
+    match Layout::of(&scene) {
+        Err(error) => assert_eq!(error.code, Code::TooManyNodes),
+        Ok(layout) => {
+            assert!(layout.bytes() > 1 << 40);
+            refused(&scene, Code::ShortBuffer, "memory.reals");
+        }
+    }
+}
+
+// ---- Calls on a living simulation ------------------------------------------------------------------------------------
+
+/// Asserts that a call is refused and leaves the simulation's bits alone.
+#[track_caller]
+fn call_refused(sim: &mut Sim<'_>, code: Code, field: &str, call: impl FnOnce(&mut Sim<'_>) -> Result<(), Error>) {
+    let before = sim.digest();
+    let error = call(sim).expect_err("refused");
+    assert_eq!((error.code, error.field), (code, field), "{error}");
+    assert_eq!(sim.digest(), before, "a refused call changed the state");
+    assert!(sim.failure().is_none());
+}
+
+#[test]
+fn external_loads_are_checked() {
+    let mut memory = Buffers::of(&base());
+    let mut sim = memory.sim(&base());
+    for bad in [f64::NAN, f64::INFINITY] {
+        call_refused(&mut sim, Code::NotFinite, "external.force", |s| s.set_external_load([0.0, bad, 0.0], [0.0; 3]));
+        call_refused(&mut sim, Code::NotFinite, "external.torque", |s| s.set_external_load([0.0; 3], [bad, 0.0, 0.0]));
+    }
+    let mut scene = base();
+    scene.drive = Drive::Prescribed;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    call_refused(&mut sim, Code::WrongDrive, "drive", |s| s.set_external_load([0.0; 3], [0.0; 3]));
+}
+
+#[test]
+fn motions_set_by_hand_are_checked() {
+    let scene = base();
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let nodes = sim.layout().nodes();
+    let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    let v = vec![0.0; 3 * nodes];
+    let with = |values: &[f64], at: usize, value: f64| {
+        let mut changed = values.to_vec();
+        changed[at] = value;
+        changed
+    };
+    call_refused(&mut sim, Code::WrongLength, "positions", |s| s.set_motion(&x[1..], &v));
+    call_refused(&mut sim, Code::WrongLength, "velocities", |s| s.set_motion(&x, &[]));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for at in [0, 3 * nodes / 2, 3 * nodes - 1] {
+            call_refused(&mut sim, Code::NotFinite, "positions", |s| s.set_motion(&with(&x, at, bad), &v));
+            call_refused(&mut sim, Code::NotFinite, "velocities", |s| s.set_motion(&x, &with(&v, at, bad)));
+        }
+    }
+    // Node 0 is fixed; node 40 is the middle of 9 x 9, and 3 mm below the plane it is inside the sphere.
+    call_refused(&mut sim, Code::OutOfRange, "velocities", |s| s.set_motion(&x, &with(&v, 1, 1e-9)));
+    call_refused(&mut sim, Code::InitialOverlap, "positions", |s| s.set_motion(&with(&x, 3 * 40 + 2, -3e-3), &v));
+    sim.step().unwrap();
+    call_refused(&mut sim, Code::AlreadyStarted, "", |s| s.set_motion(&x, &v));
+}
+
+#[test]
+fn largest_stretches_are_checked() {
+    let scene = base();
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let segments = sim.layout().segments();
+    let with = |value: f64| {
+        let mut stretches = vec![1.0; segments];
+        stretches[segments - 1] = value;
+        stretches
+    };
+    call_refused(&mut sim, Code::WrongLength, "stretches", |s| s.set_largest_stretch(&[1.0]));
+    call_refused(&mut sim, Code::NotFinite, "stretches", |s| s.set_largest_stretch(&with(f64::NAN)));
+    call_refused(&mut sim, Code::NotFinite, "stretches", |s| s.set_largest_stretch(&with(f64::INFINITY)));
+    call_refused(&mut sim, Code::OutOfRange, "stretches", |s| s.set_largest_stretch(&with(-0.1)));
+    call_refused(&mut sim, Code::OutOfRange, "stretches", |s| s.set_largest_stretch(&with(1e101)));
+    sim.step().unwrap();
+    call_refused(&mut sim, Code::AlreadyStarted, "", |s| s.set_largest_stretch(&with(1.0)));
+}
+
+#[test]
+fn paths_are_checked() {
+    let mut scene = base();
+    let at_rest = Motion {
+        position: scene.projectile.position,
+        velocity: [0.0; 3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        angular_velocity: [0.0; 3],
+    };
+    let good = Path { first: 0, steps: 1000, end: at_rest };
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    call_refused(&mut sim, Code::WrongDrive, "drive", |s| s.follow(&good, 1));
+
+    scene.drive = Drive::Prescribed;
+    scene.projectile.mass = 0.0;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    call_refused(&mut sim, Code::BadPath, "path.steps", |s| s.follow(&Path { steps: 0, ..good }, 0));
+    call_refused(&mut sim, Code::BadPath, "path.first", |s| s.follow(&Path { first: 1, ..good }, 1));
+    call_refused(&mut sim, Code::BadPath, "steps", |s| s.follow(&good, 1001));
+    call_refused(&mut sim, Code::BadPath, "path.steps", |s| {
+        s.follow(&Path { first: u64::MAX, steps: u64::MAX, ..good }, 1)
+    });
+    call_refused(&mut sim, Code::BadPath, "path.steps", |s| s.follow(&Path { steps: (1 << 53) + 1, ..good }, 1));
+    for bad in [f64::NAN, f64::INFINITY] {
+        let ends: [(&str, Motion); 4] = [
+            ("path.position", Motion { position: [bad, 0.0, 0.0], ..at_rest }),
+            ("path.velocity", Motion { velocity: [0.0, bad, 0.0], ..at_rest }),
+            ("path.orientation", Motion { orientation: [1.0, 0.0, bad, 0.0], ..at_rest }),
+            ("path.angular_velocity", Motion { angular_velocity: [0.0, 0.0, bad], ..at_rest }),
+        ];
+        for (field, end) in ends {
+            call_refused(&mut sim, Code::NotFinite, field, |s| s.follow(&Path { end, ..good }, 1));
+        }
+    }
+    let end = Motion { orientation: [0.0; 4], ..at_rest };
+    call_refused(&mut sim, Code::BadQuaternion, "path.orientation", |s| s.follow(&Path { end, ..good }, 1));
+    // 1 m in 1000 steps is 5e4 m/s.
+    let end = Motion { position: [0.0, 0.0, 1.0], ..at_rest };
+    call_refused(&mut sim, Code::ProjectileTooFast, "path.velocity", |s| s.follow(&Path { end, ..good }, 1));
+    let end = Motion { velocity: [0.0, 0.0, 1e6], ..at_rest };
+    call_refused(&mut sim, Code::ProjectileTooFast, "path.velocity", |s| s.follow(&Path { end, ..good }, 1));
+    // A path that is over cannot be followed again, and one that has begun cannot be entered late.
+    sim.follow(&good, 1000).unwrap();
+    call_refused(&mut sim, Code::BadPath, "path.first", |s| s.follow(&good, 1));
+}
+
+#[test]
+fn read_outs_of_the_wrong_length_are_refused_and_nothing_is_written() {
+    let mut memory = Buffers::of(&base());
+    let sim = memory.sim(&base());
+    let (nodes, segments) = (sim.layout().nodes(), sim.layout().segments());
+    for off in [-1isize, 1] {
+        let at = |n: usize| n.checked_add_signed(off).unwrap();
+        let mut out = vec![7.5; at(3 * nodes)];
+        for error in [sim.copy_positions(&mut out), sim.copy_velocities(&mut out)] {
+            assert_eq!(
+                error.unwrap_err(),
+                Error::new(Code::WrongLength, "out", at(3 * nodes) as f64, 3.0 * nodes as f64)
+            );
+        }
+        assert!(out.iter().all(|&x| x == 7.5));
+        let mut out = vec![7.5; at(segments)];
+        for error in [sim.copy_damage(&mut out), sim.copy_stretch(&mut out)] {
+            assert_eq!(error.unwrap_err().code, Code::WrongLength);
+        }
+        assert!(out.iter().all(|&x| x == 7.5));
+    }
+}

@@ -1,0 +1,176 @@
+//! Images that are cut, altered, foreign or forged are refused, and the simulation stays as it was.
+
+use fabric::snapshot::Hash;
+use fabric::{Code, Drive, Scene, Sim};
+use fabric_tests::{Buffers, small_sheet};
+
+/// A small scene whose image holds damage, contact, a load and an outcome test.
+fn scene() -> Scene {
+    let mut scene = small_sheet(5, 200.0);
+    scene.yarn.stochastic = true;
+    scene
+}
+
+fn driven<'a>(memory: &'a mut Buffers, scene: &Scene) -> Sim<'a> {
+    let mut sim = memory.sim(scene);
+    sim.set_external_load([0.1, 0.2, 0.3], [0.0; 3]).unwrap();
+    sim.advance(200).unwrap();
+    assert!(sim.counters().failed_segments > 0);
+    sim
+}
+
+fn image_of(sim: &Sim<'_>) -> Vec<u8> {
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).unwrap();
+    image
+}
+
+/// Replaces a word and makes the checksum right again.
+fn forged(image: &[u8], word: usize, value: u64) -> Vec<u8> {
+    let mut image = image.to_vec();
+    image[8 * word..8 * word + 8].copy_from_slice(&value.to_le_bytes());
+    let end = image.len() - 8;
+    let mut hash = Hash::default();
+    for chunk in image[..end].as_chunks::<8>().0 {
+        hash.word(u64::from_le_bytes(*chunk));
+    }
+    image[end..].copy_from_slice(&hash.value().to_le_bytes());
+    image
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    let scene = scene();
+    let (mut memory, mut target_memory) = (Buffers::of(&scene), Buffers::of(&scene));
+    let image = image_of(&driven(&mut memory, &scene));
+    let mut target = target_memory.sim(&scene);
+    target.advance(20).unwrap();
+    let before = target.digest();
+    for length in 0..image.len() {
+        let error = target.load(&image[..length]).unwrap_err();
+        assert_eq!((error.code, error.field), (Code::ImageMalformed, "image"));
+    }
+    let longer: Vec<u8> = image.iter().copied().chain([0; 8]).collect();
+    assert_eq!(target.load(&longer).unwrap_err().code, Code::ImageMalformed);
+    assert_eq!(target.digest(), before);
+    target.load(&image).unwrap();
+}
+
+#[test]
+fn every_flipped_bit_is_refused() {
+    let scene = scene();
+    let (mut memory, mut target_memory) = (Buffers::of(&scene), Buffers::of(&scene));
+    let mut image = image_of(&driven(&mut memory, &scene));
+    let mut target = target_memory.sim(&scene);
+    let before = target.digest();
+    for bit in 0..8 * image.len() {
+        image[bit / 8] ^= 1 << (bit % 8);
+        let code = target.load(&image).unwrap_err().code;
+        let expected = if (8..24).contains(&(bit / 8)) { Code::ImageOfAnotherScene } else { Code::ImageMalformed };
+        assert_eq!(code, expected, "bit {bit}");
+        image[bit / 8] ^= 1 << (bit % 8);
+    }
+    assert_eq!(target.digest(), before);
+    target.load(&image).unwrap();
+}
+
+#[test]
+fn images_of_other_scenes_are_refused() {
+    let scene = scene();
+    let mut memory = Buffers::of(&scene);
+    let image = image_of(&driven(&mut memory, &scene));
+    let changes: [fn(&mut Scene); 16] = [
+        |s| s.seed += 1,
+        |s| s.sheet.nodes_x += 1,
+        |s| (s.sheet.nodes_x, s.sheet.nodes_y) = (4, 6),
+        |s| s.sheet.node_mass *= 1.0 + 1e-15,
+        |s| s.sheet.plies = 2,
+        |s| s.sheet.position[0] = 1e-300,
+        |s| s.sheet.orientation = [0.0, 0.0, 0.0, 1.0],
+        |s| s.attachment.kind = fabric::AttachmentKind::TwoSides,
+        |s| s.yarn.stochastic = false,
+        |s| s.yarn.alpha_fail = 0.02,
+        |s| s.projectile.mass *= 1.0 + 1e-15,
+        |s| s.drive = Drive::Prescribed,
+        |s| s.time_step = fabric::TimeStep::Fraction(0.3),
+        |s| s.force_window *= 2.0,
+        |s| s.track_detachment = false,
+        |s| s.track_support = false,
+    ];
+    for change in changes {
+        let mut other = scene;
+        change(&mut other);
+        let mut memory = Buffers::of(&other);
+        let mut sim = memory.sim(&other);
+        let before = sim.digest();
+        assert_eq!(sim.load(&image).unwrap_err().code, Code::ImageOfAnotherScene);
+        assert_eq!(sim.digest(), before);
+    }
+    // The start of the projectile is not part of the scene's identity: the image says where it is.
+    let mut other = scene;
+    other.projectile.velocity[2] = 10.0;
+    let mut memory = Buffers::of(&other);
+    let mut sim = memory.sim(&other);
+    sim.load(&image).unwrap();
+}
+
+#[test]
+fn forged_images_are_refused_or_harmless() {
+    let scene = scene();
+    let (mut memory, mut target_memory) = (Buffers::of(&scene), Buffers::of(&scene));
+    let image = image_of(&driven(&mut memory, &scene));
+    assert_eq!(forged(&image, 4, 200), image, "the step count is word 4");
+    let mut target = target_memory.sim(&scene);
+    let mut refused = 0;
+    let words = image.len() / 8 - 1;
+    for word in 4..words {
+        for value in [f64::NAN.to_bits(), f64::INFINITY.to_bits(), f64::MAX.to_bits(), u64::MAX, 2] {
+            target.reset();
+            let before = target.digest();
+            match target.load(&forged(&image, word, value)) {
+                Ok(()) => {
+                    // A value that a simulation can have: whatever it does, it says so and does not panic.
+                    let _ = target.advance(130);
+                    let _ = (target.energy(), target.outcomes(), target.counters(), target.fabric());
+                }
+                Err(error) => {
+                    assert_eq!(error.code, Code::ImageInvalid, "word {word}");
+                    assert_eq!(target.digest(), before);
+                    refused += 1;
+                }
+            }
+        }
+    }
+    // NaN and infinity in every real number, at the least.
+    assert!(refused > 2 * (words - 40), "{refused}");
+}
+
+#[test]
+fn a_forged_image_cannot_move_a_fixed_node_or_heal_a_yarn_below_critical() {
+    let scene = scene();
+    let (mut memory, mut target_memory) = (Buffers::of(&scene), Buffers::of(&scene));
+    let image = image_of(&driven(&mut memory, &scene));
+    let mut target = target_memory.sim(&scene);
+    let segments = target.layout().segments();
+    // Behind the scalar state come nodes with 6 words each and their segments' histories, then one word of flags.
+    let first = image.len() / 8 - 1 - 1 - 6 * 25 - segments;
+    for word in [first + 3, first + 4, first + 5] {
+        let error = target.load(&forged(&image, word, 1e-9f64.to_bits())).unwrap_err();
+        assert_eq!(error.code, Code::ImageInvalid, "velocity of the fixed node 0");
+    }
+    let error = target.load(&forged(&image, first + 6, 0.01f64.to_bits())).unwrap_err();
+    assert_eq!(error.code, Code::ImageInvalid, "a history below critical");
+    let error = target.load(&forged(&image, first + 6, (-1.0f64).to_bits())).unwrap_err();
+    assert_eq!(error.code, Code::ImageInvalid, "a negative history");
+}
+
+#[test]
+fn a_short_image_buffer_is_refused_and_not_written() {
+    let scene = scene();
+    let mut memory = Buffers::of(&scene);
+    let sim = driven(&mut memory, &scene);
+    let mut image = vec![0xa5; sim.snapshot_bytes() - 1];
+    let error = sim.save(&mut image).unwrap_err();
+    assert_eq!((error.code, error.field), (Code::ShortBuffer, "image"));
+    assert!(image.iter().all(|&b| b == 0xa5));
+}
