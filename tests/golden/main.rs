@@ -1,1 +1,82 @@
-//! Not written yet.
+//! Golden tests: the bits of a few runs, pinned. They say that something changed, never that it is wrong or right; the physics
+//! tests do that. The scenes use literal numbers only, so that no function of the host has a part in them.
+
+mod pins;
+mod scenes;
+
+use fabric::Scene;
+use fabric_tests::Buffers;
+
+/// Compares a digest with its pin.
+#[track_caller]
+fn assert_pin(digest: u64, pin: u64) {
+    assert_eq!(digest, pin, "digest {digest:#018x}, pinned {pin:#018x}");
+}
+
+/// The digest after so many plain steps; `failures` says whether segments are to have failed by then.
+#[track_caller]
+fn digest_after(scene: &Scene, steps: u64, failures: bool) -> u64 {
+    let mut memory = Buffers::of(scene);
+    let mut sim = memory.sim(scene);
+    sim.advance(steps).expect("no failure");
+    assert_eq!(sim.counters().failed_segments > 0, failures);
+    sim.digest()
+}
+
+#[test]
+fn sheet_3in_sphere() {
+    assert_pin(digest_after(&Scene::sheet_3in_sphere(), 4500, true), pins::SHEET_3IN_SPHERE);
+}
+
+#[test]
+fn sheet_10in_cylinder() {
+    assert_pin(digest_after(&Scene::sheet_10in_cylinder(), 600, false), pins::SHEET_10IN_CYLINDER);
+}
+
+#[test]
+fn uniform_sphere_before_failure() {
+    assert_pin(digest_after(&scenes::uniform_sphere(), 400, false), pins::UNIFORM_SPHERE_BEFORE_FAILURE);
+}
+
+#[test]
+fn uniform_sphere_through_failure() {
+    assert_pin(digest_after(&scenes::uniform_sphere(), 3000, true), pins::UNIFORM_SPHERE_THROUGH_FAILURE);
+}
+
+#[test]
+fn tumbling_cylinder_on_corners() {
+    assert_pin(digest_after(&scenes::tumbling_cylinder_on_corners(), 2000, true), pins::TUMBLING_CYLINDER_ON_CORNERS);
+}
+
+#[test]
+fn free_plies_in_a_turned_frame() {
+    assert_pin(digest_after(&scenes::free_plies_in_a_turned_frame(), 1500, true), pins::FREE_PLIES_IN_A_TURNED_FRAME);
+}
+
+#[test]
+fn damage_law_with_offset() {
+    assert_pin(digest_after(&scenes::damage_law_with_offset(), 2000, true), pins::DAMAGE_LAW_WITH_OFFSET);
+}
+
+#[test]
+fn loaded_sphere_on_a_prepared_sheet() {
+    let scene = scenes::uniform_sphere();
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    scenes::pre_damage_and_stretch(&mut sim);
+    sim.set_external_load([0.5, -0.25, 2000.0], [0.0; 3]).expect("accepted");
+    sim.advance(1500).expect("no failure");
+    assert_pin(sim.digest(), pins::LOADED_SPHERE_ON_A_PREPARED_SHEET);
+}
+
+#[test]
+fn prescribed_cylinder_on_two_paths() {
+    let scene = scenes::prescribed_cylinder();
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    for path in scenes::two_paths() {
+        sim.follow(&path, path.steps).expect("followed");
+    }
+    assert!(sim.counters().failed_segments > 0);
+    assert_pin(sim.digest(), pins::PRESCRIBED_CYLINDER_ON_TWO_PATHS);
+}

@@ -1,0 +1,11 @@
+//! Digests of the golden scenes. Changing one is a changelog entry that says why the bits changed.
+
+pub const SHEET_3IN_SPHERE: u64 = 0x455c_5111_14a1_c4cd;
+pub const SHEET_10IN_CYLINDER: u64 = 0xc0c9_e1db_3dbb_09d6;
+pub const UNIFORM_SPHERE_BEFORE_FAILURE: u64 = 0x6fff_deb7_9435_828b;
+pub const UNIFORM_SPHERE_THROUGH_FAILURE: u64 = 0x3454_d6d2_e5f0_4ab3;
+pub const TUMBLING_CYLINDER_ON_CORNERS: u64 = 0xdee6_b233_314b_8abf;
+pub const FREE_PLIES_IN_A_TURNED_FRAME: u64 = 0xe1f6_4323_5e47_4ade;
+pub const DAMAGE_LAW_WITH_OFFSET: u64 = 0xd669_f7b9_cfff_c595;
+pub const LOADED_SPHERE_ON_A_PREPARED_SHEET: u64 = 0x0c23_f514_6c2c_cf56;
+pub const PRESCRIBED_CYLINDER_ON_TWO_PATHS: u64 = 0x6807_86c4_9f4b_576d;

@@ -1,0 +1,100 @@
+//! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
+
+use fabric::{AttachmentKind, Drive, Motion, Path, Scene, Shape, Sim, TimeStep};
+
+/// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
+pub fn uniform_sphere() -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+    scene.yarn.stochastic = false;
+    scene
+}
+
+/// A small cylinder that strikes with its rim and tumbles, on an oblong stochastic sheet held at its corners.
+pub fn tumbling_cylinder_on_corners() -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (45, 38);
+    scene.attachment.kind = AttachmentKind::FourCorners;
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2e-3, 2e-3);
+    scene.seed = 0xfeed;
+    let body = &mut scene.projectile;
+    body.shape = Shape::Cylinder;
+    (body.radius, body.length, body.mass) = (4e-3, 9e-3, 3.5e-3);
+    body.position = [1e-3, -5e-4, -6.2e-3];
+    body.velocity = [15.0, -10.0, 350.0];
+    body.orientation = [0.96, 0.28, 0.0, 0.0];
+    body.angular_velocity = [800.0, 0.0, -1500.0];
+    scene
+}
+
+/// Three plies, no supports, sheet upright and away from the origin, hit off its centre.
+pub fn free_plies_in_a_turned_frame() -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.plies) = (31, 27, 3);
+    scene.attachment.kind = AttachmentKind::Free;
+    scene.sheet.position = [0.5, -0.25, 2.0];
+    scene.sheet.orientation = [0.8, 0.0, 0.6, 0.0];
+    // The sheet's normal is (0.96, 0, 0.28) in the host's frame.
+    scene.projectile.position = [0.5 - 0.96 * 6.4e-3, -0.25 + 2e-3, 2.0 - 0.28 * 6.4e-3];
+    scene.projectile.velocity = [0.96 * 900.0, 0.0, 0.28 * 900.0];
+    scene.seed = 3;
+    scene
+}
+
+/// The damage law with a true zero (B = 0.01) and a step in seconds, two sides held.
+pub fn damage_law_with_offset() -> Scene {
+    let mut scene = uniform_sphere();
+    scene.attachment.kind = AttachmentKind::TwoSides;
+    (scene.yarn.damage_b, scene.yarn.damage_a) = (0.01, 1.0 / 0.99);
+    scene.yarn.alpha_fail = 0.0;
+    scene.time_step = TimeStep::Seconds(2.5e-8);
+    scene.projectile.velocity = [0.0, 0.0, 300.0];
+    (scene.track_detachment, scene.track_support) = (false, false);
+    scene
+}
+
+/// Every third segment damaged beforehand, the sheet stretched a little and turning.
+pub fn pre_damage_and_stretch(sim: &mut Sim<'_>) {
+    let nodes = sim.layout().nodes();
+    let mut stretches = vec![1.0; sim.layout().segments()];
+    for (number, stretch) in stretches.iter_mut().enumerate() {
+        if number.is_multiple_of(3) {
+            *stretch = 1.031 + 0.0003 * (number % 40) as f64;
+        }
+    }
+    sim.set_largest_stretch(&stretches).expect("accepted");
+    let mut x = vec![0.0; 3 * nodes];
+    sim.copy_positions(&mut x).expect("sound");
+    x.iter_mut().for_each(|x| *x *= 1.002);
+    let mut v = vec![0.0; 3 * nodes];
+    for k in 0..nodes {
+        let (i, j) = (k % 41, k / 41);
+        if (1..40).contains(&i) && (1..40).contains(&j) {
+            (v[3 * k], v[3 * k + 1]) = (-50.0 * x[3 * k + 1], 50.0 * x[3 * k]);
+        }
+    }
+    sim.set_motion(&x, &v).expect("accepted");
+}
+
+/// A cylinder of unknown mass, moved by the host.
+pub fn prescribed_cylinder() -> Scene {
+    let mut scene = tumbling_cylinder_on_corners();
+    scene.drive = Drive::Prescribed;
+    scene.projectile.mass = 0.0;
+    scene.attachment.kind = AttachmentKind::FourSides;
+    scene
+}
+
+/// Down at about 300 m/s while turning, then slower.
+pub fn two_paths() -> [Path; 2] {
+    let motion = |z: f64, speed: f64, orientation: [f64; 4]| Motion {
+        position: [1.2e-3, -6e-4, z],
+        velocity: [5.0, 0.0, speed],
+        orientation,
+        angular_velocity: [200.0, 100.0, -500.0],
+    };
+    [
+        Path { first: 0, steps: 700, end: motion(-1.9e-3, 250.0, [0.96, 0.28, 0.0, 0.0]) },
+        Path { first: 700, steps: 500, end: motion(0.6e-3, 200.0, [0.96, 0.2, 0.0, -0.2]) },
+    ]
+}
