@@ -1,5 +1,6 @@
 //! The project's commands. They order other programs, build and pack; nothing here steps a simulation.
 
+mod chosts;
 mod demo;
 mod fmu;
 mod tests;
@@ -25,6 +26,8 @@ enum Command {
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
     Fmu(fmu::Options),
+    /// Write include/fabric_kernel.h.
+    Header,
     /// Measure ns per node-step.
     Bench,
 }
@@ -35,6 +38,7 @@ fn main() -> std::process::ExitCode {
         Command::Test(options) => tests::run(&options),
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
+        Command::Header => chosts::header_write(),
         Command::Bench => tests::bench(),
     };
     match result {

@@ -10,7 +10,9 @@ pub struct Options {}
 pub fn run(_options: &Options) -> Outcome {
     cargo(&["fmt", "--all", "--check"])?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
-    cargo(&["test", "--workspace"])
+    cargo(&["test", "--workspace"])?;
+    crate::chosts::header_check()?;
+    crate::chosts::run()
 }
 
 /// The long checks.

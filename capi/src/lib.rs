@@ -1,0 +1,15 @@
+//! The C interface of the fabric kernel: every `fk_*` function, its structures and constants. The header
+//! `include/fabric_kernel.h` is made from this crate (`cargo xtask header`).
+//!
+//! Rules: every call returns a status (0 is success, negative numbers are errors, never reused); the caller owns all memory;
+//! nothing is allocated, kept or called back; one simulation must not be used by two threads at once, different ones may.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+mod block;
+pub mod calls;
+#[path = "../../fmu/src/float.rs"]
+mod float;
+pub mod types;

@@ -1,0 +1,541 @@
+//! Structures and constants of the C interface. SI units; vectors in the host's frame; quaternions scalar first.
+#![allow(non_camel_case_types)] // C names.
+
+use core::ffi::c_char;
+use fabric::{
+    Attachment, AttachmentKind, Code, Drive, Error, Motion, Projectile, Scene, Shape, Sheet, StepCheck, TimeStep, Yarn,
+};
+
+/// Version of this interface: changes whenever a structure or a function does.
+pub const FK_ABI_VERSION: u32 = 1;
+
+/// Success.
+pub const FK_OK: i32 = 0;
+/// A pointer is null.
+pub const FK_NULL_POINTER: i32 = -1;
+/// A buffer is shorter than the size query said.
+pub const FK_SHORT_BUFFER: i32 = -2;
+/// A memory block is not aligned as the size query said.
+pub const FK_MISALIGNED: i32 = -3;
+/// The block was moved, copied or never initialised: use save and load.
+pub const FK_MOVED_BLOCK: i32 = -4;
+/// A structure does not carry a known `struct_size`.
+pub const FK_STRUCT_SIZE: i32 = -5;
+/// A number is NaN or infinite.
+pub const FK_NOT_FINITE: i32 = -6;
+/// A number must be greater than zero.
+pub const FK_NOT_POSITIVE: i32 = -7;
+/// A number lies outside its range.
+pub const FK_OUT_OF_RANGE: i32 = -8;
+/// A choice has an unknown number.
+pub const FK_UNKNOWN_CHOICE: i32 = -9;
+/// A quaternion is not of unit length (to 1e-3).
+pub const FK_BAD_QUATERNION: i32 = -10;
+/// The sheet has more nodes than memory can address.
+pub const FK_TOO_MANY_NODES: i32 = -11;
+/// The time step exceeds the largest allowed one; the fault's `limit` holds it.
+pub const FK_STEP_TOO_LARGE: i32 = -12;
+/// The parameters give no usable time step.
+pub const FK_STEP_LIMIT_UNUSABLE: i32 = -13;
+/// A damage rate below 3.
+pub const FK_DAMAGE_RATE_TOO_SMALL: i32 = -14;
+/// The projectile is lighter than one node.
+pub const FK_PROJECTILE_TOO_LIGHT: i32 = -15;
+/// The projectile is smaller than the node spacing.
+pub const FK_PROJECTILE_TOO_SMALL: i32 = -16;
+/// The projectile would cross more than one node spacing in a step.
+pub const FK_PROJECTILE_TOO_FAST: i32 = -17;
+/// A free node lies inside the projectile at the start.
+pub const FK_INITIAL_OVERLAP: i32 = -18;
+/// The corner discs overlap one another.
+pub const FK_DISCS_OVERLAP: i32 = -19;
+/// A corner disc reaches under the projectile.
+pub const FK_DISC_TOUCHES_PROJECTILE: i32 = -20;
+/// An array does not have the length asked for.
+pub const FK_WRONG_LENGTH: i32 = -21;
+/// The call does not fit the way the projectile is driven.
+pub const FK_WRONG_DRIVE: i32 = -22;
+/// A path does not fit the simulation's time.
+pub const FK_BAD_PATH: i32 = -23;
+/// Only allowed before the first step.
+pub const FK_ALREADY_STARTED: i32 = -24;
+/// The bytes are not a snapshot image, or were altered.
+pub const FK_IMAGE_MALFORMED: i32 = -25;
+/// The image is of another scene or version.
+pub const FK_IMAGE_OF_ANOTHER_SCENE: i32 = -26;
+/// The image holds values that no simulation can have.
+pub const FK_IMAGE_INVALID: i32 = -27;
+/// Numerical failure: a non-finite number appeared; the state is lost until reset or load.
+pub const FK_NON_FINITE: i32 = -50;
+/// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
+pub const FK_CONTACT_CAPACITY: i32 = -51;
+/// Numerical failure: the projectile became faster than one node spacing in a step.
+pub const FK_TOO_FAST: i32 = -52;
+
+/// Preset of the paper's 3 in sheet (105 x 105) with four sides held and the 8.4 g sphere.
+pub const FK_PRESET_SHEET_3IN_SPHERE: u32 = 0;
+/// Preset of the paper's 10 in sheet (350 x 350) with two sides held and the 37 g cylinder.
+pub const FK_PRESET_SHEET_10IN_CYLINDER: u32 = 1;
+/// First and last column fixed.
+pub const FK_TWO_SIDES: u32 = 0;
+/// The whole edge fixed.
+pub const FK_FOUR_SIDES: u32 = 1;
+/// Discs near the corners fixed.
+pub const FK_FOUR_CORNERS: u32 = 2;
+/// No node fixed.
+pub const FK_FREE_SHEET: u32 = 3;
+/// Sphere.
+pub const FK_SPHERE: u32 = 0;
+/// Flat-ended cylinder along the body's z axis.
+pub const FK_CYLINDER: u32 = 1;
+/// The kernel moves the projectile.
+pub const FK_DRIVE_FREE: u32 = 0;
+/// The host prescribes the projectile's pose.
+pub const FK_DRIVE_PRESCRIBED: u32 = 1;
+/// `step_value` is a fraction of dt_crit.
+pub const FK_STEP_FRACTION: u32 = 0;
+/// `step_value` is in seconds.
+pub const FK_STEP_SECONDS: u32 = 1;
+/// Refuse a step above 0.5 dt_crit.
+pub const FK_STEP_CHECK_REFUSE: u32 = 0;
+/// No check, for stability studies only.
+pub const FK_STEP_CHECK_NONE: u32 = 1;
+/// Bit of the outcome "arrested" in masks.
+pub const FK_ARRESTED: u32 = 1;
+/// Bit of the outcome "detached".
+pub const FK_DETACHED: u32 = 2;
+/// Bit of the outcome "exited".
+pub const FK_EXITED: u32 = 4;
+/// Bit of the outcome "passed".
+pub const FK_PASSED: u32 = 8;
+
+/// A step count that has not happened.
+pub const FK_NEVER: u64 = u64::MAX;
+
+/// What is simulated. Fill it with fk_scene_default or fk_scene_preset, then change fields.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_scene {
+    /// Bytes of this structure; set by fk_scene_default and fk_scene_preset.
+    pub struct_size: u64,
+    /// Nodes along x, >= 2.
+    pub sheet_nodes_x: u32,
+    /// Nodes along y, >= 2.
+    pub sheet_nodes_y: u32,
+    /// Node spacing, m, > 0.
+    pub sheet_spacing: f64,
+    /// Mass of a node of one ply, kg, > 0.
+    pub sheet_node_mass: f64,
+    /// Cross-section of a yarn of one ply, m^2, > 0.
+    pub sheet_yarn_area: f64,
+    /// Coincident plies, 1 to 1000.
+    pub sheet_plies: u32,
+    /// FK_TWO_SIDES, FK_FOUR_SIDES, FK_FOUR_CORNERS or FK_FREE_SHEET.
+    pub attachment_kind: u32,
+    /// Origin of the sheet's frame in the host's, m.
+    pub sheet_position: [f64; 3],
+    /// Orientation of the sheet's frame in the host's, unit quaternion.
+    pub sheet_orientation: [f64; 4],
+    /// Four corners: distance of a disc's centre from both edges, m, >= 0.
+    pub attachment_disc_inset: f64,
+    /// Four corners: radius of the discs, m, > 0.
+    pub attachment_disc_radius: f64,
+    /// Mean Young's modulus of the yarn, Pa, > 0.
+    pub yarn_modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0.
+    pub yarn_modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub yarn_damage_slope: f64,
+    /// Damage rate at zero modulus; the mean rate must be >= 3.
+    pub yarn_damage_intercept: f64,
+    /// Standard deviation of the damage rate, >= 0.
+    pub yarn_damage_sd: f64,
+    /// Critical stretch, > 1, at most 2.
+    pub yarn_critical_stretch: f64,
+    /// Factor A of the damage law, > 0, with A (1 - B) in (0, 1].
+    pub yarn_damage_a: f64,
+    /// Offset B of the damage law, < 1.
+    pub yarn_damage_b: f64,
+    /// alpha at or below this becomes 0, in [0, 1).
+    pub yarn_alpha_fail: f64,
+    /// 1: each segment draws its own constants; 0: all take the means.
+    pub yarn_stochastic: u32,
+    /// FK_SPHERE or FK_CYLINDER.
+    pub projectile_shape: u32,
+    /// Radius, m, >= sheet_spacing.
+    pub projectile_radius: f64,
+    /// Length of the cylinder, m, >= 2 sheet_spacing (not read for a sphere).
+    pub projectile_length: f64,
+    /// Mass, kg, >= node mass; 0 = unknown, only with FK_DRIVE_PRESCRIBED.
+    pub projectile_mass: f64,
+    /// Centre of mass at the start, m.
+    pub projectile_position: [f64; 3],
+    /// Velocity at the start, m/s.
+    pub projectile_velocity: [f64; 3],
+    /// Orientation at the start, unit quaternion.
+    pub projectile_orientation: [f64; 4],
+    /// Angular velocity at the start, rad/s, host's axes.
+    pub projectile_angular_velocity: [f64; 3],
+    /// Seed of the stochastic yarn.
+    pub seed: u64,
+    /// Fraction of dt_crit in (0, 0.5], or the step in s, at most 0.5 dt_crit.
+    pub step_value: f64,
+    /// Window of the peak force, s, > 0.
+    pub force_window: f64,
+    /// FK_STEP_FRACTION or FK_STEP_SECONDS.
+    pub step_kind: u32,
+    /// FK_STEP_CHECK_REFUSE or FK_STEP_CHECK_NONE.
+    pub step_check: u32,
+    /// FK_DRIVE_FREE or FK_DRIVE_PRESCRIBED.
+    pub drive: u32,
+    /// 1: watch whether the touched nodes are still held (4 bytes a node).
+    pub track_detachment: u32,
+    /// 1: sum the impulses on the supports (the momentum residual needs them).
+    pub track_support: u32,
+    /// Most nodes under the projectile at once; 0 = automatic.
+    pub contact_capacity: u32,
+}
+
+/// Why a request was refused.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_fault {
+    /// Set to sizeof(fk_fault) by the caller.
+    pub struct_size: u64,
+    /// Status number.
+    pub status: i32,
+    /// 0.
+    pub reserved: u32,
+    /// Offending value (0 where none applies).
+    pub value: f64,
+    /// Limit crossed (0 where none applies); for FK_STEP_TOO_LARGE the largest allowed step, s.
+    pub limit: f64,
+    /// Name of the field, zero-terminated; empty if no single field is to blame.
+    pub field: [c_char; 48],
+    /// One line for a log, zero-terminated.
+    pub text: [c_char; 168],
+}
+
+/// Pose and rates of a rigid body, host's frame.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_motion {
+    /// Set to sizeof(fk_motion) by the caller.
+    pub struct_size: u64,
+    /// Centre of mass, m.
+    pub position: [f64; 3],
+    /// Velocity, m/s.
+    pub velocity: [f64; 3],
+    /// Orientation, unit quaternion, scalar first.
+    pub orientation: [f64; 4],
+    /// Angular velocity, rad/s, host's axes.
+    pub angular_velocity: [f64; 3],
+}
+
+/// Where the host wants a prescribed body at the end of a communication step.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_path {
+    /// Set to sizeof(fk_path) by the caller.
+    pub struct_size: u64,
+    /// Step count at which the path starts: the present one, or that of the path being followed.
+    pub first: u64,
+    /// Length in steps, >= 1.
+    pub steps: u64,
+    /// Pose and rates at step first + steps (its own struct_size is checked too).
+    pub end: fk_motion,
+}
+
+/// The time step and its limits, s.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_step_limits {
+    /// Set to sizeof(fk_step_limits) by the caller.
+    pub struct_size: u64,
+    /// Step in use.
+    pub dt: f64,
+    /// Stability limit of the taut sheet with the stiffest segment drawn.
+    pub dt_crit: f64,
+    /// Largest accepted step, 0.5 dt_crit.
+    pub step_max: f64,
+}
+
+/// Contact sums since the start, host's axes.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_contact {
+    /// Set to sizeof(fk_contact) by the caller.
+    pub struct_size: u64,
+    /// Impulse on the projectile, N s.
+    pub impulse: [f64; 3],
+    /// Angular impulse on the projectile about its moving centre of mass, N m s.
+    pub angular_impulse: [f64; 3],
+    /// Work of the projectile on the fabric = energy absorbed, J.
+    pub work: f64,
+    /// Kinetic energy lost in impacts of nodes, J.
+    pub loss: f64,
+    /// Largest mean force over a window of force_window, N.
+    pub force_peak: f64,
+}
+
+/// Impulses of the sheet on its supports since the start, N s, host's axes.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_support {
+    /// Set to sizeof(fk_support) by the caller.
+    pub struct_size: u64,
+    /// All together.
+    pub total: [f64; 3],
+    /// Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
+    pub attachments: [[f64; 3]; 4],
+}
+
+/// Energies, J.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_energy {
+    /// Set to sizeof(fk_energy) by the caller.
+    pub struct_size: u64,
+    /// Kinetic energy of the projectile (0 if its mass is unknown).
+    pub projectile_kinetic: f64,
+    /// Kinetic energy of the fabric.
+    pub fabric_kinetic: f64,
+    /// Strain energy of the yarns.
+    pub strain: f64,
+    /// Energy dissipated by rupture.
+    pub dissipated: f64,
+    /// Kinetic energy lost in impacts of nodes.
+    pub contact_loss: f64,
+    /// Work of the projectile on the fabric.
+    pub contact_work: f64,
+    /// Work of the external load.
+    pub external_work: f64,
+    /// What the balance does not close by.
+    pub residual: f64,
+}
+
+/// Extremes of the fabric.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_fabric {
+    /// Set to sizeof(fk_fabric) by the caller.
+    pub struct_size: u64,
+    /// Largest distance of a node from the sheet's plane, m.
+    pub max_deflection: f64,
+    /// Largest stretch of a live segment.
+    pub max_stretch: f64,
+}
+
+/// Counters; available even after a failure.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_counters {
+    /// Set to sizeof(fk_counters) by the caller.
+    pub struct_size: u64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Segments with alpha = 0.
+    pub failed_segments: u64,
+    /// Nodes with a contact impulse in the last step.
+    pub contacts: u64,
+    /// Contact solves that ran out of sweeps.
+    pub unconverged: u64,
+    /// Most sweeps of one contact solve.
+    pub most_sweeps: u64,
+    /// Most candidate nodes of one step.
+    pub most_candidates: u64,
+    /// Places for candidate nodes.
+    pub candidate_capacity: u64,
+    /// Deepest penetration met, m.
+    pub worst_penetration: f64,
+}
+
+/// Outcomes; FK_NEVER for what has not happened.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_outcome {
+    /// Set to sizeof(fk_outcome) by the caller.
+    pub struct_size: u64,
+    /// 0 flight, 1 contact, 2 arrested, 3 detached, 4 exited, 5 passed, 6 faulted.
+    pub status: u32,
+    /// FK_ARRESTED ... bits of all latched outcomes.
+    pub mask: u32,
+    /// Step count at whose start the first impulse acted.
+    pub first_contact: u64,
+    /// Step count of arrested, detached, exited, passed.
+    pub step: [u64; 4],
+    /// Work of the projectile on the fabric until then, J.
+    pub work: [f64; 4],
+}
+
+impl fk_scene {
+    /// The structure of a scene.
+    pub fn of(scene: &Scene) -> fk_scene {
+        let (sheet, yarn, body) = (&scene.sheet, &scene.yarn, &scene.projectile);
+        let (step_kind, step_value) = match scene.time_step {
+            TimeStep::Fraction(fraction) => (FK_STEP_FRACTION, fraction),
+            TimeStep::Seconds(dt) => (FK_STEP_SECONDS, dt),
+        };
+        fk_scene {
+            struct_size: size_of::<fk_scene>() as u64,
+            sheet_nodes_x: sheet.nodes_x,
+            sheet_nodes_y: sheet.nodes_y,
+            sheet_spacing: sheet.spacing,
+            sheet_node_mass: sheet.node_mass,
+            sheet_yarn_area: sheet.yarn_area,
+            sheet_plies: sheet.plies,
+            attachment_kind: scene.attachment.kind as u32,
+            sheet_position: sheet.position,
+            sheet_orientation: sheet.orientation,
+            attachment_disc_inset: scene.attachment.disc_inset,
+            attachment_disc_radius: scene.attachment.disc_radius,
+            yarn_modulus_mean: yarn.modulus_mean,
+            yarn_modulus_sd: yarn.modulus_sd,
+            yarn_damage_slope: yarn.damage_slope,
+            yarn_damage_intercept: yarn.damage_intercept,
+            yarn_damage_sd: yarn.damage_sd,
+            yarn_critical_stretch: yarn.critical_stretch,
+            yarn_damage_a: yarn.damage_a,
+            yarn_damage_b: yarn.damage_b,
+            yarn_alpha_fail: yarn.alpha_fail,
+            yarn_stochastic: u32::from(yarn.stochastic),
+            projectile_shape: body.shape as u32,
+            projectile_radius: body.radius,
+            projectile_length: body.length,
+            projectile_mass: body.mass,
+            projectile_position: body.position,
+            projectile_velocity: body.velocity,
+            projectile_orientation: body.orientation,
+            projectile_angular_velocity: body.angular_velocity,
+            seed: scene.seed,
+            step_value,
+            force_window: scene.force_window,
+            step_kind,
+            step_check: scene.step_check as u32,
+            drive: scene.drive as u32,
+            track_detachment: u32::from(scene.track_detachment),
+            track_support: u32::from(scene.track_support),
+            contact_capacity: scene.contact_capacity,
+        }
+    }
+
+    /// The scene it describes; an unknown choice names its field.
+    pub fn scene(&self) -> Result<Scene, Error> {
+        let unknown = |field, value: u32| Error::new(Code::UnknownChoice, field, value as f64, 0.0);
+        let flag = |field, value: u32| match value {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => Err(unknown(field, other)),
+        };
+        let kind = match self.attachment_kind {
+            FK_TWO_SIDES => AttachmentKind::TwoSides,
+            FK_FOUR_SIDES => AttachmentKind::FourSides,
+            FK_FOUR_CORNERS => AttachmentKind::FourCorners,
+            FK_FREE_SHEET => AttachmentKind::Free,
+            other => return Err(unknown("attachment.kind", other)),
+        };
+        let shape = match self.projectile_shape {
+            FK_SPHERE => Shape::Sphere,
+            FK_CYLINDER => Shape::Cylinder,
+            other => return Err(unknown("projectile.shape", other)),
+        };
+        let time_step = match self.step_kind {
+            FK_STEP_FRACTION => TimeStep::Fraction(self.step_value),
+            FK_STEP_SECONDS => TimeStep::Seconds(self.step_value),
+            other => return Err(unknown("step_kind", other)),
+        };
+        let step_check = match self.step_check {
+            FK_STEP_CHECK_REFUSE => StepCheck::Refuse,
+            FK_STEP_CHECK_NONE => StepCheck::None,
+            other => return Err(unknown("step_check", other)),
+        };
+        let drive = match self.drive {
+            FK_DRIVE_FREE => Drive::Free,
+            FK_DRIVE_PRESCRIBED => Drive::Prescribed,
+            other => return Err(unknown("drive", other)),
+        };
+        Ok(Scene {
+            sheet: Sheet {
+                nodes_x: self.sheet_nodes_x,
+                nodes_y: self.sheet_nodes_y,
+                spacing: self.sheet_spacing,
+                node_mass: self.sheet_node_mass,
+                yarn_area: self.sheet_yarn_area,
+                plies: self.sheet_plies,
+                position: self.sheet_position,
+                orientation: self.sheet_orientation,
+            },
+            attachment: Attachment {
+                kind,
+                disc_inset: self.attachment_disc_inset,
+                disc_radius: self.attachment_disc_radius,
+            },
+            yarn: Yarn {
+                modulus_mean: self.yarn_modulus_mean,
+                modulus_sd: self.yarn_modulus_sd,
+                damage_slope: self.yarn_damage_slope,
+                damage_intercept: self.yarn_damage_intercept,
+                damage_sd: self.yarn_damage_sd,
+                critical_stretch: self.yarn_critical_stretch,
+                damage_a: self.yarn_damage_a,
+                damage_b: self.yarn_damage_b,
+                alpha_fail: self.yarn_alpha_fail,
+                stochastic: flag("yarn.stochastic", self.yarn_stochastic)?,
+            },
+            projectile: Projectile {
+                shape,
+                radius: self.projectile_radius,
+                length: self.projectile_length,
+                mass: self.projectile_mass,
+                position: self.projectile_position,
+                velocity: self.projectile_velocity,
+                orientation: self.projectile_orientation,
+                angular_velocity: self.projectile_angular_velocity,
+            },
+            drive,
+            seed: self.seed,
+            time_step,
+            step_check,
+            force_window: self.force_window,
+            track_detachment: flag("track_detachment", self.track_detachment)?,
+            track_support: flag("track_support", self.track_support)?,
+            contact_capacity: self.contact_capacity,
+        })
+    }
+}
+
+impl fk_motion {
+    /// The kernel's motion.
+    pub fn motion(&self) -> Motion {
+        Motion {
+            position: self.position,
+            velocity: self.velocity,
+            orientation: self.orientation,
+            angular_velocity: self.angular_velocity,
+        }
+    }
+}
+
+impl fk_fault {
+    /// The structure of an error.
+    pub fn of(error: &Error) -> fk_fault {
+        let mut fault = fk_fault {
+            struct_size: size_of::<fk_fault>() as u64,
+            status: error.code.number(),
+            reserved: 0,
+            value: error.value,
+            limit: error.limit,
+            field: [0; 48],
+            text: [0; 168],
+        };
+        copy_text(&mut fault.field, error.field);
+        copy_text(&mut fault.text, &error.text());
+        fault
+    }
+}
+
+/// Copies what fits and leaves a zero at the end.
+fn copy_text(to: &mut [c_char], text: &str) {
+    let room = to.len().saturating_sub(1);
+    to.iter_mut().take(room).zip(text.bytes()).for_each(|(slot, byte)| *slot = byte as c_char);
+}

@@ -1,0 +1,341 @@
+/* A C host of libfabric_kernel: runs an impact in several ways that must give the same bits, and asks for things that must
+ * be refused. Prints what it checked; the last line is the digest. Exit code 1 on the first check that fails. */
+#include "fabric_kernel.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int checks = 0;
+
+#define CHECK(condition)                                                               \
+    do {                                                                               \
+        checks++;                                                                      \
+        if (!(condition)) {                                                            \
+            fprintf(stderr, "%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
+            exit(1);                                                                   \
+        }                                                                              \
+    } while (0)
+
+enum { STEPS = 3000 };
+
+/* A 41 x 41 piece of the 3 in sheet, hit at 100 m/s: past the first failed segments after 3000 steps. */
+static fk_scene small_scene(void)
+{
+    fk_scene scene;
+    CHECK(fk_scene_preset(&scene, sizeof scene, FK_PRESET_SHEET_3IN_SPHERE) == FK_OK);
+    scene.sheet_nodes_x = 41;
+    scene.sheet_nodes_y = 41;
+    return scene;
+}
+
+/* Memory aligned as asked for, `shift` bytes further, with guard bytes behind. */
+typedef struct block {
+    void *all;
+    unsigned char *start;
+    uint64_t bytes;
+} block;
+
+enum { GUARD = 64 };
+
+static block new_block(const fk_scene *scene, int fill)
+{
+    block b;
+    uint64_t align = 0;
+    CHECK(fk_memory_size(scene, &b.bytes, &align) == FK_OK);
+    CHECK(align == 64);
+    b.all = malloc(b.bytes + align + GUARD);
+    CHECK(b.all != NULL);
+    b.start = (unsigned char *)b.all + (align - (uintptr_t)b.all % align);
+    memset(b.start, fill, b.bytes + (GUARD - (b.start - (unsigned char *)b.all)));
+    return b;
+}
+
+static uint64_t digest_of(const fk_sim *sim)
+{
+    uint64_t digest = 0;
+    CHECK(fk_digest(sim, &digest) == FK_OK);
+    return digest;
+}
+
+static uint64_t straight_run(void)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL;
+    fk_counters counters = {.struct_size = sizeof counters};
+    uint64_t digest;
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_advance(sim, STEPS) == FK_OK);
+    CHECK(fk_get_counters(sim, &counters) == FK_OK);
+    CHECK(counters.steps == STEPS && counters.failed_segments > 0);
+    digest = digest_of(sim);
+    free(b.all);
+    return digest;
+}
+
+/* Dirty and longer memory, uneven batches, read-outs in between, save and load half-way: the same bits. */
+static void the_same_bits(uint64_t expected)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0xa5), c = new_block(&scene, 0x5a);
+    fk_sim *sim = NULL, *other = NULL;
+    fk_energy energy = {.struct_size = sizeof energy};
+    uint64_t done = 0, image_bytes = 0, batch = 1;
+    unsigned char *image;
+    CHECK(fk_init(b.start, b.bytes + 32, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_state_size(sim, &image_bytes) == FK_OK);
+    image = malloc(image_bytes);
+    CHECK(image != NULL);
+    while (done < STEPS / 2) {
+        uint64_t steps = done + batch > STEPS / 2 ? STEPS / 2 - done : batch;
+        CHECK(fk_advance(sim, steps) == FK_OK);
+        CHECK(fk_get_energy(sim, &energy) == FK_OK);
+        done += steps;
+        batch = batch * 3 % 97 + 1;
+    }
+    CHECK(fk_state_save(sim, image, image_bytes) == FK_OK);
+    CHECK(fk_init(c.start, c.bytes, &scene, &other, NULL) == FK_OK);
+    CHECK(fk_advance(other, 7) == FK_OK);
+    CHECK(fk_state_load(other, image, image_bytes) == FK_OK);
+    CHECK(fk_advance(other, STEPS - done) == FK_OK);
+    CHECK(digest_of(other) == expected);
+    while (done++ < STEPS)
+        CHECK(fk_step(sim) == FK_OK);
+    CHECK(digest_of(sim) == expected);
+    CHECK(fk_reset(sim) == FK_OK);
+    CHECK(fk_advance(sim, STEPS) == FK_OK);
+    CHECK(digest_of(sim) == expected);
+
+    /* A damaged image is refused and changes nothing. */
+    image[image_bytes / 2] ^= 1;
+    CHECK(fk_state_load(sim, image, image_bytes) == FK_IMAGE_MALFORMED);
+    image[image_bytes / 2] ^= 1;
+    CHECK(fk_state_load(sim, image, image_bytes - 1) == FK_IMAGE_MALFORMED);
+    CHECK(fk_state_save(sim, image, image_bytes - 1) == FK_SHORT_BUFFER);
+    CHECK(digest_of(sim) == expected);
+    free(image);
+    free(b.all);
+    free(c.all);
+}
+
+/* Null, short, misaligned and moved blocks: refused, nothing written. */
+static void bad_memory(void)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0x77);
+    fk_sim *sim = (fk_sim *)&scene, *before = sim;
+    uint64_t i, steps = 0;
+    unsigned char *copy = malloc(b.bytes + 128), *moved;
+    CHECK(copy != NULL);
+    CHECK(fk_init(NULL, b.bytes, &scene, &sim, NULL) == FK_NULL_POINTER);
+    CHECK(fk_init(b.start, b.bytes, NULL, &sim, NULL) == FK_NULL_POINTER);
+    CHECK(fk_init(b.start, b.bytes, &scene, NULL, NULL) == FK_NULL_POINTER);
+    CHECK(fk_init(b.start, b.bytes - 1, &scene, &sim, NULL) == FK_SHORT_BUFFER);
+    CHECK(fk_init(b.start, 0, &scene, &sim, NULL) == FK_SHORT_BUFFER);
+    for (i = 1; i < 64; i++)
+        CHECK(fk_init(b.start + i, b.bytes, &scene, &sim, NULL) == FK_MISALIGNED);
+    CHECK(sim == before);
+    for (i = 0; i < b.bytes; i++)
+        if (b.start[i] != 0x77)
+            break;
+    CHECK(i == b.bytes);
+
+    CHECK(fk_step(NULL) == FK_NULL_POINTER);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    moved = copy + (64 - (uintptr_t)copy % 64);
+    memcpy(moved, b.start, b.bytes);
+    CHECK(fk_step((fk_sim *)moved) == FK_MOVED_BLOCK);
+    CHECK(fk_get_time((fk_sim *)moved, &steps, NULL) == FK_MOVED_BLOCK);
+    CHECK(fk_step((fk_sim *)(b.start + 8)) == FK_MOVED_BLOCK);
+    CHECK(memcmp(moved, b.start, b.bytes) == 0);
+    CHECK(fk_step(sim) == FK_OK);
+    free(copy);
+    free(b.all);
+}
+
+static fk_fault fault;
+
+/* Checks one refused scene: its status, its field, and that nothing was written. */
+static void refused(const fk_scene *scene, int32_t status, const char *field)
+{
+    static unsigned char memory[1 << 20];
+    fk_sim *sim = NULL;
+    size_t i;
+    fk_scene good = small_scene();
+    uint64_t bytes = 0, align = 0;
+    unsigned char *start = memory + (64 - (uintptr_t)memory % 64);
+    CHECK(fk_memory_size(&good, &bytes, &align) == FK_OK && bytes < sizeof memory - 64);
+    memset(memory, 0x33, sizeof memory);
+    memset(&fault, 0, sizeof fault);
+    fault.struct_size = sizeof fault;
+    if (fk_init(start, sizeof memory - 64, scene, &sim, &fault) != status || strcmp(fault.field, field) != 0) {
+        fprintf(stderr, "expected %d %s, got %d %s\n", status, field, fault.status, fault.text);
+        exit(1);
+    }
+    CHECK(sim == NULL);
+    for (i = 0; i < sizeof memory; i++)
+        if (memory[i] != 0x33)
+            break;
+    CHECK(i == sizeof memory);
+}
+
+#define REFUSED(change, status, field)      \
+    do {                                    \
+        fk_scene scene = small_scene();     \
+        change;                             \
+        refused(&scene, (status), (field)); \
+    } while (0)
+
+static void bad_scenes(void)
+{
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    fk_scene limits_scene = small_scene();
+    size_t i;
+    for (i = 0; i < 3; i++) {
+        REFUSED(scene.sheet_spacing = bad[i], FK_NOT_FINITE, "sheet.spacing");
+        REFUSED(scene.sheet_node_mass = bad[i], FK_NOT_FINITE, "sheet.node_mass");
+        REFUSED(scene.sheet_yarn_area = bad[i], FK_NOT_FINITE, "sheet.yarn_area");
+        REFUSED(scene.yarn_modulus_mean = bad[i], FK_NOT_FINITE, "yarn.modulus_mean");
+        REFUSED(scene.projectile_position[1] = bad[i], FK_NOT_FINITE, "projectile.position");
+        REFUSED(scene.projectile_velocity[2] = bad[i], FK_NOT_FINITE, "projectile.velocity");
+        REFUSED(scene.projectile_orientation[0] = bad[i], FK_NOT_FINITE, "projectile.orientation");
+        REFUSED(scene.projectile_mass = bad[i], FK_NOT_FINITE, "projectile.mass");
+        REFUSED((scene.step_kind = FK_STEP_SECONDS, scene.step_value = bad[i]), FK_NOT_FINITE, "dt");
+    }
+    REFUSED((scene.step_kind = FK_STEP_SECONDS, scene.step_value = 0.0), FK_NOT_POSITIVE, "dt");
+    REFUSED((scene.step_kind = FK_STEP_SECONDS, scene.step_value = -1e-8), FK_NOT_POSITIVE, "dt");
+    REFUSED((scene.step_kind = FK_STEP_SECONDS, scene.step_value = 2.7e-8), FK_STEP_TOO_LARGE, "dt");
+    CHECK(fault.limit > 2.5e-8 && fault.limit < 2.65e-8);
+    CHECK(strstr(fault.text, "the largest allowed is") != NULL);
+    REFUSED(scene.step_value = 0.6, FK_OUT_OF_RANGE, "step_fraction");
+    REFUSED(scene.sheet_node_mass = 0.0, FK_NOT_POSITIVE, "sheet.node_mass");
+    REFUSED(scene.sheet_node_mass = -1.0, FK_NOT_POSITIVE, "sheet.node_mass");
+    REFUSED((scene.step_kind = FK_STEP_SECONDS, scene.step_value = 2e-8, scene.sheet_node_mass = 1e-20), FK_STEP_TOO_LARGE, "dt");
+    REFUSED(scene.sheet_node_mass = 5e-324, FK_STEP_LIMIT_UNUSABLE, "sheet.node_mass");
+    REFUSED(scene.sheet_spacing = 0.0, FK_NOT_POSITIVE, "sheet.spacing");
+    REFUSED(scene.sheet_yarn_area = -1e-7, FK_NOT_POSITIVE, "sheet.yarn_area");
+    REFUSED(scene.sheet_nodes_x = 1, FK_OUT_OF_RANGE, "sheet.nodes_x");
+    REFUSED(scene.sheet_nodes_y = 0, FK_OUT_OF_RANGE, "sheet.nodes_y");
+    REFUSED(scene.sheet_nodes_x = UINT32_MAX, FK_TOO_MANY_NODES, "sheet.nodes_x");
+    REFUSED(scene.sheet_plies = 0, FK_OUT_OF_RANGE, "sheet.plies");
+    REFUSED(scene.sheet_orientation[0] = 0.0, FK_BAD_QUATERNION, "sheet.orientation");
+    REFUSED(scene.yarn_modulus_mean = 0.0, FK_NOT_POSITIVE, "yarn.modulus_mean");
+    REFUSED(scene.yarn_critical_stretch = 1.0, FK_OUT_OF_RANGE, "yarn.critical_stretch");
+    REFUSED(scene.yarn_alpha_fail = 1.0, FK_OUT_OF_RANGE, "yarn.alpha_fail");
+    REFUSED(scene.yarn_alpha_fail = -0.01, FK_OUT_OF_RANGE, "yarn.alpha_fail");
+    REFUSED(scene.yarn_damage_b = 1.0, FK_OUT_OF_RANGE, "yarn.damage_b");
+    REFUSED(scene.yarn_damage_a = 0.0, FK_NOT_POSITIVE, "yarn.damage_a");
+    REFUSED(scene.yarn_damage_a = 1.5, FK_OUT_OF_RANGE, "yarn.damage_a");
+    REFUSED(scene.yarn_damage_intercept = -1107.0, FK_DAMAGE_RATE_TOO_SMALL, "yarn.damage_intercept");
+    REFUSED(scene.yarn_stochastic = 2, FK_UNKNOWN_CHOICE, "yarn.stochastic");
+    REFUSED(scene.projectile_mass = 0.0, FK_NOT_POSITIVE, "projectile.mass");
+    REFUSED(scene.projectile_mass = 1e-8, FK_PROJECTILE_TOO_LIGHT, "projectile.mass");
+    REFUSED(scene.projectile_radius = 0.0, FK_NOT_POSITIVE, "projectile.radius");
+    REFUSED(scene.projectile_radius = 5e-4, FK_PROJECTILE_TOO_SMALL, "projectile.radius");
+    REFUSED((scene.projectile_shape = FK_CYLINDER, scene.projectile_length = 0.0), FK_NOT_POSITIVE, "projectile.length");
+    REFUSED(scene.projectile_shape = 99, FK_UNKNOWN_CHOICE, "projectile.shape");
+    REFUSED(memset(scene.projectile_orientation, 0, sizeof scene.projectile_orientation), FK_BAD_QUATERNION, "projectile.orientation");
+    REFUSED(scene.projectile_velocity[2] = 3.7e4, FK_PROJECTILE_TOO_FAST, "projectile.velocity");
+    REFUSED(scene.projectile_position[2] = 0.0, FK_INITIAL_OVERLAP, "projectile.position");
+    REFUSED((scene.attachment_kind = FK_FOUR_CORNERS, scene.attachment_disc_inset = 12e-3), FK_DISCS_OVERLAP, "attachment.disc_radius");
+    REFUSED((scene.attachment_kind = FK_FOUR_CORNERS, scene.attachment_disc_inset = 5e-3, scene.attachment_disc_radius = 9e-3), FK_DISC_TOUCHES_PROJECTILE, "attachment.disc_radius");
+    REFUSED(scene.attachment_kind = 17, FK_UNKNOWN_CHOICE, "attachment.kind");
+    REFUSED(scene.drive = 2, FK_UNKNOWN_CHOICE, "drive");
+    REFUSED(scene.step_kind = 2, FK_UNKNOWN_CHOICE, "step_kind");
+    REFUSED(scene.force_window = 0.0, FK_NOT_POSITIVE, "force_window");
+    REFUSED(scene.struct_size = 8, FK_STRUCT_SIZE, "fk_scene");
+    CHECK(fk_scene_check(&limits_scene, NULL) == FK_OK);
+    limits_scene.struct_size++;
+    CHECK(fk_scene_check(&limits_scene, NULL) == FK_STRUCT_SIZE);
+    CHECK(fk_scene_default(&limits_scene, 12) == FK_STRUCT_SIZE);
+    CHECK(fk_scene_default(NULL, sizeof limits_scene) == FK_NULL_POINTER);
+}
+
+/* A projectile the host prescribes; requests that do not fit it are refused and change nothing. */
+static void prescribed(void)
+{
+    fk_scene scene = small_scene();
+    block b;
+    fk_sim *sim = NULL;
+    fk_path path;
+    fk_contact contact = {.struct_size = sizeof contact};
+    fk_energy energy = {.struct_size = sizeof energy};
+    const double load[3] = {0, 0, 1};
+    uint64_t before;
+    scene.drive = FK_DRIVE_PRESCRIBED;
+    scene.projectile_mass = 0.0;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    memset(&path, 0, sizeof path);
+    path.struct_size = sizeof path;
+    path.steps = 500;
+    path.end.struct_size = sizeof path.end;
+    path.end.orientation[0] = 1.0;
+    path.end.position[2] = scene.projectile_position[2] + 1e-3;
+    path.end.velocity[2] = 90.0;
+    before = digest_of(sim);
+    CHECK(fk_set_external_load(sim, load, load) == FK_WRONG_DRIVE);
+    path.first = 3;
+    CHECK(fk_follow(sim, &path, 1) == FK_BAD_PATH);
+    path.first = 0;
+    CHECK(fk_follow(sim, &path, 501) == FK_BAD_PATH);
+    path.end.position[0] = NAN;
+    CHECK(fk_follow(sim, &path, 1) == FK_NOT_FINITE);
+    path.end.position[0] = 0.0;
+    path.end.orientation[0] = 0.0;
+    CHECK(fk_follow(sim, &path, 1) == FK_BAD_QUATERNION);
+    path.end.orientation[0] = 1.0;
+    path.end.position[2] += 1.0;
+    CHECK(fk_follow(sim, &path, 1) == FK_PROJECTILE_TOO_FAST);
+    path.end.position[2] -= 1.0;
+    CHECK(fk_follow(sim, NULL, 1) == FK_NULL_POINTER);
+    CHECK(digest_of(sim) == before);
+    CHECK(fk_follow(sim, &path, 200) == FK_OK);
+    CHECK(fk_follow(sim, &path, 300) == FK_OK);
+    CHECK(fk_get_contact(sim, &contact) == FK_OK);
+    CHECK(fk_get_energy(sim, &energy) == FK_OK);
+    CHECK(contact.work > 0.0 && contact.impulse[2] < 0.0);
+    CHECK(fabs(energy.residual) < 1e-3 * contact.work);
+    free(b.all);
+}
+
+/* An external load that makes the projectile too fast: said at once, latched, cleared by reset. */
+static void failure(void)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL;
+    fk_motion motion = {.struct_size = sizeof motion};
+    fk_counters counters = {.struct_size = sizeof counters};
+    const double force[3] = {1e9, 0, 0}, torque[3] = {0, 0, 0}, wrong[3] = {NAN, 0, 0};
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_set_external_load(sim, wrong, torque) == FK_NOT_FINITE);
+    CHECK(fk_set_external_load(sim, force, torque) == FK_OK);
+    CHECK(fk_advance(sim, 1000) == FK_TOO_FAST);
+    CHECK(fk_step(sim) == FK_TOO_FAST);
+    CHECK(fk_get_projectile(sim, &motion) == FK_TOO_FAST);
+    CHECK(fk_get_counters(sim, &counters) == FK_OK);
+    CHECK(fk_reset(sim) == FK_OK);
+    CHECK(fk_step(sim) == FK_OK);
+    free(b.all);
+}
+
+int main(void)
+{
+    uint64_t digest;
+    CHECK(fk_abi_version() == FK_ABI_VERSION);
+    CHECK(strlen(fk_version()) > 0);
+    CHECK(strcmp(fk_status_name(FK_OK), "success") == 0);
+    CHECK(strcmp(fk_status_name(-1000), "unknown status") == 0);
+    digest = straight_run();
+    the_same_bits(digest);
+    bad_memory();
+    bad_scenes();
+    prescribed();
+    failure();
+    fprintf(stderr, "%d checks hold\n", checks);
+    printf("%016llx\n", (unsigned long long)digest);
+    return 0;
+}
