@@ -1,0 +1,44 @@
+//! Single runs and studies of the fabric kernel, on the host.
+//!
+//! Everything a command prints or writes is reproducible to the bit, except times and what is computed from them.
+#![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
+
+mod bench;
+mod machine;
+mod memory;
+mod progress;
+mod report;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// What a command returns: a sentence for the user if it could not do its work.
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Runs and studies of ballistic fabric under rigid-projectile impact.
+#[derive(Parser)]
+#[command(name = "fabric-study", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
+    Bench(bench::Options),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Bench(options) => bench::run(&options),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
