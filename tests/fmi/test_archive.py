@@ -1,10 +1,15 @@
 """The archives: accepted by the validator, complete, and one library behind both."""
 
+import pathlib
+import re
+import subprocess
 import unittest
 import zipfile
 
+import fmpy
 from fmpy.validation import validate_fmu
 from host import ARCHIVES, Host, opened
+from lxml import etree
 
 
 class Archive(unittest.TestCase):
@@ -25,11 +30,6 @@ class Archive(unittest.TestCase):
             self.assertTrue(any(name.endswith("/FabricShield.so") for name in names))
 
     def test_the_terminals_follow_the_schema_and_name_variables(self):
-        import pathlib
-
-        import fmpy
-        from lxml import etree
-
         schema = etree.XMLSchema(
             etree.parse(str(pathlib.Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"))
         )
@@ -39,6 +39,25 @@ class Archive(unittest.TestCase):
         names = {variable.name for variable in opened(3)[0].modelVariables}
         for member in tree.iter("TerminalMemberVariable"):
             self.assertIn(member.get("variableName"), names)
+
+    def test_the_library_exports_the_standard_functions_and_needs_only_libc(self):
+        headers = pathlib.Path(fmpy.__file__).parent / "c-code"
+        text = "".join((headers / f"fmi{v}FunctionTypes.h").read_text() for v in (2, 3))
+        wanted = set(re.findall(r"\b(fmi[23]\w+)TYPE\b", text))
+        # FMI 2.0 for model exchange is not exported.
+        wanted -= {
+            "fmi2EnterEventMode", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode", "fmi2CompletedIntegratorStep",
+            "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
+            "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates",
+        }  # fmt: skip
+        library = next(pathlib.Path(opened(2)[1]).rglob("FabricShield.so"))
+        run = lambda *command: subprocess.run([*command, library], check=True, capture_output=True, text=True).stdout
+        exported = {line.split()[-1] for line in run("nm", "-D", "--defined-only").splitlines()}
+        self.assertEqual(exported, wanted)
+        needed = re.findall(r"NEEDED.*\[(.*)\]", run("readelf", "-d"))
+        self.assertEqual(needed, ["libc.so.6"])
+        floor = max(tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([0-9.]+)", run("readelf", "-V")))
+        self.assertLessEqual(floor, (2, 17))
 
     def test_every_variable_answers_and_starts_as_described(self):
         for version in (2, 3):

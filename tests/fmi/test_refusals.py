@@ -1,0 +1,151 @@
+"""Bad parameters and calls: status Error, a log line that names the field or the function, and nothing changed."""
+
+import ctypes
+import unittest
+
+from host import ERROR, FOUR_CORNERS, HOST_DRIVEN, OK, RADIUS, SMALL, Host
+
+NAN, INF = float("nan"), float("inf")
+
+# Parameters that must be refused, and what the log names. Each is put on top of SMALL.
+REFUSED = [
+    ({"dt": 0.0}, "dt"),
+    ({"dt": -1e-8}, "dt"),
+    ({"dt": NAN}, "dt"),
+    ({"dt": INF}, "dt"),
+    ({"dt": 2.7e-8, "yarn.stochastic": False}, "dt: time step too large; the largest allowed is 264"),
+    ({"sheet.node_mass": 0.0}, "sheet.node_mass"),
+    ({"sheet.node_mass": -1e-8}, "sheet.node_mass"),
+    ({"sheet.node_mass": 1e-20}, "dt: time step too large"),
+    ({"sheet.node_mass": 5e-324}, "sheet.node_mass"),
+    ({"sheet.spacing": 0.0}, "sheet.spacing"),
+    ({"sheet.spacing": NAN}, "sheet.spacing"),
+    ({"sheet.yarn_area": -1e-7}, "sheet.yarn_area"),
+    ({"sheet.nodes_x": 1}, "sheet.nodes_x"),
+    ({"sheet.nodes_y": -5}, "sheet.nodes_y"),
+    ({"sheet.nodes_x": 2000000}, "sheet.nodes_x"),
+    ({"sheet.plies": 0}, "sheet.plies"),
+    ({"sheet.position": [0.0, NAN, 0.0]}, "sheet.position"),
+    ({"sheet.orientation": [0.0] * 4}, "sheet.orientation"),
+    ({"yarn.modulus_mean": 0.0}, "yarn.modulus_mean"),
+    ({"yarn.modulus_sd": -1.0}, "yarn.modulus_sd"),
+    ({"yarn.damage_sd": -1.0}, "yarn.damage_sd"),
+    ({"yarn.damage_slope": INF}, "yarn.damage_slope"),
+    ({"yarn.critical_stretch": 1.0}, "yarn.critical_stretch"),
+    ({"yarn.alpha_fail": 1.0}, "yarn.alpha_fail"),
+    ({"yarn.alpha_fail": -0.1}, "yarn.alpha_fail"),
+    ({"yarn.damage_intercept": -1108.0}, "yarn.damage_intercept"),  # a damage rate of 1
+    ({"projectile.mass": 0.0}, "projectile.mass"),
+    ({"projectile.mass": 1e-8}, "projectile.mass"),  # lighter than a node
+    ({"projectile.radius": 5e-4}, "projectile.radius"),  # smaller than the spacing
+    ({"projectile.shape": 1, "projectile.length": 0.0}, "projectile.length"),
+    ({"projectile.position": [NAN, 0.0, 0.0]}, "projectile.position"),
+    ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a free node lies inside the projectile"),
+    ({"projectile.velocity": [0.0, INF, 0.0]}, "projectile.velocity"),
+    ({"projectile.velocity": [0.0, 0.0, 5e4]}, "projectile.velocity"),  # more than a spacing in a step
+    ({"projectile.orientation": [0.0] * 4}, "projectile.orientation"),
+    ({"projectile.orientation": [NAN, 0.0, 0.0, 0.0]}, "projectile.orientation"),
+    ({"projectile.angular_velocity": [NAN, 0.0, 0.0]}, "projectile.angular_velocity"),
+    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_radius": 0.0}, "attachment.disc_radius"),
+    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 14e-3}, "corner discs overlap"),
+    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 8e-3, "attachment.disc_radius": 4e-3}, "disc reaches under"),
+    ({"attachment.kind": 7}, "attachment.kind"),
+    ({"projectile.shape": -1}, "projectile.shape"),
+    ({"mode": 2}, "mode"),
+    ({"preset": 9}, "preset"),
+    ({"force_window": 0.0}, "force_window"),
+    ({"log.level": 4}, "log.level"),
+]
+
+
+class Refusals(unittest.TestCase):
+    def test_bad_parameters_are_named_and_may_be_corrected(self):
+        for version in (2, 3):
+            plain = Host(version, SMALL).run(0, 3, 1e-6)
+            expected = plain.outputs()
+            plain.close()
+            for bad, named in REFUSED:
+                with self.subTest(version=version, bad=bad):
+                    host = Host(version)
+                    for name in bad:
+                        self.assertTrue(host._elements(name), name)
+                    good = {name: host.get(name) for name in bad}
+                    host.begin(SMALL)
+                    good = {name: host.get(name) for name in bad}
+                    statuses = [host.try_set(name, value) for name, value in bad.items()]
+                    if max(statuses) == OK:
+                        statuses.append(host.attempt(host.fmu.exitInitializationMode))
+                    self.assertEqual(max(statuses), ERROR)
+                    self.assertTrue(host.said(named), host.log)
+                    self.assertEqual([category for _, category, _ in host.log], ["logStatusError"])
+                    # Nothing has changed: with the parameters put right the run is the undisturbed one.
+                    for name, value in good.items():
+                        self.assertEqual(host.try_set(name, value), OK)
+                    self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK, host.log)
+                    self.assertEqual(host.run(0, 3, 1e-6).outputs(), expected)
+                    host.close()
+
+    def test_legal_extremes_are_accepted(self):
+        for values in [
+            {"attachment.kind": 3},
+            {"projectile.velocity": [0.0, 0.0, 0.0]},
+            {"projectile.velocity": [0.0, 0.0, 20000.0]},
+            {"projectile.mass": 1e-6},
+            {"sheet.nodes_x": 3, "sheet.nodes_y": 2},
+            {"projectile.mass": 0.0, "mode": HOST_DRIVEN},
+        ]:
+            with self.subTest(values=values):
+                host = Host(2, {**SMALL, **values}).run(0, 5, 1e-6)
+                self.assertEqual(host.get("interface.residual"), 0.0)
+                host.close()
+
+    def test_calls_in_the_wrong_state(self):
+        for version in (2, 3):
+            host = Host(version)
+            self.assertEqual(host.step(0.0, 1e-6), ERROR)
+            self.assertTrue(host.said("DoStep: not allowed"))
+            self.assertEqual(host.attempt(host.fmu.exitInitializationMode), ERROR)
+            self.assertEqual(host.attempt(host.fmu.terminate), ERROR)
+            host.initialise(SMALL)
+            self.assertEqual(host.attempt(host.fmu.enterInitializationMode), ERROR)
+            for fixed in ("sheet.spacing", "mode", "seed", "yarn.stochastic"):
+                self.assertEqual(host.try_set(fixed, host.get(fixed)), ERROR)
+                self.assertIn(fixed, host.log[-1][2])
+            self.assertEqual(host.try_set("contact.work", 1.0), ERROR)
+            self.assertEqual(host.try_set("log.level", 3), OK)
+            self.assertEqual(host.try_set("stop_on_event", True), OK)
+            host.run(0, 2, 1e-6)
+            self.assertEqual(host.attempt(host.fmu.terminate), OK)
+            self.assertEqual(host.step(2e-6, 1e-6), ERROR)
+            host.get("contact.work")
+            host.close()
+
+    def test_bad_arrays_and_pointers(self):
+        host = Host(2, SMALL)
+        lib, c = host.fmu, host.fmu.component
+        one, two = (ctypes.c_uint * 1)(99999), (ctypes.c_double * 2)()
+        self.assertEqual(host.attempt(lib.fmi2GetReal, c, one, 1, two), ERROR)
+        self.assertTrue(host.said("value reference 99999"))
+        self.assertEqual(host.attempt(lib.getInteger, [100]), ERROR)  # a Real
+        null = ctypes.POINTER(ctypes.c_double)()
+        self.assertEqual(host.attempt(lib.fmi2GetReal, c, one, 1, null), ERROR)
+        self.assertTrue(host.said("null array"))
+        self.assertEqual(host.attempt(lib.fmi2GetReal, None, one, 1, two), ERROR)
+        self.assertEqual(host.attempt(lib.getString, [1]), ERROR)
+        self.assertEqual(host.attempt(lib.cancelStep), ERROR)
+        self.assertEqual(host.attempt(lib.setDebugLogging, True, ["nonsense"]), ERROR)
+        self.assertEqual(host.attempt(lib.setDebugLogging, True, ["logAll"]), OK)
+        host.run(0, 1, 1e-6)
+        host.close()
+        host = Host(3, SMALL)
+        self.assertEqual(host.attempt(host.fmu.getFloat64, [100], nValues=2), ERROR)
+        self.assertEqual(host.attempt(host.fmu.getFloat64, [100], nValues=4), ERROR)
+        self.assertEqual(host.attempt(host.fmu.getFloat64, [101], nValues=1), ERROR)
+        self.assertEqual(host.attempt(host.fmu.getFloat32, [100], nValues=3), ERROR)
+        self.assertTrue(host.said("fmi3GetFloat32: not supported"))
+        host.run(0, 1, 1e-6)
+        host.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
