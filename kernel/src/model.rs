@@ -81,10 +81,20 @@ impl Model {
         !within
     }
 
+    /// Whether the body's kinetic energy at this rate and any accepted speed is too large for a number.
+    fn energy_overflows(&self, rate: f64) -> bool {
+        let spin = self.inertia.moments * (1.0 + rate * rate);
+        let largest = self.inertia.mass * self.unit_speed * self.unit_speed + spin.x + spin.y + spin.z;
+        !largest.is_finite()
+    }
+
     pub(crate) fn check_speed(&self, motion: &Motion) -> Result<(), Error> {
         let (speed, rate) = (math::length(motion.velocity), math::length(motion.angular_velocity));
         if self.too_fast(speed, rate) {
             return Err(Error::new(Code::ProjectileTooFast, "projectile.velocity", speed, self.unit_speed));
+        }
+        if self.energy_overflows(rate) {
+            return Err(Error::new(Code::OutOfRange, "projectile.mass", self.inertia.mass, 0.0));
         }
         Ok(())
     }
@@ -104,6 +114,9 @@ impl Model {
         let (speed, rate) = (largest(speeds), largest(rates));
         if self.too_fast(speed, rate) {
             return Err(Error::new(Code::ProjectileTooFast, "path.velocity", speed, self.unit_speed));
+        }
+        if self.energy_overflows(rate) {
+            return Err(Error::new(Code::OutOfRange, "path.angular_velocity", rate, 0.0));
         }
         Ok(())
     }

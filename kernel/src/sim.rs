@@ -134,17 +134,18 @@ impl<'a> Sim<'a> {
     /// A simulation of `scene` at step 0: sheet flat and at rest, projectile in its start motion.
     ///
     /// # Errors
-    /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step
-    /// or overlapping a free node. Memory is not written then.
+    /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step,
+    /// too heavy for its energy to be a number, or overlapping a free node. Memory is not written then.
     pub fn new(scene: &Scene, memory: Memory<'a>) -> Result<Sim<'a>, Error> {
         let layout = Layout::of(scene)?;
+        // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
+        let blocks = Blocks::carve(memory, &layout)?;
         let limits = scene.step_limits()?;
         let model = Model::of(scene, limits);
         let motion = path::into_sheet(&model.pose, &start_motion(scene));
         model.check_speed(&motion)?;
         let state = State::at_start(Body::of(&motion));
         refuse_overlap(scene, &model, &state.body)?;
-        let blocks = Blocks::carve(memory, &layout)?;
         let mut sim = Sim {
             scene: *scene,
             layout,

@@ -141,7 +141,7 @@ fn numbers_out_of_their_range_are_refused() {
 
 #[test]
 fn each_special_refusal_has_its_own_code() {
-    let cases: [(Code, &str, Change, f64); 16] = [
+    let cases: [(Code, &str, Change, f64); 18] = [
         (Code::TooManyNodes, "sheet.nodes_x", |s, x| s.sheet.nodes_x = x as u32, 1_048_577.0),
         (Code::TooManyNodes, "sheet.nodes_y", |s, x| s.sheet.nodes_y = x as u32, 4e9),
         (Code::DamageRateTooSmall, "yarn.damage_intercept", |s, x| s.yarn.damage_intercept = x, -1106.1),
@@ -168,6 +168,9 @@ fn each_special_refusal_has_its_own_code() {
         (Code::InitialOverlap, "projectile.position", |s, x| s.projectile.position[2] = -6.35e-3 + x, 1e-12),
         (Code::StepTooLarge, "dt", |s, x| s.time_step = TimeStep::Seconds(x), 2.7e-8),
         (Code::StepTooLarge, "dt", |s, x| s.time_step = TimeStep::Seconds(x), 1e300),
+        // Kinetic energies that are no numbers.
+        (Code::OutOfRange, "projectile.mass", |s, x| s.projectile.mass = x, 1e300),
+        (Code::OutOfRange, "projectile.mass", |s, x| s.projectile.angular_velocity[0] = x, 1e200),
     ];
     for (code, field, change, value) in cases {
         let mut scene = base();
@@ -264,8 +267,8 @@ fn parameters_that_give_no_usable_step_are_refused() {
 #[test]
 fn a_sheet_larger_than_memory_is_refused_before_anything_is_computed() {
     let mut scene = base();
+    // Drawing its segments for the step limit would take a day.
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (1 << 20, 1 << 20);
-    scene.yarn.stochastic = false;
     match Layout::of(&scene) {
         Err(error) => assert_eq!(error.code, Code::TooManyNodes),
         Ok(layout) => {
