@@ -101,7 +101,7 @@ pub unsafe fn array<'a, T>(start: *const T, count: usize) -> Option<&'a [T]> {
 /// An array of the host's to write into; None for null with a length.
 ///
 /// # Safety
-/// As for [`array`], and nothing else refers to it.
+/// As for [`array()`], and nothing else refers to it.
 pub unsafe fn array_mut<'a, T>(start: *mut T, count: usize) -> Option<&'a mut [T]> {
     if count == 0 {
         return Some(&mut []);

@@ -3,7 +3,7 @@
 import ctypes
 import unittest
 
-from host import ERROR, FOUR_CORNERS, HOST_DRIVEN, OK, RADIUS, SMALL, Host
+from host import DISCARD, ERROR, FOUR_CORNERS, HOST_DRIVEN, OK, RADIUS, SMALL, Host
 
 NAN, INF = float("nan"), float("inf")
 
@@ -119,6 +119,23 @@ class Refusals(unittest.TestCase):
             self.assertEqual(host.step(2e-6, 1e-6), ERROR)
             host.get("contact.work")
             host.close()
+
+    def test_a_bad_load_is_discarded_and_a_failure_is_latched(self):
+        for version in (2, 3):
+            host = Host(version, SMALL).run(0, 10, 1e-6)
+            plain = Host(version, SMALL).run(0, 20, 1e-6)
+            state = host.save()
+            host.set(external__force=[0.0, NAN, 0.0])
+            self.assertEqual(host.step(1e-5, 1e-6), DISCARD)
+            self.assertTrue(host.said("external.force"))
+            host.set(external__force=[0.0, 0.0, 1e12])
+            self.assertEqual(host.step(1e-5, 1e-6), ERROR)
+            self.assertTrue(host.said("faster than a node spacing"))
+            self.assertEqual(host.get("status"), 6)
+            self.assertEqual(host.step(1e-5, 1e-6), ERROR)
+            self.assertEqual(host.restore(state), OK)
+            self.assertEqual(host.run(10, 20, 1e-6).outputs(), plain.outputs())
+            host.close(), plain.close()
 
     def test_bad_arrays_and_pointers(self):
         host = Host(2, SMALL)

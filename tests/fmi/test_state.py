@@ -70,6 +70,17 @@ class State(unittest.TestCase):
         self.assertLess(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before, 4096)  # KiB
         host.close()
 
+    def test_two_threads_do_not_disturb_each_other(self):
+        import threading
+
+        expected = Host(2, SMALL).run(0, 30, 1e-6).image()
+        images = {}
+        work = lambda k: images.setdefault(k, Host(2, SMALL).run(0, 30, 1e-6).image())
+        threads = [threading.Thread(target=work, args=(k,)) for k in range(2)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        self.assertEqual([images[0], images[1]], [expected] * 2)
+
     def test_a_state_from_before_initialisation(self):
         host = Host(2)
         state = host.save()
