@@ -20,11 +20,13 @@ use crate::sweep::{Pass, Report, YarnRow};
 use crate::weave;
 
 impl Sim<'_> {
+    /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
     pub(crate) fn step_once(&mut self) -> Result<(), Failure> {
+        let at_start = self.state.body;
         let target = self.prescribe_rates();
-        self.refuse_too_fast()?;
+        let found = self.refuse_too_fast().and_then(|()| self.gather());
+        let count = found.inspect_err(|_| self.state.body = at_start)?;
         let before = self.state.body;
-        let count = self.gather()?;
         let report = self.sweep();
         if report.non_finite {
             return Err(Failure::NonFinite);
@@ -202,7 +204,8 @@ impl Sim<'_> {
     }
 
     fn solve_contact(&mut self, count: usize, before: &Body) {
-        let (nx, dt) = (self.layout.nodes_x, self.model.limits.dt);
+        // At least 1, so that no division by zero has to be compiled in.
+        let (nx, dt) = (self.layout.nodes_x.max(1), self.model.limits.dt);
         for c in 0..count {
             let Some(node) = self.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
             let (_, v) = self.node(node % nx, node / nx);
@@ -225,7 +228,7 @@ impl Sim<'_> {
 
     /// Moves the touched nodes and books impulse, angular impulse, work and loss.
     fn book_contact(&mut self, count: usize, before: &Body) {
-        let nx = self.layout.nodes_x;
+        let nx = self.layout.nodes_x.max(1);
         let body = self.state.body;
         let mean_velocity = (before.velocity + body.velocity) * 0.5;
         let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
