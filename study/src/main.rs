@@ -4,10 +4,14 @@
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
 mod bench;
+mod event;
 mod machine;
 mod memory;
+mod plots;
 mod progress;
 mod report;
+mod run;
+mod scene_file;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -25,12 +29,15 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Run one scene: table, history, plots.
+    Run(run::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
+        Command::Run(options) => run::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     match result {

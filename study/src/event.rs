@@ -1,0 +1,154 @@
+//! One impact from start to end, and what is read off it.
+
+use crate::Result;
+use fabric::{Counters, Energy, Outcome, Scene, Sim};
+use serde::Serialize;
+
+/// The outcome that is a mask's bit.
+pub fn mask_of(outcomes: &[Outcome]) -> u32 {
+    outcomes.iter().map(|outcome| outcome.bit()).sum()
+}
+
+/// Kinetic energy of the projectile at the start, J, without rotation.
+pub fn kinetic_energy(scene: &Scene) -> f64 {
+    let v = scene.projectile.velocity;
+    0.5 * scene.projectile.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+}
+
+/// A latched outcome.
+#[derive(Clone, Debug, Serialize)]
+pub struct Latched {
+    /// Its name.
+    pub outcome: &'static str,
+    /// Step count.
+    pub step: u64,
+    /// Time, s.
+    pub time: f64,
+    /// Energy absorbed until then, J.
+    pub absorbed: f64,
+}
+
+/// What one impact gave. All of it is reproducible to the bit.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Names of the outcomes that ended the run, or TIMEOUT if the step limit did.
+    pub ended_by: String,
+    /// Steps taken.
+    pub steps: u64,
+    /// Time step, s.
+    pub dt: f64,
+    /// Time step over dt_crit.
+    pub dt_over_dt_crit: f64,
+    /// End of the run, s.
+    pub time: f64,
+    /// Kinetic energy of the projectile at the start, J.
+    pub initial_kinetic_energy: f64,
+    /// Velocity of the projectile at the end, m/s.
+    pub residual_velocity: [f64; 3],
+    /// Angular velocity of the projectile at the end, rad/s.
+    pub residual_angular_velocity: [f64; 3],
+    /// Work of the projectile on the fabric at the end, J.
+    pub absorbed: f64,
+    /// Outcomes in the order of their numbers.
+    pub outcomes: Vec<Latched>,
+    /// Largest mean force over a force window, N.
+    pub peak_force: f64,
+    /// Window of the peak force, s.
+    pub force_window: f64,
+    /// Segments with alpha = 0.
+    pub failed_segments: u64,
+    /// All segments.
+    pub segments: u64,
+    /// Impulse of the sheet on its supports, N s.
+    pub support_impulse: [f64; 3],
+    /// The same for each side (left, right, bottom, top) or corner.
+    pub support_impulses: [[f64; 3]; 4],
+    /// Kinetic energy of the fabric at the end, J.
+    pub fabric_kinetic: f64,
+    /// Strain energy at the end, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+    /// Kinetic energy lost in impacts of nodes, J.
+    pub contact_loss: f64,
+    /// What the energy balance does not close by, J.
+    pub energy_residual: f64,
+    /// The same over the initial kinetic energy; 0 if that is 0.
+    pub energy_residual_relative: f64,
+    /// Length of what the momentum balance does not close by, N s.
+    pub momentum_residual: f64,
+    /// Deepest penetration of a node, m.
+    pub worst_penetration: f64,
+    /// Most sweeps of one contact solve.
+    pub most_sweeps: u64,
+    /// Contact solves that ran out of sweeps.
+    pub unconverged: u64,
+    /// Hash of the final state.
+    pub digest: String,
+}
+
+impl Summary {
+    /// Reads the simulation as it stands. `mask`: the outcomes that were waited for.
+    pub fn of(sim: &Sim<'_>, mask: u32) -> Result<Summary> {
+        let limits = sim.step_limits();
+        let (motion, contact, support) = (sim.projectile()?, sim.contact()?, sim.support()?);
+        let energy: Energy = sim.energy()?;
+        let counters: Counters = sim.counters();
+        let found = sim.outcomes();
+        let outcomes: Vec<Latched> = Outcome::ALL
+            .iter()
+            .zip(&found.latched)
+            .filter_map(|(outcome, latch)| {
+                let latch = latch.as_ref()?;
+                let time = latch.step as f64 * limits.dt;
+                Some(Latched { outcome: outcome.name(), step: latch.step, time, absorbed: latch.work })
+            })
+            .collect();
+        let waited: Vec<&str> = Outcome::ALL
+            .iter()
+            .filter(|outcome| found.mask & mask & outcome.bit() != 0)
+            .map(|outcome| outcome.name())
+            .collect();
+        let start = kinetic_energy(sim.scene());
+        let momentum = sim.momentum_residual()?;
+        Ok(Summary {
+            ended_by: if waited.is_empty() { "TIMEOUT".to_string() } else { waited.join(" and ") },
+            steps: counters.steps,
+            dt: limits.dt,
+            dt_over_dt_crit: limits.dt / limits.dt_crit,
+            time: sim.time(),
+            initial_kinetic_energy: start,
+            residual_velocity: motion.velocity,
+            residual_angular_velocity: motion.angular_velocity,
+            absorbed: contact.work,
+            outcomes,
+            peak_force: contact.force_peak,
+            force_window: sim.scene().force_window,
+            failed_segments: counters.failed_segments,
+            segments: sim.layout().segments() as u64,
+            support_impulse: support.total,
+            support_impulses: support.attachments,
+            fabric_kinetic: energy.fabric_kinetic,
+            strain: energy.strain,
+            dissipated: energy.dissipated,
+            contact_loss: energy.contact_loss,
+            energy_residual: energy.residual,
+            energy_residual_relative: if start > 0.0 { energy.residual / start } else { 0.0 },
+            momentum_residual: length(momentum),
+            worst_penetration: counters.worst_penetration,
+            most_sweeps: counters.most_sweeps,
+            unconverged: counters.unconverged,
+            digest: format!("{:016x}", sim.digest()),
+        })
+    }
+
+    /// The latch of an outcome, if it is there.
+    pub fn latched(&self, outcome: Outcome) -> Option<&Latched> {
+        self.outcomes.iter().find(|latched| latched.outcome == outcome.name())
+    }
+}
+
+/// Length of a vector.
+pub fn length(v: [f64; 3]) -> f64 {
+    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}

@@ -1,0 +1,373 @@
+//! Plots as SVG: lines over linear or logarithmic axes, and pictures of the sheet.
+
+use crate::Result;
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use std::path::Path;
+
+/// Colours that differ for colour-blind eyes too (Okabe and Ito).
+pub const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(70, 70, 70),
+];
+
+const FONT: &str = "sans-serif";
+const SIZE: (u32, u32) = (900, 560);
+const GREY: RGBColor = RGBColor(150, 150, 150);
+
+/// How a series is drawn.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Style {
+    /// A line.
+    Line,
+    /// A line with a mark at each point.
+    Marked,
+    /// A dashed line, for limits and references.
+    Dashed,
+}
+
+/// Points with a name for the legend. Colours follow the order of the series.
+pub struct Series {
+    /// Text in the legend.
+    pub name: String,
+    /// Line or marks.
+    pub style: Style,
+    /// Points in the units of the axes.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A vertical line at an event in time.
+pub struct Mark {
+    /// Where, in units of the x axis.
+    pub at: f64,
+    /// Text beside it.
+    pub name: String,
+}
+
+/// One plot.
+pub struct Plot<'a> {
+    /// Heading.
+    pub title: &'a str,
+    /// Label of the x axis, with its unit.
+    pub x: &'a str,
+    /// Label of the y axis, with its unit.
+    pub y: &'a str,
+    /// Both axes logarithmic; points that are not positive are left out.
+    pub logarithmic: bool,
+    /// What is drawn.
+    pub series: Vec<Series>,
+    /// Events.
+    pub marks: Vec<Mark>,
+}
+
+impl Plot<'_> {
+    /// Writes the plot as SVG.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let mut x = Span::default();
+        let mut y = Span::default();
+        for point in self.series.iter().flat_map(|series| &series.points).filter(|point| self.shows(point)) {
+            x.include(point.0);
+            y.include(point.1);
+        }
+        let root = SVGBackend::new(path, SIZE).into_drawing_area();
+        root.fill(&WHITE).map_err(text)?;
+        let mut builder = ChartBuilder::on(&root);
+        builder.caption(self.title, (FONT, 22)).margin(14).margin_right(26).x_label_area_size(52).y_label_area_size(86);
+        if self.logarithmic {
+            let (x, y) = (x.widened_by_factor(1.4), y.widened_by_factor(2.0));
+            let bottom_top = (y.start, y.end);
+            let mut chart = builder.build_cartesian_2d(x.log_scale(), y.log_scale()).map_err(text)?;
+            self.draw(&mut chart, bottom_top, &|value| format!("{value:e}"))?;
+        } else {
+            let (x, y) = (x.widened_by_part(0.0), y.widened_by_part(0.06));
+            let bottom_top = (y.start, y.end);
+            let mut chart = builder.build_cartesian_2d(x, y).map_err(text)?;
+            self.draw(&mut chart, bottom_top, &decimal)?;
+        }
+        root.present().map_err(text)
+    }
+
+    fn shows(&self, point: &(f64, f64)) -> bool {
+        point.0.is_finite() && point.1.is_finite() && !(self.logarithmic && (point.0 <= 0.0 || point.1 <= 0.0))
+    }
+
+    fn draw<'a, X, Y>(
+        &self,
+        chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
+        bottom_top: (f64, f64),
+        tick: &dyn Fn(&f64) -> String,
+    ) -> Result<()>
+    where
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        chart
+            .configure_mesh()
+            .x_desc(self.x)
+            .y_desc(self.y)
+            .axis_desc_style((FONT, 17))
+            .label_style((FONT, 14))
+            .x_label_formatter(tick)
+            .y_label_formatter(tick)
+            .bold_line_style(RGBColor(220, 220, 220))
+            .light_line_style(RGBColor(243, 243, 243))
+            .draw()
+            .map_err(text)?;
+        for mark in &self.marks {
+            let line = [(mark.at, bottom_top.0), (mark.at, bottom_top.1)];
+            chart.draw_series(DashedLineSeries::new(line, 4, 4, GREY.stroke_width(1))).map_err(text)?;
+            let style = (FONT, 13).into_font().color(&RGBColor(90, 90, 90));
+            let name = EmptyElement::at(line[1]) + Text::new(mark.name.clone(), (5, 5), style);
+            chart.draw_series(std::iter::once(name)).map_err(text)?;
+        }
+        for (index, series) in self.series.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let points: Vec<(f64, f64)> = series.points.iter().copied().filter(|point| self.shows(point)).collect();
+            let line = colour.stroke_width(2);
+            let legend = move |(x, y): (i32, i32)| PathElement::new(vec![(x, y), (x + 22, y)], line);
+            if series.style == Style::Dashed {
+                chart
+                    .draw_series(DashedLineSeries::new(points, 7, 5, line))
+                    .map_err(text)?
+                    .label(&series.name)
+                    .legend(legend);
+                continue;
+            }
+            if series.style == Style::Marked {
+                let marks = points.iter().map(|&point| Circle::new(point, 4, colour.filled()));
+                chart.draw_series(marks).map_err(text)?;
+            }
+            chart.draw_series(LineSeries::new(points, line)).map_err(text)?.label(&series.name).legend(legend);
+        }
+        if self.series.len() > 1 {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .margin(12)
+                .label_font((FONT, 14))
+                .background_style(WHITE.mix(0.88))
+                .border_style(RGBColor(200, 200, 200))
+                .draw()
+                .map_err(text)?;
+        }
+        Ok(())
+    }
+}
+
+/// The sheet as it lies in space, seen obliquely from above, and its damage over the undeformed grid.
+pub struct SheetPicture<'a> {
+    /// Heading.
+    pub title: &'a str,
+    /// Nodes along x and y.
+    pub nodes: [usize; 2],
+    /// Positions, m, 3 per node.
+    pub positions: &'a [f64],
+    /// alpha of every segment, horizontal ones first.
+    pub damage: &'a [f64],
+    /// Centre of the projectile, m.
+    pub projectile: [f64; 3],
+    /// Its radius, m.
+    pub radius: f64,
+}
+
+impl SheetPicture<'_> {
+    /// Writes both pictures side by side as SVG.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let root = SVGBackend::new(path, (1260, 640)).into_drawing_area();
+        root.fill(&WHITE).map_err(text)?;
+        let root = root.titled(self.title, (FONT, 22)).map_err(text)?;
+        let (left, right) = root.split_horizontally(640);
+        self.draw_deformed(&left)?;
+        self.draw_damage(&right)?;
+        root.present().map_err(text)
+    }
+
+    /// Every yarn, or as many as can be told apart.
+    fn stride(&self) -> usize {
+        self.nodes[0].max(self.nodes[1]).div_ceil(110)
+    }
+
+    fn draw_deformed(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
+        let point = |node: usize| {
+            let x = &self.positions[3 * node..3 * node + 3];
+            oblique([1e3 * x[0], 1e3 * x[1], 1e3 * x[2]])
+        };
+        let [nx, ny] = self.nodes;
+        let half = 0.5e3 * (self.positions[3 * (nx - 1)] - self.positions[0]).abs().max(1e-6);
+        let (reach, depth) = (1.35 * half, 1.1 * half);
+        let mut chart = ChartBuilder::on(area)
+            .caption("deformed, oblique view (mm)", (FONT, 16))
+            .margin(10)
+            .x_label_area_size(34)
+            .y_label_area_size(44)
+            .build_cartesian_2d(-reach..reach, -depth..reach * 2.0 - depth)
+            .map_err(text)?;
+        mesh(&mut chart)?;
+        let stride = self.stride();
+        let line = RGBColor(90, 110, 140).mix(0.75).stroke_width(1);
+        let mut draw = |nodes: &mut dyn Iterator<Item = (usize, f64)>| -> Result<()> {
+            for piece in whole_pieces(nodes) {
+                let points: Vec<(f64, f64)> = piece.into_iter().map(point).collect();
+                chart.draw_series(std::iter::once(PathElement::new(points, line))).map_err(text)?;
+            }
+            Ok(())
+        };
+        for j in (0..ny).step_by(stride) {
+            draw(&mut (0..nx).map(|i| (j * nx + i, if i + 1 < nx { self.horizontal(i, j) } else { 0.0 })))?;
+        }
+        for i in (0..nx).step_by(stride) {
+            draw(&mut (0..ny).map(|j| (j * nx + i, if j + 1 < ny { self.vertical(i, j) } else { 0.0 })))?;
+        }
+        let coloured = self.segments().filter(|(_, _, alpha)| *alpha > 0.0 && *alpha < 1.0);
+        let coloured = coloured
+            .map(|(a, b, alpha)| PathElement::new(vec![point(a), point(b)], damage_colour(alpha).stroke_width(2)));
+        chart.draw_series(coloured).map_err(text)?;
+        let centre = self.projectile.map(|x| 1e3 * x);
+        let ring = (0..=60).map(|k| {
+            let angle = std::f64::consts::TAU * k as f64 / 60.0;
+            let (x, y) = oblique(centre);
+            (x + 1e3 * self.radius * angle.cos(), y + 1e3 * self.radius * angle.sin())
+        });
+        chart
+            .draw_series(std::iter::once(PathElement::new(ring.collect::<Vec<_>>(), BLACK.stroke_width(2))))
+            .map_err(text)?;
+        Ok(())
+    }
+
+    fn draw_damage(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
+        let [nx, ny] = self.nodes;
+        let side = nx.max(ny) as f64;
+        let mut chart = ChartBuilder::on(area)
+            .caption("damage on the undeformed grid (node numbers)", (FONT, 16))
+            .margin(10)
+            .x_label_area_size(34)
+            .y_label_area_size(44)
+            .build_cartesian_2d(-0.5..side - 0.5, -0.5..side - 0.5)
+            .map_err(text)?;
+        mesh(&mut chart)?;
+        let frame = [(0, 0), (nx - 1, 0), (nx - 1, ny - 1), (0, ny - 1), (0, 0)].map(|(x, y)| (x as f64, y as f64));
+        chart.draw_series(std::iter::once(PathElement::new(frame.to_vec(), GREY))).map_err(text)?;
+        let at = |node: usize| ((node % nx) as f64, (node / nx) as f64);
+        let damaged = self.segments().filter(|(_, _, alpha)| *alpha < 1.0);
+        let damaged =
+            damaged.map(|(a, b, alpha)| PathElement::new(vec![at(a), at(b)], damage_colour(alpha).stroke_width(2)));
+        chart.draw_series(damaged).map_err(text)?;
+        for (name, alpha) in [("slightly damaged", 0.95), ("half", 0.5), ("failed", 0.0)] {
+            let line = damage_colour(alpha).stroke_width(3);
+            chart
+                .draw_series(LineSeries::new(std::iter::empty::<(f64, f64)>(), line))
+                .map_err(text)?
+                .label(name)
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], line));
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .label_font((FONT, 14))
+            .background_style(WHITE.mix(0.88))
+            .border_style(RGBColor(200, 200, 200))
+            .draw()
+            .map_err(text)?;
+        Ok(())
+    }
+
+    fn horizontal(&self, i: usize, j: usize) -> f64 {
+        self.damage[j * (self.nodes[0] - 1) + i]
+    }
+
+    fn vertical(&self, i: usize, j: usize) -> f64 {
+        let [nx, ny] = self.nodes;
+        self.damage[(nx - 1) * ny + j * nx + i]
+    }
+
+    /// Every segment: its two nodes and alpha.
+    fn segments(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let [nx, ny] = self.nodes;
+        let across = (0..ny).flat_map(move |j| (0..nx - 1).map(move |i| (j * nx + i, j * nx + i + 1)));
+        let along = (0..ny - 1).flat_map(move |j| (0..nx).map(move |i| (j * nx + i, (j + 1) * nx + i)));
+        across.chain(along).zip(self.damage).map(|((a, b), &alpha)| (a, b, alpha))
+    }
+}
+
+/// The parts of a yarn between its failed segments. Items: node and alpha of the segment that follows it.
+fn whole_pieces(nodes: &mut dyn Iterator<Item = (usize, f64)>) -> Vec<Vec<usize>> {
+    let mut pieces = vec![Vec::new()];
+    for (node, alpha) in nodes {
+        if let Some(piece) = pieces.last_mut() {
+            piece.push(node);
+        }
+        if alpha <= 0.0 {
+            pieces.push(Vec::new());
+        }
+    }
+    pieces.retain(|piece| piece.len() > 1);
+    pieces
+}
+
+/// x to the right, y into the picture, z up.
+fn oblique(x: [f64; 3]) -> (f64, f64) {
+    (x[0] + 0.35 * x[1], 0.5 * x[1] + x[2])
+}
+
+/// Yellow for the first damage, over orange, to dark red for failed.
+fn damage_colour(alpha: f64) -> RGBColor {
+    let mix = |from: f64, to: f64, part: f64| (from + (to - from) * part) as u8;
+    if alpha > 0.5 {
+        let part = (1.0 - alpha) / 0.5;
+        RGBColor(mix(245.0, 240.0, part), mix(200.0, 110.0, part), mix(60.0, 20.0, part))
+    } else {
+        let part = (0.5 - alpha) / 0.5;
+        RGBColor(mix(240.0, 140.0, part), mix(110.0, 0.0, part), mix(20.0, 20.0, part))
+    }
+}
+
+fn mesh(chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<RangedCoordf64, RangedCoordf64>>) -> Result<()> {
+    chart
+        .configure_mesh()
+        .label_style((FONT, 13))
+        .x_label_formatter(&decimal)
+        .y_label_formatter(&decimal)
+        .disable_mesh()
+        .draw()
+        .map_err(text)
+}
+
+/// Least and greatest of some numbers.
+#[derive(Default)]
+struct Span(Option<(f64, f64)>);
+
+impl Span {
+    fn include(&mut self, value: f64) {
+        let (low, high) = self.0.unwrap_or((value, value));
+        self.0 = Some((low.min(value), high.max(value)));
+    }
+
+    fn widened_by_part(&self, part: f64) -> std::ops::Range<f64> {
+        let (low, high) = self.0.unwrap_or((0.0, 1.0));
+        let width = if high > low { high - low } else { high.abs().max(1.0) };
+        low - part * width..high + part.max(if high > low { 0.0 } else { 1.0 }) * width
+    }
+
+    fn widened_by_factor(&self, factor: f64) -> std::ops::Range<f64> {
+        let (low, high) = self.0.unwrap_or((1.0, 10.0));
+        low / factor..high * factor
+    }
+}
+
+/// A number as short as it can be read.
+fn decimal(value: &f64) -> String {
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_string() } else { text.to_string() }
+}
+
+fn text<E: std::fmt::Display>(error: E) -> Box<dyn std::error::Error> {
+    error.to_string().into()
+}

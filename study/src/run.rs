@@ -1,0 +1,328 @@
+//! One run of a scene: table, history, plots.
+
+use crate::event::{self, Summary};
+use crate::machine::{Clock, Wall};
+use crate::memory::Buffers;
+use crate::plots::{Mark, Plot, Series, SheetPicture, Style};
+use crate::progress::Progress;
+use crate::{Result, report, scene_file};
+use clap::{Args, ValueEnum};
+use fabric::{Outcome, Scene, Sim};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Options of `run`.
+#[derive(Args)]
+pub struct Options {
+    /// The scene, see study/scenes.
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+    /// Folder for history.csv, summary.json, summary.txt and the plots [default: target/study/SCENE].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Outcomes that end the run.
+    #[arg(long, value_delimiter = ',', default_value = "arrested,exited,passed")]
+    until: Vec<Wanted>,
+    /// Most steps; a run that these end says TIMEOUT.
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
+    steps: u64,
+    /// Steps between two rows of the history.
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u64).range(1..))]
+    sample: u64,
+    /// Write no plots.
+    #[arg(long)]
+    no_plots: bool,
+}
+
+/// An outcome on the command line.
+#[derive(Clone, Copy, ValueEnum)]
+enum Wanted {
+    Arrested,
+    Detached,
+    Exited,
+    Passed,
+}
+
+impl Wanted {
+    fn outcome(self) -> Outcome {
+        match self {
+            Wanted::Arrested => Outcome::Arrested,
+            Wanted::Detached => Outcome::Detached,
+            Wanted::Exited => Outcome::Exited,
+            Wanted::Passed => Outcome::Passed,
+        }
+    }
+}
+
+/// One row of history.csv. Forces are means since the row before; SI units; host's axes.
+#[derive(Serialize)]
+struct Sample {
+    step: u64,
+    time_s: f64,
+    position_x_m: f64,
+    position_y_m: f64,
+    position_z_m: f64,
+    velocity_x_m_per_s: f64,
+    velocity_y_m_per_s: f64,
+    velocity_z_m_per_s: f64,
+    angular_velocity_x_rad_per_s: f64,
+    angular_velocity_y_rad_per_s: f64,
+    angular_velocity_z_rad_per_s: f64,
+    force_x_n: f64,
+    force_y_n: f64,
+    force_z_n: f64,
+    contact_work_j: f64,
+    contact_loss_j: f64,
+    projectile_kinetic_j: f64,
+    fabric_kinetic_j: f64,
+    strain_j: f64,
+    dissipated_j: f64,
+    energy_residual_j: f64,
+    momentum_residual_n_s: f64,
+    failed_segments: u64,
+    contacts: u64,
+    max_deflection_m: f64,
+    max_stretch: f64,
+}
+
+impl Sample {
+    fn of(sim: &Sim<'_>, before: Option<&Sample>, impulse_before: [f64; 3]) -> Result<Sample> {
+        let (motion, contact, energy, fabric) = (sim.projectile()?, sim.contact()?, sim.energy()?, sim.fabric()?);
+        let counters = sim.counters();
+        let time = sim.time();
+        let since = before.map_or(0.0, |before| time - before.time_s);
+        let force = [0, 1, 2].map(|k| if since > 0.0 { (contact.impulse[k] - impulse_before[k]) / since } else { 0.0 });
+        Ok(Sample {
+            step: counters.steps,
+            time_s: time,
+            position_x_m: motion.position[0],
+            position_y_m: motion.position[1],
+            position_z_m: motion.position[2],
+            velocity_x_m_per_s: motion.velocity[0],
+            velocity_y_m_per_s: motion.velocity[1],
+            velocity_z_m_per_s: motion.velocity[2],
+            angular_velocity_x_rad_per_s: motion.angular_velocity[0],
+            angular_velocity_y_rad_per_s: motion.angular_velocity[1],
+            angular_velocity_z_rad_per_s: motion.angular_velocity[2],
+            force_x_n: force[0],
+            force_y_n: force[1],
+            force_z_n: force[2],
+            contact_work_j: contact.work,
+            contact_loss_j: contact.loss,
+            projectile_kinetic_j: energy.projectile_kinetic,
+            fabric_kinetic_j: energy.fabric_kinetic,
+            strain_j: energy.strain,
+            dissipated_j: energy.dissipated,
+            energy_residual_j: energy.residual,
+            momentum_residual_n_s: event::length(sim.momentum_residual()?),
+            failed_segments: counters.failed_segments,
+            contacts: counters.contacts,
+            max_deflection_m: fabric.max_deflection,
+            max_stretch: fabric.max_stretch,
+        })
+    }
+
+    fn speed(&self) -> f64 {
+        event::length([self.velocity_x_m_per_s, self.velocity_y_m_per_s, self.velocity_z_m_per_s])
+    }
+}
+
+/// Runs, prints and writes. False if the run ended in a failure.
+pub fn run(options: &Options) -> Result<bool> {
+    let scene = scene_file::read(&options.scene)?;
+    let name = options.scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy().to_string());
+    let out = options.out.clone().unwrap_or_else(|| Path::new("target/study").join(&name));
+    let mut buffers = Buffers::of(&scene)?;
+    let mut sim = buffers.sim(&scene)?;
+    std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+
+    let until: Vec<Outcome> = options.until.iter().map(|wanted| wanted.outcome()).collect();
+    let mask = event::mask_of(&until);
+    let wall = Wall::start();
+    let (history, stepping, failure) = advance(&mut sim, mask, options, &name)?;
+    write_history(&out.join("history.csv"), &history)?;
+    if let Some(failure) = failure {
+        eprintln!("error: the run failed at step {}: {failure}", sim.counters().steps);
+        return Ok(false);
+    }
+
+    let summary = Summary::of(&sim, mask)?;
+    let ns = 1e9 * stepping / (summary.steps.max(1) * sim.layout().nodes() as u64) as f64;
+    let text = table(&name, &scene, &sim, &summary, wall.seconds(), ns);
+    println!("{text}");
+    std::fs::write(out.join("summary.txt"), text + "\n")?;
+    std::fs::write(out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
+    if !options.no_plots {
+        plot_history(&out, &name, &history, &summary)?;
+        plot_sheet(&out.join("sheet.svg"), &name, &sim)?;
+    }
+    println!("written: {}", out.display());
+    Ok(true)
+}
+
+/// Steps until an outcome or the step limit. Returns the history, the seconds spent in stepping, and a failure if one came.
+fn advance(
+    sim: &mut Sim<'_>,
+    mask: u32,
+    options: &Options,
+    name: &str,
+) -> Result<(Vec<Sample>, f64, Option<fabric::Failure>)> {
+    let progress = Progress::new(name, options.steps);
+    let mut history = vec![Sample::of(sim, None, [0.0; 3])?];
+    let mut stepping = 0.0;
+    let mut failure = None;
+    while sim.step_count() < options.steps && sim.outcomes().mask & mask == 0 {
+        let impulse = sim.contact()?.impulse;
+        let steps = options.sample.min(options.steps - sim.step_count());
+        let clock = Clock::start();
+        let result = sim.advance_until(mask, steps);
+        stepping += clock.seconds();
+        match result {
+            Err(met) => {
+                failure = Some(met);
+                break;
+            }
+            Ok(taken) => {
+                let sample = Sample::of(sim, history.last(), impulse)?;
+                let message = || {
+                    let (t, v) = (1e6 * sample.time_s, sample.speed());
+                    format!("{t:.1} us  {v:.1} m/s  {:.2} J absorbed", sample.contact_work_j)
+                };
+                progress.add(taken, message);
+                history.push(sample);
+            }
+        }
+    }
+    progress.finish();
+    Ok((history, stepping, failure))
+}
+
+fn write_history(path: &Path, history: &[Sample]) -> Result<()> {
+    let mut writer = csv::Writer::from_path(path)?;
+    for sample in history {
+        writer.serialize(sample)?;
+    }
+    writer.flush()?;
+    Ok(())
+}
+
+fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64, ns: f64) -> String {
+    let mut table = report::table(&[name, "value"]);
+    let mut row = |what: &str, value: String| {
+        table.add_row(vec![what.to_string(), value]);
+    };
+    let vector = |v: [f64; 3], digits: usize| format!("{:.digits$}  {:.digits$}  {:.digits$}", v[0], v[1], v[2]);
+    row("nodes, segments", format!("{} x {}, {}", scene.sheet.nodes_x, scene.sheet.nodes_y, summary.segments));
+    row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
+    row("ended by", format!("{} at {:.1} us, step {}", summary.ended_by, 1e6 * summary.time, summary.steps));
+    row("kinetic energy at the start", format!("{:.4} J", summary.initial_kinetic_energy));
+    row("residual velocity x, y, z", format!("{} m/s", vector(summary.residual_velocity, 3)));
+    if sim.scene().projectile.shape == fabric::Shape::Cylinder {
+        row("residual angular velocity", format!("{} rad/s", vector(summary.residual_angular_velocity, 2)));
+    }
+    for latched in &summary.outcomes {
+        let value = format!("{:.4} J at {:.1} us", latched.absorbed, 1e6 * latched.time);
+        row(&format!("absorbed when {}", latched.outcome), value);
+    }
+    row("absorbed at the end", format!("{:.4} J", summary.absorbed));
+    let window = format!("peak force (mean over {:.2} us)", 1e6 * summary.force_window);
+    row(&window, format!("{:.1} N", summary.peak_force));
+    row("failed segments", summary.failed_segments.to_string());
+    row("impulse on the supports", format!("{} mN s", vector(summary.support_impulse.map(|x| 1e3 * x), 3)));
+    for (index, impulse) in summary.support_impulses.iter().enumerate().filter(|(_, impulse)| **impulse != [0.0; 3]) {
+        let place = attachment_name(scene.attachment.kind, index);
+        row(&format!("  {place}"), format!("{} mN s", vector(impulse.map(|x| 1e3 * x), 3)));
+    }
+    let held = [summary.fabric_kinetic, summary.strain, summary.dissipated, summary.contact_loss];
+    let held = held.map(|energy| format!("{energy:.4}")).join("  ");
+    row("fabric kinetic, strain, dissipated, contact loss", format!("{held} J"));
+    let percent = 100.0 * summary.energy_residual_relative;
+    row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", summary.energy_residual));
+    row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));
+    row("worst penetration", format!("{:.3e} m", summary.worst_penetration));
+    row("digest", summary.digest.clone());
+    row("wall time", format!("{wall:.2} s with history and read-outs"));
+    row("stepping", format!("{ns:.2} ns per node-step ({})", crate::machine::CLOCK_NAME));
+    table.to_string()
+}
+
+/// Name of an attachment by its number.
+fn attachment_name(kind: fabric::AttachmentKind, index: usize) -> &'static str {
+    let names = match kind {
+        fabric::AttachmentKind::FourCorners => ["corner -x -y", "corner +x -y", "corner -x +y", "corner +x +y"],
+        _ => ["side -x", "side +x", "side -y", "side +y"],
+    };
+    names[index]
+}
+
+fn plot_history(out: &Path, name: &str, history: &[Sample], summary: &Summary) -> Result<()> {
+    let series = |name: &str, value: &dyn Fn(&Sample) -> f64| Series {
+        name: name.to_string(),
+        style: Style::Line,
+        points: history.iter().map(|sample| (1e6 * sample.time_s, value(sample))).collect(),
+    };
+    let marks = || {
+        let mark = |latched: &event::Latched| Mark { at: 1e6 * latched.time, name: latched.outcome.to_string() };
+        summary.outcomes.iter().map(mark).collect()
+    };
+    let time = "time (µs)";
+    Plot {
+        title: &format!("{name}: velocity of the projectile"),
+        x: time,
+        y: "velocity (m/s)",
+        logarithmic: false,
+        series: vec![
+            series("along z", &|sample| sample.velocity_z_m_per_s),
+            series("along x", &|sample| sample.velocity_x_m_per_s),
+            series("along y", &|sample| sample.velocity_y_m_per_s),
+        ],
+        marks: marks(),
+    }
+    .write(&out.join("velocity.svg"))?;
+    Plot {
+        title: &format!("{name}: force on the projectile, mean between samples"),
+        x: time,
+        y: "force (N)",
+        logarithmic: false,
+        series: vec![
+            series("against z", &|sample| -sample.force_z_n),
+            series("along x", &|sample| sample.force_x_n),
+            series("along y", &|sample| sample.force_y_n),
+        ],
+        marks: marks(),
+    }
+    .write(&out.join("force.svg"))?;
+    Plot {
+        title: &format!("{name}: where the absorbed energy is"),
+        x: time,
+        y: "energy (J)",
+        logarithmic: false,
+        series: vec![
+            series("absorbed", &|sample| sample.contact_work_j),
+            series("fabric kinetic", &|sample| sample.fabric_kinetic_j),
+            series("strain", &|sample| sample.strain_j),
+            series("dissipated by rupture", &|sample| sample.dissipated_j),
+            series("contact loss", &|sample| sample.contact_loss_j),
+            series("residual", &|sample| sample.energy_residual_j),
+        ],
+        marks: marks(),
+    }
+    .write(&out.join("energies.svg"))
+}
+
+fn plot_sheet(path: &Path, name: &str, sim: &Sim<'_>) -> Result<()> {
+    let mut positions = vec![0.0; 3 * sim.layout().nodes()];
+    sim.copy_positions(&mut positions)?;
+    let mut damage = vec![0.0; sim.layout().segments()];
+    sim.copy_damage(&mut damage)?;
+    let failed = sim.counters().failed_segments;
+    SheetPicture {
+        title: &format!("{name}: sheet at {:.1} µs, {failed} failed segments", 1e6 * sim.time()),
+        nodes: [sim.layout().nodes_x, sim.layout().nodes_y],
+        positions: &positions,
+        damage: &damage,
+        projectile: sim.projectile()?.position,
+        radius: sim.scene().projectile.radius,
+    }
+    .write(path)
+}

@@ -1,0 +1,283 @@
+//! Scenes as TOML: a preset, and whatever differs from it. Keys are the field names of [`fabric::Scene`]; an unknown key is an error.
+//!
+//! ```toml
+//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder"
+//! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
+//!
+//! [attachment]
+//! kind = "four_corners"
+//!
+//! [projectile]
+//! velocity = [0.0, 0.0, 154.3]
+//! ```
+
+use crate::Result;
+use fabric::{AttachmentKind, Drive, Scene, Shape, StepCheck, TimeStep};
+use serde::Deserialize;
+use std::path::Path;
+
+/// A scene file. What is absent keeps the preset's value.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    preset: Preset,
+    #[serde(default)]
+    sheet: SheetFile,
+    #[serde(default)]
+    attachment: AttachmentFile,
+    #[serde(default)]
+    yarn: YarnFile,
+    #[serde(default)]
+    projectile: ProjectileFile,
+    drive: Option<DriveName>,
+    seed: Option<u64>,
+    time_step: Option<TimeStepFile>,
+    step_check: Option<StepCheckName>,
+    force_window: Option<f64>,
+    track_detachment: Option<bool>,
+    track_support: Option<bool>,
+    contact_capacity: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Preset {
+    #[serde(rename = "sheet_3in_sphere")]
+    Sheet3inSphere,
+    #[serde(rename = "sheet_10in_cylinder")]
+    Sheet10inCylinder,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SheetFile {
+    nodes_x: Option<u32>,
+    nodes_y: Option<u32>,
+    spacing: Option<f64>,
+    node_mass: Option<f64>,
+    yarn_area: Option<f64>,
+    plies: Option<u32>,
+    position: Option<[f64; 3]>,
+    orientation: Option<[f64; 4]>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AttachmentFile {
+    kind: Option<AttachmentName>,
+    disc_inset: Option<f64>,
+    disc_radius: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct YarnFile {
+    modulus_mean: Option<f64>,
+    modulus_sd: Option<f64>,
+    damage_slope: Option<f64>,
+    damage_intercept: Option<f64>,
+    damage_sd: Option<f64>,
+    critical_stretch: Option<f64>,
+    damage_a: Option<f64>,
+    damage_b: Option<f64>,
+    alpha_fail: Option<f64>,
+    stochastic: Option<bool>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProjectileFile {
+    shape: Option<ShapeName>,
+    radius: Option<f64>,
+    length: Option<f64>,
+    mass: Option<f64>,
+    position: Option<[f64; 3]>,
+    velocity: Option<[f64; 3]>,
+    orientation: Option<[f64; 4]>,
+    angular_velocity: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum AttachmentName {
+    TwoSides,
+    FourSides,
+    FourCorners,
+    Free,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum ShapeName {
+    Sphere,
+    Cylinder,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum DriveName {
+    Free,
+    Prescribed,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StepCheckName {
+    Refuse,
+    None,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum TimeStepFile {
+    Fraction(f64),
+    Seconds(f64),
+}
+
+/// Reads a scene. The kernel's own checks come later, when a simulation is made of it.
+pub fn read(path: &Path) -> Result<Scene> {
+    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    parse(&text).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+/// The scene that a text describes.
+pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
+    let file: SceneFile = toml::from_str(text)?;
+    let mut scene = match file.preset {
+        Preset::Sheet3inSphere => Scene::sheet_3in_sphere(),
+        Preset::Sheet10inCylinder => Scene::sheet_10in_cylinder(),
+    };
+    let sheet = &mut scene.sheet;
+    set(&mut sheet.nodes_x, file.sheet.nodes_x);
+    set(&mut sheet.nodes_y, file.sheet.nodes_y);
+    set(&mut sheet.spacing, file.sheet.spacing);
+    set(&mut sheet.node_mass, file.sheet.node_mass);
+    set(&mut sheet.yarn_area, file.sheet.yarn_area);
+    set(&mut sheet.plies, file.sheet.plies);
+    set(&mut sheet.position, file.sheet.position);
+    set(&mut sheet.orientation, file.sheet.orientation);
+
+    let attachment = &mut scene.attachment;
+    set(&mut attachment.kind, file.attachment.kind.map(attachment_kind));
+    set(&mut attachment.disc_inset, file.attachment.disc_inset);
+    set(&mut attachment.disc_radius, file.attachment.disc_radius);
+
+    let yarn = &mut scene.yarn;
+    set(&mut yarn.modulus_mean, file.yarn.modulus_mean);
+    set(&mut yarn.modulus_sd, file.yarn.modulus_sd);
+    set(&mut yarn.damage_slope, file.yarn.damage_slope);
+    set(&mut yarn.damage_intercept, file.yarn.damage_intercept);
+    set(&mut yarn.damage_sd, file.yarn.damage_sd);
+    set(&mut yarn.critical_stretch, file.yarn.critical_stretch);
+    set(&mut yarn.damage_a, file.yarn.damage_a);
+    set(&mut yarn.damage_b, file.yarn.damage_b);
+    set(&mut yarn.alpha_fail, file.yarn.alpha_fail);
+    set(&mut yarn.stochastic, file.yarn.stochastic);
+
+    let body = &mut scene.projectile;
+    set(&mut body.shape, file.projectile.shape.map(shape));
+    set(&mut body.radius, file.projectile.radius);
+    set(&mut body.length, file.projectile.length);
+    set(&mut body.mass, file.projectile.mass);
+    set(&mut body.position, file.projectile.position);
+    set(&mut body.velocity, file.projectile.velocity);
+    set(&mut body.orientation, file.projectile.orientation);
+    set(&mut body.angular_velocity, file.projectile.angular_velocity);
+
+    set(&mut scene.drive, file.drive.map(drive));
+    set(&mut scene.seed, file.seed);
+    set(&mut scene.time_step, file.time_step.map(time_step));
+    set(&mut scene.step_check, file.step_check.map(step_check));
+    set(&mut scene.force_window, file.force_window);
+    set(&mut scene.track_detachment, file.track_detachment);
+    set(&mut scene.track_support, file.track_support);
+    set(&mut scene.contact_capacity, file.contact_capacity);
+    Ok(scene)
+}
+
+fn set<T>(field: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *field = value;
+    }
+}
+
+fn attachment_kind(name: AttachmentName) -> AttachmentKind {
+    match name {
+        AttachmentName::TwoSides => AttachmentKind::TwoSides,
+        AttachmentName::FourSides => AttachmentKind::FourSides,
+        AttachmentName::FourCorners => AttachmentKind::FourCorners,
+        AttachmentName::Free => AttachmentKind::Free,
+    }
+}
+
+fn shape(name: ShapeName) -> Shape {
+    match name {
+        ShapeName::Sphere => Shape::Sphere,
+        ShapeName::Cylinder => Shape::Cylinder,
+    }
+}
+
+fn drive(name: DriveName) -> Drive {
+    match name {
+        DriveName::Free => Drive::Free,
+        DriveName::Prescribed => Drive::Prescribed,
+    }
+}
+
+fn step_check(name: StepCheckName) -> StepCheck {
+    match name {
+        StepCheckName::Refuse => StepCheck::Refuse,
+        StepCheckName::None => StepCheck::None,
+    }
+}
+
+fn time_step(value: TimeStepFile) -> TimeStep {
+    match value {
+        TimeStepFile::Fraction(fraction) => TimeStep::Fraction(fraction),
+        TimeStepFile::Seconds(seconds) => TimeStep::Seconds(seconds),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preset_alone_is_that_preset() {
+        assert_eq!(parse("preset = \"sheet_3in_sphere\"").unwrap(), Scene::sheet_3in_sphere());
+        assert_eq!(parse("preset = \"sheet_10in_cylinder\"").unwrap(), Scene::sheet_10in_cylinder());
+    }
+
+    #[test]
+    fn given_keys_override_and_the_rest_stays() {
+        let text = "preset = \"sheet_3in_sphere\"\nseed = 7\ntime_step = { seconds = 1e-8 }\n\
+                    [attachment]\nkind = \"four_corners\"\n[projectile]\nvelocity = [1.0, 2.0, 3.0]\n";
+        let mut expected = Scene::sheet_3in_sphere();
+        expected.seed = 7;
+        expected.time_step = TimeStep::Seconds(1e-8);
+        expected.attachment.kind = AttachmentKind::FourCorners;
+        expected.projectile.velocity = [1.0, 2.0, 3.0];
+        assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn an_unknown_key_is_named() {
+        for text in
+            ["preset = \"sheet_3in_sphere\"\nwindow = 1.0", "preset = \"sheet_3in_sphere\"\n[sheet]\nwindow = 1.0"]
+        {
+            assert!(parse(text).unwrap_err().to_string().contains("`window`"));
+        }
+    }
+
+    #[test]
+    fn the_scenes_in_this_folder_are_sound() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        let mut count = 0;
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let scene = read(&entry.unwrap().path()).unwrap();
+            scene.step_limits().unwrap();
+            count += 1;
+        }
+        assert!(count > 0);
+    }
+}
