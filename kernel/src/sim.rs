@@ -276,7 +276,8 @@ impl<'a> Sim<'a> {
         }
         let (points, _) = positions.as_chunks::<3>();
         let (speeds, _) = velocities.as_chunks::<3>();
-        let nx = self.layout.nodes_x;
+        // At least 1, so that no division by zero has to be compiled in.
+        let nx = self.layout.nodes_x.max(1);
         let search = Search::new(&self.model.solid, &self.state.body, self.scene.sheet.spacing);
         for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
             let fixed = self.is_fixed(k % nx, k / nx);
@@ -560,7 +561,7 @@ impl<'a> Sim<'a> {
             return Err(Error::new(Code::WrongLength, field, out.len() as f64, needed as f64));
         }
         let (slots, _) = out.as_chunks_mut::<3>();
-        let nx = self.layout.nodes_x;
+        let nx = self.layout.nodes_x.max(1);
         for (k, slot) in slots.iter_mut().enumerate() {
             *slot = value(self, k % nx, k / nx);
         }
