@@ -1,12 +1,31 @@
-//! `cargo xtask demo`.
+//! `cargo xtask demo`: a rotorburst fragment, flown by a host in Python, hits the fabric FMU; tables, plots and a report come out.
 
-use crate::tools::Outcome;
+use crate::tools::{self, Outcome, cargo};
+use std::path::Path;
 
 /// Options of the command.
 #[derive(clap::Args)]
-pub struct Options {}
+pub struct Options {
+    /// The 3 in sheet and the sphere instead of the 10 in sheet and the cylinder: some seconds instead of a minute.
+    #[arg(long)]
+    quick: bool,
+}
 
 /// Runs the command.
-pub fn run(_options: &Options) -> Outcome {
-    Err("not built yet".into())
+pub fn run(options: &Options) -> Outcome {
+    let python = tools::python()?;
+    crate::fmu::run(&crate::fmu::Options::default())?;
+    cargo(&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"])?;
+
+    let out = tools::target().join(if options.quick { "demo-quick" } else { "demo" });
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    let program = |name: &str| text(&tools::top().join("examples/rotorburst").join(name));
+    let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
+    let case = if options.quick { "3in" } else { "10in" };
+    tools::run(&python, &[&program("rotorburst.py"), "--case", case, "--fmu", &fmu, "--out", &text(&out)])?;
+
+    println!("\nThe same impact with the kernel moving the projectile, for the pictures of the sheet ...");
+    let snapshots = tools::target().join("release/examples/snapshots");
+    tools::run(&snapshots, &[&text(&out.join("impact.txt")), &text(&out.join("snapshots.bin"))])?;
+    tools::run(&python, &[&program("report.py"), &text(&out)])
 }

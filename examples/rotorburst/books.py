@@ -1,0 +1,111 @@
+"""The books between host and shield: what the fragment lost, the shield must have got; and the table of results."""
+
+import numpy as np
+
+
+class Ledger:
+    """Sums of the fragment's own forces (gravity, drag), and the fragment as it was at the start."""
+
+    def __init__(self, fragment):
+        self.momentum = fragment.momentum()
+        self.angular_momentum = fragment.angular_momentum.copy()
+        self.energy = fragment.kinetic_energy()
+        self.own_impulse = np.zeros(3)  # N s
+        self.own_work = 0.0  # J
+
+    def close(self, fragment, outputs, impact_energy):
+        """The balances: for each what one side says, what the other says, the difference and the quantity it is measured by."""
+        given = fragment.momentum() - self.momentum - self.own_impulse
+        turned = fragment.angular_momentum - self.angular_momentum
+        lost = self.energy - fragment.kinetic_energy() + self.own_work
+        impulse, angular = outputs["contact.impulse"], outputs["contact.angular_impulse"]
+        work = outputs["contact.work"]
+        held = sum(outputs[f"energy.{part}"] for part in ("kinetic", "strain", "dissipated", "contact_loss"))
+        size = np.linalg.norm
+
+        def entry(unit, ours, theirs, difference, scale, scale_name):
+            relative = float(difference / scale) if scale > 0.0 else 0.0
+            return {"unit": unit, "ours": float(ours), "theirs": float(theirs), "difference": float(difference),
+                    "relative": relative, "scale": scale_name}  # fmt: skip
+
+        return {
+            "Interface, momentum: change of the fragment's | contact.impulse": entry(
+                "N s", size(given), size(impulse), size(given - impulse), size(impulse), "impulse"
+            ),
+            "Interface, angular momentum: change of the fragment's | contact.angular_impulse": entry(
+                "N m s", size(turned), size(angular), size(turned - angular), size(angular), "angular impulse"
+            ),
+            "Interface, energy: loss of the fragment | contact.work": entry(
+                "J", lost, work, lost - work, impact_energy, "energy at impact"
+            ),
+            "Shield, energy: contact.work | kinetic + strain + dissipated + contact loss": entry(
+                "J", work, held, outputs["energy.residual"], impact_energy, "energy at impact"
+            ),
+            "Shield, momentum: contact.impulse | fabric + supports (difference: momentum.residual)": entry(
+                "N s", size(impulse), size(impulse) - outputs["momentum.residual"], outputs["momentum.residual"], size(impulse),
+                "impulse",
+            ),
+        }
+
+
+def result_rows(results):
+    """The results as (name, value) in words, for the terminal and the report."""
+    outputs, body = results["outputs"], results["body"]
+    start, energy = results["start"], results["impact_energy"]
+    contact = results["first_contact"]
+    since = lambda t: f"{1e6 * (t - contact):.0f} us after first contact" if contact >= 0.0 else "no contact"
+    absorbed = outputs["contact.work"]
+    detached = results.get("detached")
+    rows = [
+        ("Speed at the sheet", f"{results['impact_speed']:.3f} m/s ({energy:.2f} J)"),
+        ("First contact", f"{1e3 * contact:.4f} ms after launch" if contact >= 0.0 else "none"),
+        ("End of the run", f"{results['end']}, {since(results['end_time'])}"),
+        ("Residual velocity (z)", f"{results['velocity'][2]:.3f} m/s"),
+        ("Absorbed energy at detachment", f"{detached['absorbed']:.3f} J, {since(detached['time'])}" if detached
+         else "not detached before the end of the run"),
+        (f"Absorbed energy at the end ({results['end']})", f"{absorbed:.3f} J = {100.0 * absorbed / energy:.1f} %"),
+        ("Peak force (mean over 1 us)", f"{1e-3 * outputs['contact.force_peak']:.2f} kN"),
+        ("Failed segments", f"{outputs['fabric.failed_segments']} of {results['segments']}"),
+        ("Largest deflection", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
+        ("Angular velocity at the end", vector(results["angular_velocity"], "rad/s", 1)),
+        ("Impulse on all supports", vector(outputs["support.impulse"], "N s", 4)),
+    ]  # fmt: skip
+    names = attachment_names(results["options"]["attachment"])
+    each = np.reshape(outputs["support.attachment_impulse"], (-1, 3))
+    rows += [(f"  {name}", vector(impulse, "N s", 4)) for name, impulse in zip(names, each)]
+    steps, wall = results["internal_steps"], results["wall_time"]
+    cost = 1e9 * wall / (steps * results["nodes"] ** 2)
+    rows += [
+        ("Steps", f"{results['steps']} communication steps, {steps} internal steps"),
+        ("Wall time", f"{wall:.1f} s ({cost:.1f} ns per node and internal step, all read-outs included)"),
+    ]
+    return rows
+
+
+def attachment_names(kind):
+    """In the order of support.attachment_impulse."""
+    if kind == "four_corners":
+        return ["corner -x -y", "corner +x -y", "corner -x +y", "corner +x +y"]
+    sides = ["left side (-x)", "right side (+x)", "bottom side (-y)", "top side (+y)"]
+    return sides[: 2 if kind == "two_sides" else 4]
+
+
+def vector(values, unit, digits):
+    """(x, y, z) unit, without minus signs before zeros."""
+    return "(" + ", ".join(f"{round(x, digits) + 0.0:.{digits}f}" for x in values) + f") {unit}"
+
+
+def print_results(results):
+    """The table that ends a run."""
+    rows = result_rows(results)
+    width = max(len(name) for name, _ in rows)
+    print("\nResults")
+    for name, value in rows:
+        print(f"  {name:<{width}}  {value}")
+    print("\nBooks between host and shield")
+    print(f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance")
+    for name, entry in results["books"].items():
+        print(
+            f"  {entry['ours']:12.6g} {entry['theirs']:12.6g} {entry['difference']:11.2e} {entry['relative']:9.1e}  "
+            f"{entry['unit']:<5}  {name}"
+        )

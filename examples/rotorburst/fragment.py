@@ -1,0 +1,128 @@
+"""The host's model: a rigid fragment in free flight, six degrees of freedom.
+
+Axes: x and y in the plane of the sheet, y up, z along the flight. Units are SI. Quaternions are scalar first and turn body
+vectors into world vectors; the body's z axis is the fragment's axis.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+GRAVITY = np.array([0.0, -9.81, 0.0])  # m/s2
+AIR_DENSITY = 1.225  # kg/m3
+
+
+@dataclasses.dataclass(frozen=True)
+class Body:
+    """What does not change: a sphere or a flat-ended cylinder."""
+
+    shape: str  # "sphere" or "cylinder"
+    radius: float  # m
+    length: float  # m, along the axis
+    mass: float  # kg
+    drag_coefficient: float  # of the frontal area pi radius^2
+
+    @property
+    def moments(self):
+        """Principal moments of inertia, kg m2."""
+        if self.shape == "sphere":
+            return np.full(3, 0.4 * self.mass * self.radius**2)
+        across = self.mass * (3.0 * self.radius**2 + self.length**2) / 12.0
+        return np.array([across, across, 0.5 * self.mass * self.radius**2])
+
+
+@dataclasses.dataclass
+class Fragment:
+    """A body in motion. Rotation is kept as angular momentum in world axes, so that an angular impulse is simply added."""
+
+    body: Body
+    position: np.ndarray  # centre of mass, m
+    velocity: np.ndarray  # m/s
+    orientation: np.ndarray  # unit quaternion
+    angular_momentum: np.ndarray  # about the centre of mass, N m s
+
+    @staticmethod
+    def launched(body, distance, speed, spin=0.0, tilt=0.0):
+        """Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, axis tilted by `tilt`, rad."""
+        orientation = exponential(np.array([tilt, 0.0, 0.0]))
+        fragment = Fragment(body, np.zeros(3), np.array([0.0, 0.0, speed]), orientation, np.zeros(3))
+        fragment.position[2] = -distance - fragment.reach()
+        fragment.angular_momentum = fragment.axis() * body.moments[2] * spin
+        return fragment
+
+    def axis(self):
+        """The body's z axis in world axes."""
+        return rotation(self.orientation)[:, 2]
+
+    def reach(self):
+        """How far the front is ahead of the centre of mass along z, m."""
+        if self.body.shape == "sphere":
+            return self.body.radius
+        along = min(abs(self.axis()[2]), 1.0)
+        return 0.5 * self.body.length * along + self.body.radius * math.sqrt(1.0 - along**2)
+
+    def front(self):
+        """z of the foremost point, m."""
+        return self.position[2] + self.reach()
+
+    def angular_velocity(self, orientation=None, angular_momentum=None):
+        """World axes, rad/s."""
+        turn = rotation(self.orientation if orientation is None else orientation)
+        momentum = self.angular_momentum if angular_momentum is None else angular_momentum
+        return turn @ ((turn.T @ momentum) / self.body.moments)
+
+    def momentum(self):
+        """kg m/s."""
+        return self.body.mass * self.velocity
+
+    def kinetic_energy(self):
+        """Translation and rotation, J."""
+        turning = self.angular_momentum @ self.angular_velocity()
+        return 0.5 * self.body.mass * (self.velocity @ self.velocity) + 0.5 * turning
+
+    def own_force(self):
+        """Gravity and quadratic drag, N. Lift and the drag of a tumbling body are left out."""
+        area = math.pi * self.body.radius**2
+        drag = -0.5 * AIR_DENSITY * self.body.drag_coefficient * area * np.linalg.norm(self.velocity) * self.velocity
+        return self.body.mass * GRAVITY + drag
+
+    def step(self, h, force, torque):
+        """Moves on by `h` under a force and a torque that are constant over the step: the impulses force h and torque h are exact.
+
+        The rotation is the midpoint rule for q' = w q/2 at the angular momentum in the middle of the step.
+        """
+        acceleration = force / self.body.mass
+        self.position = self.position + self.velocity * h + 0.5 * acceleration * h**2
+        self.velocity = self.velocity + acceleration * h
+        middle = self.angular_momentum + 0.5 * h * torque
+        halfway = product(exponential(0.5 * h * self.angular_velocity()), self.orientation)
+        turn = exponential(h * self.angular_velocity(halfway, middle))
+        self.orientation = product(turn, self.orientation)
+        self.orientation /= np.linalg.norm(self.orientation)
+        self.angular_momentum = self.angular_momentum + h * torque
+
+
+def exponential(turn):
+    """Quaternion of a rotation vector, rad."""
+    angle = np.linalg.norm(turn)
+    if angle == 0.0:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    return np.array([math.cos(0.5 * angle), *(turn * (math.sin(0.5 * angle) / angle))])
+
+
+def product(a, b):
+    """Quaternion product: first b, then a."""
+    return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+
+
+def rotation(q):
+    """Matrix of a unit quaternion: its columns are the body's axes."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,208 @@
+"""An engine-rotorburst fragment flies into a fabric shield: this program is the host, the shield is an FMU.
+
+    python rotorburst.py --fmu ../../target/fmu/FabricShield-fmi2.fmu --out results
+
+Far from the sheet the host flies the fragment alone, in large steps. Close to it both go on in communication steps of 1e-6 s: the FMU
+first, with the fragment's motion at the start of the step; then the host, with the mean force and torque that the FMU measured.
+Writes history.csv, results.json, and impact.txt (the motion at which the two were connected, for the kernel's example `snapshots`).
+"""
+
+import argparse
+import csv
+import json
+import pathlib
+import sys
+import time
+
+import numpy as np
+
+import books
+from fragment import Body, Fragment
+from progress import Progress
+from shield import ARRESTED, ATTACHMENTS, DETACHED, EXITED, FAULTED, PASSED, STATUS, Shield
+
+# The paper's two sheets with their projectiles: preset number of the FMU, number of nodes per side, usual attachment.
+CASES = {
+    "10in": (0, 350, "two_sides", Body("cylinder", 6.35e-3, 38.1e-3, 0.037, 0.9)),
+    "3in": (1, 105, "four_sides", Body("sphere", 6.35e-3, 12.7e-3, 0.0084, 0.47)),
+}
+NEAR = 0.5e-3  # distance from the sheet at which the FMU joins in, m
+FLIGHT_STEP = 1e-4  # largest step of the host alone, s
+INTERNAL_STEP = 2e-8  # the FMU's time step, s
+
+
+def fly(fragment, ledger, rows):
+    """Flies the fragment up to the sheet, without the FMU. Returns the time."""
+    t = 0.0
+    rows.append(row(t, fragment))
+    while fragment.front() < -NEAR:
+        if fragment.velocity[2] <= 0.0:
+            raise SystemExit("the fragment never reaches the sheet")
+        h = min(FLIGHT_STEP, (-NEAR - fragment.front()) / fragment.velocity[2] + 1e-7)
+        force = fragment.own_force()
+        ledger.own_work += own_step(fragment, h, force, np.zeros(3), np.zeros(3))
+        ledger.own_impulse += force * h
+        t += h
+        rows.append(row(t, fragment))
+    return t
+
+
+def own_step(fragment, h, own, force, torque):
+    """One step of the host. Returns the work of the fragment's own forces: force times mean velocity is exact here."""
+    before = fragment.velocity
+    fragment.step(h, own + force, torque)
+    return h * own @ (0.5 * (before + fragment.velocity))
+
+
+def couple(fragment, shield, ledger, rows, start, step, limit):
+    """Flies fragment and shield together until the fragment has stopped or left. Returns what was watched on the way."""
+    seen = {"first_contact": -1.0, "end": "time limit"}
+    past = fragment.body.length + fragment.body.radius
+    mean_force = np.zeros(3)
+    with Progress("co-simulation") as progress:
+        for k in range(round(limit / step)):
+            own = fragment.own_force()
+            shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
+            outputs = shield.outputs()
+            mean_force = outputs["contact.force_mean"]
+            ledger.own_work += own_step(fragment, step, own, mean_force, outputs["contact.torque_mean"])
+            ledger.own_impulse += own * step
+            t = start + (k + 1) * step
+            rows.append(row(t, fragment, outputs))
+            status = outputs["status"]
+            if status == DETACHED and "detached" not in seen:
+                seen["detached"] = {"time": outputs["time_event"], "absorbed": outputs["contact.work"]}
+            text = f"{1e6 * (t - start):4.0f} us, {fragment.velocity[2]:6.2f} m/s, {outputs['fabric.failed_segments']} failed"
+            progress.show(max((k + 1) * step / limit, min(fragment.front() / past, 0.99)), text)
+            if status in (ARRESTED, EXITED, PASSED, FAULTED):
+                seen["end"] = STATUS[status]
+                break
+        progress.show(1.0, text)
+    seen["end_time"] = t
+    seen["first_contact"] = outputs["time_first_contact"]
+    seen["steps"] = k + 1
+    return seen, outputs
+
+
+def row(t, fragment, outputs=None):
+    """One line of history.csv."""
+    line = {"time": t, "kinetic_energy": fragment.kinetic_energy()}
+    vectors = {
+        "position": fragment.position,
+        "velocity": fragment.velocity,
+        "orientation": fragment.orientation,
+        "angular_velocity": fragment.angular_velocity(),
+    }
+    for name, value in {**vectors, **(outputs or {})}.items():
+        if np.ndim(value):
+            line.update({f"{name}[{k + 1}]": x for k, x in enumerate(value)})
+        else:
+            line[name] = value
+    return line
+
+
+def write_history(path, rows):
+    """Before the FMU joins in, its columns are 0."""
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, fieldnames=list(rows[-1]), restval=0)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def impact_of(arguments, fragment):
+    """The impact in a few lines, for a run of the same impact elsewhere."""
+    words = {"case": arguments.case, "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEP}
+    vectors = {
+        "position": fragment.position,
+        "velocity": fragment.velocity,
+        "orientation": fragment.orientation,
+        "angular_velocity": fragment.angular_velocity(),
+    }
+    return {**words, **{name: joined(value) for name, value in vectors.items()}}
+
+
+def joined(values):
+    """Numbers as text that reads back as the same numbers."""
+    return " ".join(repr(float(x)) for x in values)
+
+
+def picture_times(rows, start, seen):
+    """Times since `start` that show the event: on the way to the greatest load, at its end, and at the end of the run."""
+    coupled = [line for line in rows if "contact.work" in line]
+    greatest = max(line["contact.work"] for line in coupled)
+    loaded = next(line["time"] for line in coupled if line["contact.work"] >= 0.99 * greatest) - start
+    contact = max(seen["first_contact"] - start, 0.0)
+    return [contact + part * (loaded - contact) for part in (0.25, 0.6, 1.0)] + [seen["end_time"] - start]
+
+
+def parsed():
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--fmu", required=True, help="FabricShield-fmi2.fmu")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results"), help="folder of the results")
+    parser.add_argument("--case", choices=CASES, default="10in", help="the paper's sheet and projectile (default: %(default)s)")
+    parser.add_argument("--attachment", choices=ATTACHMENTS, help="how the sheet is held (default: as in the paper)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the yarns' scatter (default: %(default)s)")
+    parser.add_argument("--speed", type=float, default=100.0, help="speed at the stand-off, m/s (default: %(default)s)")
+    parser.add_argument("--standoff", type=float, default=0.3, help="distance flown before the sheet, m (default: %(default)s)")
+    parser.add_argument("--spin", type=float, default=300.0, help="spin about the axis, rad/s (default: %(default)s)")
+    parser.add_argument("--tilt", type=float, default=0.0, help="angle of the axis to the flight path, degrees (default: %(default)s)")
+    parser.add_argument("--step", type=float, default=1e-6, help="communication step, s; at most 1e-5 (default: %(default)s)")
+    parser.add_argument("--limit", type=float, default=2e-3, help="end of the coupled run at the latest, s (default: %(default)s)")
+    arguments = parser.parse_args()
+    arguments.attachment = arguments.attachment or CASES[arguments.case][2]
+    return arguments
+
+
+def main():
+    arguments = parsed()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    preset, nodes, _, body = CASES[arguments.case]
+    fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
+    shield = Shield(
+        arguments.fmu,
+        {
+            "preset": preset,
+            "attachment.kind": ATTACHMENTS[arguments.attachment],
+            "seed": arguments.seed,
+            "dt": INTERNAL_STEP,
+            "projectile.mass": body.mass,
+        },
+    )
+    began = time.perf_counter()
+    ledger, rows = books.Ledger(fragment), []
+    start = fly(fragment, ledger, rows)
+    impact = impact_of(arguments, fragment)
+    impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
+    shield.initialise(start, fragment)
+    seen, outputs = couple(fragment, shield, ledger, rows, start, arguments.step, arguments.limit)
+    shield.close()
+    wall = time.perf_counter() - began
+
+    write_history(arguments.out / "history.csv", rows)
+    impact["pictures"] = joined(picture_times(rows, start, seen))
+    impact["end"] = repr(arguments.limit)
+    (arguments.out / "impact.txt").write_text("".join(f"{name} {value}\n" for name, value in impact.items()))
+    results = {
+        "options": {name: value for name, value in vars(arguments).items() if name not in ("fmu", "out")},
+        "nodes": nodes,
+        "segments": 2 * nodes * (nodes - 1),
+        "body": vars(body),
+        "start": start,
+        "impact_speed": impact_speed,
+        "impact_energy": impact_energy,
+        "internal_steps": round(seen["steps"] * arguments.step / INTERNAL_STEP),
+        "velocity": fragment.velocity.tolist(),
+        "angular_velocity": fragment.angular_velocity().tolist(),
+        **seen,
+        "wall_time": wall,
+        "outputs": {name: value.tolist() if np.ndim(value) else value for name, value in outputs.items()},
+        "books": ledger.close(fragment, outputs, impact_energy),
+    }
+    (arguments.out / "results.json").write_text(json.dumps(results, indent=1))
+    books.print_results(results)
+    return 1 if seen["end"] == "faulted" else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

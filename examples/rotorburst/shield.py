@@ -1,0 +1,90 @@
+"""The fabric shield as an FMU (FMI 2.0, mode host_driven), through FMPy's low-level interface."""
+
+import shutil
+import tempfile
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+
+HOST_DRIVEN = 1
+FLIGHT, CONTACT, ARRESTED, DETACHED, EXITED, PASSED, FAULTED = range(7)
+STATUS = ["flight", "contact", "arrested", "detached", "exited", "passed", "faulted"]
+ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2}
+
+INPUTS = ["projectile.position", "projectile.velocity", "projectile.orientation", "projectile.angular_velocity",
+          "projectile.acceleration"]  # fmt: skip
+REAL_OUTPUTS = [
+    "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
+    "contact.work", "support.impulse", "support.attachment_impulse", "energy.kinetic", "energy.strain",
+    "energy.dissipated", "energy.contact_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
+    "fabric.max_stretch", "time_first_contact", "time_event",
+]  # fmt: skip
+INTEGER_OUTPUTS = ["fabric.failed_segments", "contact.unconverged", "status"]
+
+
+class Shield:
+    """One instance of the FMU. Parameters go in by name; one call sets all inputs, one gets all outputs."""
+
+    def __init__(self, archive, parameters):
+        description = fmpy.read_model_description(archive)
+        self._folder = fmpy.extract(archive, tempfile.mkdtemp(prefix="fabric-shield-"))
+        self._variables = {variable.name: variable for variable in description.modelVariables}
+        self._inputs = self._references(INPUTS)
+        self._reals = self._references(REAL_OUTPUTS)
+        self._integers = self._references(INTEGER_OUTPUTS)
+        self._fmu = FMU2Slave(
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=self._folder,
+            instanceName="shield",
+        )
+        self._fmu.instantiate()
+        setters = {"Real": self._fmu.setReal, "Boolean": self._fmu.setBoolean}
+        for name, value in {"mode": HOST_DRIVEN, **parameters}.items():
+            variable = self._variables[name]
+            setters.get(variable.type, self._fmu.setInteger)([variable.valueReference], [value])
+
+    def initialise(self, t, fragment):
+        """Builds the sheet, with the fragment where it is now, at time t."""
+        self._set(fragment, np.zeros(3))
+        self._fmu.setupExperiment(startTime=t)
+        self._fmu.enterInitializationMode()
+        self._fmu.exitInitializationMode()
+
+    def step(self, t, h, fragment, acceleration):
+        """One communication step: what the fragment does to the sheet, and the sheet to the fragment, from t to t + h.
+
+        `acceleration` is the host's guess of the fragment's acceleration over this step.
+        """
+        self._set(fragment, acceleration)
+        self._fmu.doStep(t, h)
+
+    def outputs(self):
+        """Every output by name: a number, or an array for a vector."""
+        values = list(self._fmu.getReal(self._reals)) + list(self._fmu.getInteger(self._integers))
+        result = {}
+        for name in REAL_OUTPUTS + INTEGER_OUTPUTS:
+            size = len(self._elements(name))
+            result[name] = values[0] if size == 1 else np.array(values[:size])
+            values = values[size:]
+        return result
+
+    def close(self):
+        """Ends the simulation and frees the instance."""
+        self._fmu.terminate()
+        self._fmu.freeInstance()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _set(self, fragment, acceleration):
+        values = [*fragment.position, *fragment.velocity, *fragment.orientation, *fragment.angular_velocity(), *acceleration]
+        self._fmu.setReal(self._inputs, values)
+
+    def _elements(self, name):
+        """FMI 2.0 has no arrays: the elements of `name` are `name[1]`, `name[2]`, ..., or `name[1,1]`, `name[1,2]`, ..."""
+        if name in self._variables:
+            return [self._variables[name]]
+        return [variable for key, variable in self._variables.items() if key.startswith(name + "[")]
+
+    def _references(self, names):
+        return [variable.valueReference for name in names for variable in self._elements(name)]
