@@ -118,7 +118,7 @@ fn measure(
     let mut sim = buffers.sim(&scene)?;
     sim.step_every_row();
     if case == "sweep" {
-        set_waving(&mut sim)?;
+        throw(&mut sim, 20.0)?;
     }
     sim.advance(if smoke && size > 105 { 400 } else { 1000 })?;
     let mut image = vec![0; sim.snapshot_bytes()];
@@ -179,8 +179,8 @@ fn scene(case: &str, size: u32) -> Scene {
     scene
 }
 
-/// A flat sheet with velocity 20 m/s cos(pi x/2a) cos(pi y/2b) along z.
-fn set_waving(sim: &mut Sim<'_>) -> Result<()> {
+/// Gives a flat sheet the velocity `speed` cos(pi x/2a) cos(pi y/2b), m/s, along z.
+pub fn throw(sim: &mut Sim<'_>, speed: f64) -> Result<()> {
     let mut positions = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_positions(&mut positions)?;
     let [a, b] = sim.scene().half_size();
@@ -189,7 +189,7 @@ fn set_waving(sim: &mut Sim<'_>) -> Result<()> {
         // Exactly 0 on the held edge, where the cosine only almost is.
         let inside = x[0].abs() < 0.999_999 * a && x[1].abs() < 0.999_999 * b;
         let half_turn = std::f64::consts::FRAC_PI_2;
-        v[2] = if inside { 20.0 * (half_turn * x[0] / a).cos() * (half_turn * x[1] / b).cos() } else { 0.0 };
+        v[2] = if inside { speed * (half_turn * x[0] / a).cos() * (half_turn * x[1] / b).cos() } else { 0.0 };
     }
     sim.set_motion(&positions, &velocities)?;
     Ok(())

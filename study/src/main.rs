@@ -4,6 +4,7 @@
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
 mod bench;
+mod error_time;
 mod event;
 mod machine;
 mod memory;
@@ -31,6 +32,8 @@ struct Arguments {
 enum Command {
     /// Run one scene: table, history, plots.
     Run(run::Options),
+    /// Error over run time: step sizes against their cost, in the smooth phase and over a whole impact.
+    ErrorTime(error_time::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -38,6 +41,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
+        Command::ErrorTime(options) => error_time::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     match result {

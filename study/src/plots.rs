@@ -5,6 +5,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Colours that differ for colour-blind eyes too (Okabe and Ito).
@@ -19,7 +20,7 @@ pub const COLOURS: [RGBColor; 7] = [
 ];
 
 const FONT: &str = "sans-serif";
-const SIZE: (u32, u32) = (900, 560);
+const SIZE: (u32, u32) = (980, 560);
 const GREY: RGBColor = RGBColor(150, 150, 150);
 
 /// How a series is drawn.
@@ -78,8 +79,10 @@ impl Plot<'_> {
         }
         let root = SVGBackend::new(path, SIZE).into_drawing_area();
         root.fill(&WHITE).map_err(text)?;
-        let mut builder = ChartBuilder::on(&root);
-        builder.caption(self.title, (FONT, 22)).margin(14).margin_right(26).x_label_area_size(52).y_label_area_size(86);
+        let (area, legend) = root.split_horizontally(SIZE.0 - self.legend_width());
+        self.draw_legend(&legend)?;
+        let mut builder = ChartBuilder::on(&area);
+        builder.caption(self.title, (FONT, 21)).margin(14).margin_right(22).x_label_area_size(46).y_label_area_size(72);
         if self.logarithmic {
             let (x, y) = (x.widened_by_factor(1.4), y.widened_by_factor(2.0));
             let bottom_top = (y.start, y.end);
@@ -116,6 +119,7 @@ impl Plot<'_> {
             .label_style((FONT, 14))
             .x_label_formatter(tick)
             .y_label_formatter(tick)
+            .max_light_lines(if self.logarithmic { 10 } else { 1 })
             .bold_line_style(RGBColor(220, 220, 220))
             .light_line_style(RGBColor(243, 243, 243))
             .draw()
@@ -123,39 +127,57 @@ impl Plot<'_> {
         for mark in &self.marks {
             let line = [(mark.at, bottom_top.0), (mark.at, bottom_top.1)];
             chart.draw_series(DashedLineSeries::new(line, 4, 4, GREY.stroke_width(1))).map_err(text)?;
-            let style = (FONT, 13).into_font().color(&RGBColor(90, 90, 90));
-            let name = EmptyElement::at(line[1]) + Text::new(mark.name.clone(), (5, 5), style);
+            // The name stands left of the line, where the plot has room.
+            let style = (FONT, 13).into_font().color(&RGBColor(90, 90, 90)).pos(Pos::new(HPos::Right, VPos::Top));
+            let name = EmptyElement::at(line[1]) + Text::new(mark.name.clone(), (-5, 5), style);
             chart.draw_series(std::iter::once(name)).map_err(text)?;
         }
         for (index, series) in self.series.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(|point| self.shows(point)).collect();
             let line = colour.stroke_width(2);
-            let legend = move |(x, y): (i32, i32)| PathElement::new(vec![(x, y), (x + 22, y)], line);
             if series.style == Style::Dashed {
-                chart
-                    .draw_series(DashedLineSeries::new(points, 7, 5, line))
-                    .map_err(text)?
-                    .label(&series.name)
-                    .legend(legend);
+                chart.draw_series(DashedLineSeries::new(points, 7, 5, line)).map_err(text)?;
                 continue;
             }
             if series.style == Style::Marked {
                 let marks = points.iter().map(|&point| Circle::new(point, 4, colour.filled()));
                 chart.draw_series(marks).map_err(text)?;
             }
-            chart.draw_series(LineSeries::new(points, line)).map_err(text)?.label(&series.name).legend(legend);
+            chart.draw_series(LineSeries::new(points, line)).map_err(text)?;
         }
-        if self.series.len() > 1 {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .margin(12)
-                .label_font((FONT, 14))
-                .background_style(WHITE.mix(0.88))
-                .border_style(RGBColor(200, 200, 200))
-                .draw()
-                .map_err(text)?;
+        Ok(())
+    }
+
+    /// Room for the longest name, pixels; nothing for a single series.
+    fn legend_width(&self) -> u32 {
+        let longest = self.series.iter().map(|series| series.name.chars().count()).max().unwrap_or(0);
+        if self.series.len() > 1 { 50 + 8 * longest as u32 } else { 0 }
+    }
+
+    /// Names beside the plot, where they hide nothing.
+    fn draw_legend(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
+        if self.series.len() < 2 {
+            return Ok(());
+        }
+        for (index, series) in self.series.iter().enumerate() {
+            let line = COLOURS[index % COLOURS.len()].stroke_width(2);
+            let y = 62 + 24 * index as i32;
+            let ends = vec![(0, y), (28, y)];
+            match series.style {
+                Style::Dashed => {
+                    for x in [0, 11, 22] {
+                        area.draw(&PathElement::new(vec![(x, y), (x + 7, y)], line)).map_err(text)?;
+                    }
+                }
+                Style::Line => area.draw(&PathElement::new(ends, line)).map_err(text)?,
+                Style::Marked => {
+                    area.draw(&PathElement::new(ends, line)).map_err(text)?;
+                    area.draw(&Circle::new((14, y), 4, line.filled())).map_err(text)?;
+                }
+            }
+            let style = (FONT, 14).into_text_style(area).pos(Pos::new(HPos::Left, VPos::Center));
+            area.draw(&Text::new(series.name.clone(), (36, y), style)).map_err(text)?;
         }
         Ok(())
     }

@@ -1,16 +1,20 @@
-//! Progress of long work: a bar on a terminal, plain lines otherwise, always on standard error.
+//! Progress of long work: a bar on a terminal, a plain line every few seconds otherwise, always on standard error.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Time between two plain lines.
+const PAUSE: Duration = Duration::from_secs(3);
 
 /// Progress over a known amount of work. Threads may share it.
 pub struct Progress {
     bar: Option<ProgressBar>,
     what: String,
     total: u64,
-    done: AtomicU64,
+    /// Work done, and when the last plain line appeared.
+    done: Mutex<(u64, Instant)>,
 }
 
 impl Progress {
@@ -29,22 +33,19 @@ impl Progress {
         if bar.is_none() {
             eprintln!("{what} ...");
         }
-        Progress { bar, what: what.to_string(), total: total.max(1), done: AtomicU64::new(0) }
+        Progress { bar, what: what.to_string(), total: total.max(1), done: Mutex::new((0, Instant::now())) }
     }
 
-    /// Counts `pieces` of work as done; `message` says where the work stands. Without a terminal a line appears at every tenth.
+    /// Counts `pieces` of work as done; `message` says where the work stands.
     pub fn add(&self, pieces: u64, message: impl FnOnce() -> String) {
-        let before = self.done.fetch_add(pieces, Ordering::Relaxed);
-        let after = before + pieces;
-        match &self.bar {
-            Some(bar) => {
-                bar.set_message(message());
-                bar.set_position(after);
-            }
-            None if 10 * after / self.total > 10 * before / self.total => {
-                eprintln!("{} {:>3} %  {}", self.what, 100 * after.min(self.total) / self.total, message());
-            }
-            None => {}
+        let Ok(mut done) = self.done.lock() else { return };
+        done.0 += pieces;
+        if let Some(bar) = &self.bar {
+            bar.set_message(message());
+            bar.set_position(done.0);
+        } else if done.1.elapsed() > PAUSE {
+            eprintln!("{} {:>3} %  {}", self.what, 100 * done.0.min(self.total) / self.total, message());
+            done.1 = Instant::now();
         }
     }
 

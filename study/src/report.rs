@@ -30,3 +30,18 @@ pub fn median(values: &[f64]) -> f64 {
 pub fn least(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NAN, f64::min)
 }
+
+/// The mean. NaN for none.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard deviation of the sample; 0 for fewer than two values.
+pub fn deviation(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        return 0.0;
+    }
+    let middle = mean(values);
+    let squares: f64 = values.iter().map(|x| (x - middle) * (x - middle)).sum();
+    (squares / (values.len() - 1) as f64).sqrt()
+}

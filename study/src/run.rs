@@ -167,7 +167,7 @@ fn advance(
     options: &Options,
     name: &str,
 ) -> Result<(Vec<Sample>, f64, Option<fabric::Failure>)> {
-    let progress = Progress::new(name, options.steps);
+    let progress = Progress::new(&format!("{name}, of the step limit"), options.steps);
     let mut history = vec![Sample::of(sim, None, [0.0; 3])?];
     let mut stepping = 0.0;
     let mut failure = None;
