@@ -26,13 +26,12 @@ impl Sim<'_> {
         let target = self.prescribe_rates();
         let found = self.refuse_too_fast().and_then(|()| self.gather());
         let count = found.inspect_err(|_| self.state.body = at_start)?;
-        let before = self.state.body;
         let report = self.sweep();
         if report.non_finite {
             return Err(Failure::NonFinite);
         }
         self.failed_segments += report.newly_failed;
-        self.touch(count, &before);
+        self.touch(count, &at_start);
         self.move_body(target);
         self.state.step += 1;
         self.close_window();
@@ -42,19 +41,23 @@ impl Sim<'_> {
         Ok(())
     }
 
-    /// A prescribed body on a path: sets its rates for this step and returns its pose at the step's end.
+    /// A prescribed body on a path: sets its rates for this step and returns its pose at the step's end. Behind a path it
+    /// coasts with the rates the path ended with.
     fn prescribe_rates(&mut self) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
         let state = &mut self.state;
         let track = &state.track;
-        if track.steps == 0 || state.step >= track.first + track.steps {
+        let end = track.first + track.steps;
+        if track.steps == 0 || state.step >= end {
+            if track.steps > 0 && state.step == end {
+                state.body.velocity = track.end.velocity;
+                state.body.angular_velocity = track.end.angular_velocity;
+            }
             return None;
         }
         let dt = self.model.limits.dt;
         let (position, orientation) = track.pose(state.step + 1, dt);
         state.body.velocity = (position - state.body.position) / dt;
-        if self.model.solid.feels_torque() {
-            state.body.angular_velocity = path::cayley_rate(&state.body.orientation, &orientation, dt);
-        }
+        state.body.angular_velocity = path::cayley_rate(&state.body.orientation, &orientation, dt);
         Some((position, orientation))
     }
 
@@ -226,7 +229,8 @@ impl Sim<'_> {
         self.book_contact(count, before);
     }
 
-    /// Moves the touched nodes and books impulse, angular impulse, work and loss.
+    /// Moves the touched nodes and books impulse, angular impulse, work and loss. Work is impulse times the mean of the rates
+    /// before and after, for a free and a prescribed body alike: the two then agree to second order.
     fn book_contact(&mut self, count: usize, before: &Body) {
         let nx = self.layout.nodes_x.max(1);
         let body = self.state.body;
@@ -299,11 +303,6 @@ impl Sim<'_> {
             (Drive::Prescribed, Some((position, orientation))) => {
                 state.body.position = position;
                 state.body.orientation = orientation;
-                if state.step + 1 == state.track.first + state.track.steps {
-                    // The next path starts with the rates this one ends with.
-                    state.body.velocity = state.track.end.velocity;
-                    state.body.angular_velocity = state.track.end.angular_velocity;
-                }
             }
             (Drive::Prescribed, None) => {
                 state.body.position += state.body.velocity * dt;

@@ -230,11 +230,21 @@ impl<'a> Sim<'a> {
             return Err(bad("steps", steps, last - step));
         }
         if !continued {
-            let track = Track { first: path.first, steps: path.steps, start: self.state.body, end };
+            let track = Track { first: path.first, steps: path.steps, start: self.path_start(), end };
             self.model.check_track(&track)?;
             self.state.track = track;
         }
         Ok(self.advance(steps)?)
+    }
+
+    /// The body as a path starts from it: with the rates the path before ended with, if there was one until now.
+    fn path_start(&self) -> Body {
+        let (body, track) = (self.state.body, &self.state.track);
+        if track.steps > 0 && track.first + track.steps == self.state.step {
+            Body { velocity: track.end.velocity, angular_velocity: track.end.angular_velocity, ..body }
+        } else {
+            body
+        }
     }
 
     fn body_of_path(&self, path: &Path) -> Result<Body, Error> {
