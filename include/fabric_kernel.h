@@ -6,8 +6,12 @@
  * out. All memory is the caller's; nothing is allocated, nothing is called back, there is nothing to destroy.
  *
  * Every call returns a status unless it says otherwise: 0 is success, -1 to -49 a request that was refused (nothing changed),
- * -50 to -99 a numerical failure (latched until reset or load). Outcomes such as "exited" are read with fk_get_outcome.
+ * -50 to -99 a numerical failure. A failure is latched: until fk_reset or fk_state_load every call returns its number, but
+ * for fk_get_counters and fk_get_fault. Outcomes such as "exited" are physics, no errors: read them with fk_get_outcome.
  * Every structure starts with struct_size, which the caller sets to its sizeof.
+ *
+ * Every call computes rounding to nearest and with subnormal numbers, whatever the host has set, and puts the host's
+ * floating-point environment back: the bits do not depend on it.
  *
  * SI units; vectors in the host's frame; quaternions scalar first. One simulation must not be used by two threads at once;
  * different simulations may.
@@ -168,11 +172,26 @@
 // Bit of the outcome "passed".
 #define FK_PASSED 8
 
+// fk_outcome's status: no contact in the last step and no outcome yet.
+#define FK_STATUS_FLIGHT 0
+
+// fk_outcome's status: contact in the last step, no outcome yet.
+#define FK_STATUS_CONTACT 1
+
+// fk_outcome's status: the velocity along the direction at first contact fell to 0 or below.
+#define FK_STATUS_ARRESTED 2
+
+// fk_outcome's status: no node touched in the last 64 steps is connected to a support any more.
+#define FK_STATUS_DETACHED 3
+
+// fk_outcome's status: over a forward travel of one radius no contact, or only negligible work.
+#define FK_STATUS_EXITED 4
+
+// fk_outcome's status: the projectile left the sheet's box without contact.
+#define FK_STATUS_PASSED 5
+
 // A step count that has not happened.
 #define FK_NEVER UINT64_MAX
-
-// Alignment of a block, bytes.
-#define ALIGN 64
 
 // A simulation in its block. C knows only that it exists.
 typedef struct fk_sim fk_sim;
@@ -399,7 +418,7 @@ typedef struct fk_counters {
 typedef struct fk_outcome {
     // Set to sizeof(fk_outcome) by the caller.
     uint64_t struct_size;
-    // 0 flight, 1 contact, 2 arrested, 3 detached, 4 exited, 5 passed, 6 faulted.
+    // FK_STATUS_FLIGHT ...: the latest outcome, or contact or flight.
     uint32_t status;
     // FK_ARRESTED ... bits of all latched outcomes.
     uint32_t mask;
@@ -438,20 +457,21 @@ int32_t fk_scene_preset(struct fk_scene *scene, uint64_t struct_size, uint32_t p
 int32_t fk_scene_check(const struct fk_scene *scene, struct fk_fault *fault);
 
 // Bytes and alignment of the block that fk_init needs for a scene.
-// Errors: those of fk_scene_check but for the time step.
+// Errors: those of fk_scene_check but for the time step. On an error neither number has been written.
 int32_t fk_memory_size(const struct fk_scene *scene, uint64_t *bytes, uint64_t *align);
 
 // Makes a simulation of `scene` at the start of the caller's block and hands back its handle in `out`. The block must
 // not be moved or copied while the handle is used (use fk_state_save and fk_state_load); simply let go of it when done.
 // `fault` may be null. On an error nothing has been written but `fault`.
-// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_MISALIGNED, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST.
+// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_MISALIGNED, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
+// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
 int32_t fk_init(void *memory,
                 uint64_t bytes,
                 const struct fk_scene *scene,
                 struct fk_sim **out,
                 struct fk_fault *fault);
 
-// Back to step 0 as after fk_init. Clears a failure and the external load.
+// Back to step 0 as after fk_init. Clears a failure, the fault of fk_get_fault and the external load.
 // Errors: FK_NULL_POINTER, FK_MOVED_BLOCK.
 int32_t fk_reset(struct fk_sim *sim);
 
@@ -470,77 +490,86 @@ int32_t fk_advance_until(struct fk_sim *sim,
                          uint64_t *taken);
 
 // Moves a prescribed body along `path` for `steps` steps. Call again with the same path to go on along it.
-// Errors: FK_WRONG_DRIVE, FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_NULL_POINTER,
-// FK_STRUCT_SIZE, FK_MOVED_BLOCK; failures as fk_step.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, FK_WRONG_DRIVE, FK_BAD_PATH, FK_NOT_FINITE,
+// FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as fk_step.
 int32_t fk_follow(struct fk_sim *sim, const struct fk_path *path, uint64_t steps);
 
-// Step count and time (steps times dt), s. Either pointer may be null. Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK.
+// Step count and time (steps times dt), s. Either pointer may be null.
+// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_time(const struct fk_sim *sim, uint64_t *steps, double *seconds);
 
-// The time step and its limits. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
+// The time step and its limits.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_step_limits(const struct fk_sim *sim, struct fk_step_limits *out);
 
-// The projectile: pose at the present time, rates of the last half step. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE,
-// FK_MOVED_BLOCK, a latched failure.
+// The projectile: pose at the present time, rates of the last half step.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_projectile(const struct fk_sim *sim, struct fk_motion *out);
 
 // Sets the force, N, and torque, N m (3 numbers each, host's axes), that act on a free body from now on.
-// Errors: FK_NULL_POINTER, FK_NOT_FINITE, FK_WRONG_DRIVE, FK_MOVED_BLOCK, a latched failure.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_NOT_FINITE, FK_WRONG_DRIVE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const double *torque);
 
 // Starts from given positions, m, and velocities, m/s: `n` = 3 numbers per node each, node by node, rows along x first,
 // host's frame. Only before the first step; the velocity of fixed nodes must be 0.
-// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_INITIAL_OVERLAP, FK_ALREADY_STARTED,
-// FK_MOVED_BLOCK, a latched failure.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_INITIAL_OVERLAP,
+// FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_motion(struct fk_sim *sim, const double *positions, const double *velocities, uint64_t n);
 
 // Gives every segment the largest stretch it has ever had (`n` = number of segments, horizontal ones first, row by row):
 // a pre-damaged sheet. Only before the first step.
-// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_ALREADY_STARTED, FK_MOVED_BLOCK.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_ALREADY_STARTED,
+// FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_largest_stretch(struct fk_sim *sim,
                                const double *stretches,
                                uint64_t n);
 
-// Contact sums. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
+// Contact sums. Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_contact(const struct fk_sim *sim, struct fk_contact *out);
 
-// Impulses on the supports; zero without track_support. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a
-// latched failure.
+// Impulses on the supports; zero without track_support.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_support(const struct fk_sim *sim, struct fk_support *out);
 
-// The energies, with a full pass over the sheet. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
-int32_t fk_get_energy(const struct fk_sim *sim,
-                      struct fk_energy *out);
+// The energies, with a full pass over the sheet.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
+int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out);
 
 // Linear momentum, N s, that the balance does not close by: three numbers, host's axes. Meaningful with track_support.
-// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_momentum_residual(const struct fk_sim *sim, double *out);
 
-// Largest deflection and stretch, with a full pass over the sheet. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE,
-// FK_MOVED_BLOCK, a latched failure.
+// Largest deflection and stretch, with a full pass over the sheet.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_fabric(const struct fk_sim *sim, struct fk_fabric *out);
 
-// Counters; also after a failure. Errors: FK_NULL_POINTER, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
+// Counters; also after a failure. Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 int32_t fk_get_counters(const struct fk_sim *sim, struct fk_counters *out);
 
-// Outcomes latched so far; also after a failure (status 6). Errors: FK_NULL_POINTER, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
+// Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed; status
+// FK_OK and empty texts if none was since fk_init or fk_reset. Also after a failure.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
+int32_t fk_get_fault(const struct fk_sim *sim,
+                     struct fk_fault *out);
+
+// Outcomes latched so far. Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_outcome(const struct fk_sim *sim, struct fk_outcome *out);
 
 // Positions, m: `n` = 3 numbers per node, node by node, rows along x first, host's frame.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_copy_positions(const struct fk_sim *sim, double *out, uint64_t n);
 
-// Velocities, m/s: as fk_copy_positions.
+// Velocities, m/s: shape and errors as fk_copy_positions.
 int32_t fk_copy_velocities(const struct fk_sim *sim, double *out, uint64_t n);
 
 // alpha of every segment (1 whole, 0 failed): `n` = number of segments, horizontal ones first, row by row, then the
 // vertical ones. Errors as fk_copy_positions.
 int32_t fk_copy_damage(const struct fk_sim *sim, double *out, uint64_t n);
 
-// Stretch of every segment: as fk_copy_damage.
+// Stretch of every segment: shape and errors as fk_copy_damage.
 int32_t fk_copy_stretch(const struct fk_sim *sim, double *out, uint64_t n);
 
-// Bytes of a snapshot image. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK.
+// Bytes of a snapshot image. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_state_size(const struct fk_sim *sim, uint64_t *bytes);
 
 // Writes the state into `image`, at least fk_state_size bytes: portable between machines.
@@ -551,7 +580,7 @@ int32_t fk_state_save(const struct fk_sim *sim, uint8_t *image, uint64_t bytes);
 // Errors: FK_NULL_POINTER, FK_IMAGE_MALFORMED, FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 int32_t fk_state_load(struct fk_sim *sim, const uint8_t *image, uint64_t bytes);
 
-// A hash of the whole state: equal digests mean equal bits. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK.
+// A hash of the whole state: equal digests mean equal bits. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_digest(const struct fk_sim *sim, uint64_t *digest);
 
 #ifdef __cplusplus

@@ -2,8 +2,8 @@
 
 use fabric::{Code, Error, Layout, Memory, Scene, Sim};
 
-/// Alignment of a block, bytes.
-pub const ALIGN: usize = 64;
+/// Alignment of a block, bytes; C asks for it with fk_memory_size.
+pub(crate) const ALIGN: usize = 64;
 
 /// "FKSIMBLK": tells an initialised block from any other memory.
 const MAGIC: u64 = u64::from_le_bytes(*b"FKSIMBLK");
@@ -14,7 +14,9 @@ pub struct fk_sim {
     magic: u64,
     /// Where the block was initialised: the slices in `sim` point into it, so it must not move.
     address: usize,
-    sim: Sim<'static>,
+    /// The last refused or failed call that changes the simulation, for fk_get_fault.
+    pub(crate) last: Option<Error>,
+    pub(crate) sim: Sim<'static>,
 }
 
 /// Bytes of the handle, rounded up so that the numbers behind it are aligned.
@@ -50,28 +52,28 @@ pub unsafe fn init(memory: *mut u8, length: u64, scene: &Scene) -> Result<*mut f
     let sim = Sim::new(scene, Memory { reals, words })?;
     let handle = memory.cast::<fk_sim>();
     // SAFETY: the start of the block is aligned for the handle and has room for it.
-    unsafe { handle.write(fk_sim { magic: MAGIC, address: memory.addr(), sim }) };
+    unsafe { handle.write(fk_sim { magic: MAGIC, address: memory.addr(), last: None, sim }) };
     Ok(handle)
 }
 
-/// The simulation behind a handle.
+/// The block behind a handle.
 ///
 /// # Safety
 /// `handle` is null, or points to a readable block at least as large as a handle that no other call is using.
-pub unsafe fn open<'h>(handle: *mut fk_sim) -> Result<&'h mut Sim<'static>, Error> {
+pub unsafe fn open<'h>(handle: *mut fk_sim) -> Result<&'h mut fk_sim, Error> {
     check(handle)?;
     // SAFETY: check() found an initialised handle at its own address.
-    Ok(unsafe { &mut (*handle).sim })
+    Ok(unsafe { &mut *handle })
 }
 
-/// The simulation behind a handle, to be looked at.
+/// The block behind a handle, to be looked at.
 ///
 /// # Safety
 /// As for [`open`].
-pub unsafe fn look<'h>(handle: *const fk_sim) -> Result<&'h Sim<'static>, Error> {
+pub unsafe fn look<'h>(handle: *const fk_sim) -> Result<&'h fk_sim, Error> {
     check(handle)?;
     // SAFETY: check() found an initialised handle at its own address.
-    Ok(unsafe { &(*handle).sim })
+    Ok(unsafe { &*handle })
 }
 
 fn check(handle: *const fk_sim) -> Result<(), Error> {

@@ -109,6 +109,19 @@ pub const FK_EXITED: u32 = 4;
 /// Bit of the outcome "passed".
 pub const FK_PASSED: u32 = 8;
 
+/// fk_outcome's status: no contact in the last step and no outcome yet.
+pub const FK_STATUS_FLIGHT: u32 = 0;
+/// fk_outcome's status: contact in the last step, no outcome yet.
+pub const FK_STATUS_CONTACT: u32 = 1;
+/// fk_outcome's status: the velocity along the direction at first contact fell to 0 or below.
+pub const FK_STATUS_ARRESTED: u32 = 2;
+/// fk_outcome's status: no node touched in the last 64 steps is connected to a support any more.
+pub const FK_STATUS_DETACHED: u32 = 3;
+/// fk_outcome's status: over a forward travel of one radius no contact, or only negligible work.
+pub const FK_STATUS_EXITED: u32 = 4;
+/// fk_outcome's status: the projectile left the sheet's box without contact.
+pub const FK_STATUS_PASSED: u32 = 5;
+
 /// A step count that has not happened.
 pub const FK_NEVER: u64 = u64::MAX;
 
@@ -356,7 +369,7 @@ pub struct fk_counters {
 pub struct fk_outcome {
     /// Set to sizeof(fk_outcome) by the caller.
     pub struct_size: u64,
-    /// 0 flight, 1 contact, 2 arrested, 3 detached, 4 exited, 5 passed, 6 faulted.
+    /// FK_STATUS_FLIGHT ...: the latest outcome, or contact or flight.
     pub status: u32,
     /// FK_ARRESTED ... bits of all latched outcomes.
     pub mask: u32,
@@ -517,17 +530,21 @@ impl fk_motion {
 }
 
 impl fk_fault {
+    /// Nothing was refused.
+    pub(crate) const NONE: fk_fault = fk_fault {
+        struct_size: size_of::<fk_fault>() as u64,
+        status: FK_OK,
+        reserved: 0,
+        value: 0.0,
+        limit: 0.0,
+        field: [0; 48],
+        text: [0; 168],
+    };
+
     /// The structure of an error.
     pub fn of(error: &Error) -> fk_fault {
-        let mut fault = fk_fault {
-            struct_size: size_of::<fk_fault>() as u64,
-            status: error.code.number(),
-            reserved: 0,
-            value: error.value,
-            limit: error.limit,
-            field: [0; 48],
-            text: [0; 168],
-        };
+        let mut fault =
+            fk_fault { status: error.code.number(), value: error.value, limit: error.limit, ..fk_fault::NONE };
         copy_text(&mut fault.field, error.field);
         copy_text(&mut fault.text, &error.text());
         fault

@@ -2,10 +2,14 @@
  * be refused. Prints what it checked; the last line is the digest. Exit code 1 on the first check that fails. */
 #include "fabric_kernel.h"
 
+#include <fenv.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
 
 static int checks = 0;
 
@@ -30,14 +34,14 @@ static fk_scene small_scene(void)
     return scene;
 }
 
-/* Memory aligned as asked for, `shift` bytes further, with guard bytes behind. */
+/* Memory aligned as asked for, with guard bytes behind. */
 typedef struct block {
     void *all;
     unsigned char *start;
     uint64_t bytes;
 } block;
 
-enum { GUARD = 64 };
+enum { GUARD = 64, GUARD_BYTE = 0xc3 };
 
 static block new_block(const fk_scene *scene, int fill)
 {
@@ -48,8 +52,18 @@ static block new_block(const fk_scene *scene, int fill)
     b.all = malloc(b.bytes + align + GUARD);
     CHECK(b.all != NULL);
     b.start = (unsigned char *)b.all + (align - (uintptr_t)b.all % align);
-    memset(b.start, fill, b.bytes + (GUARD - (b.start - (unsigned char *)b.all)));
+    memset(b.start, fill, b.bytes);
+    memset(b.start + b.bytes, GUARD_BYTE, GUARD);
     return b;
+}
+
+/* The bytes behind the block must be as they were. */
+static void free_block(block b)
+{
+    size_t i;
+    for (i = 0; i < GUARD; i++)
+        CHECK(b.start[b.bytes + i] == GUARD_BYTE);
+    free(b.all);
 }
 
 static uint64_t digest_of(const fk_sim *sim)
@@ -71,7 +85,7 @@ static uint64_t straight_run(void)
     CHECK(fk_get_counters(sim, &counters) == FK_OK);
     CHECK(counters.steps == STEPS && counters.failed_segments > 0);
     digest = digest_of(sim);
-    free(b.all);
+    free_block(b);
     return digest;
 }
 
@@ -84,7 +98,7 @@ static void the_same_bits(uint64_t expected)
     fk_energy energy = {.struct_size = sizeof energy};
     uint64_t done = 0, image_bytes = 0, batch = 1;
     unsigned char *image;
-    CHECK(fk_init(b.start, b.bytes + 32, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_init(b.start, b.bytes + GUARD, &scene, &sim, NULL) == FK_OK);
     CHECK(fk_state_size(sim, &image_bytes) == FK_OK);
     image = malloc(image_bytes);
     CHECK(image != NULL);
@@ -116,8 +130,8 @@ static void the_same_bits(uint64_t expected)
     CHECK(fk_state_save(sim, image, image_bytes - 1) == FK_SHORT_BUFFER);
     CHECK(digest_of(sim) == expected);
     free(image);
-    free(b.all);
-    free(c.all);
+    free_block(b);
+    free_block(c);
 }
 
 /* Null, short, misaligned and moved blocks: refused, nothing written. */
@@ -152,7 +166,7 @@ static void bad_memory(void)
     CHECK(memcmp(moved, b.start, b.bytes) == 0);
     CHECK(fk_step(sim) == FK_OK);
     free(copy);
-    free(b.all);
+    free_block(b);
 }
 
 static fk_fault fault;
@@ -244,6 +258,13 @@ static void bad_scenes(void)
     REFUSED(scene.attachment_kind = 17, FK_UNKNOWN_CHOICE, "attachment.kind");
     REFUSED(scene.drive = 2, FK_UNKNOWN_CHOICE, "drive");
     REFUSED(scene.step_kind = 2, FK_UNKNOWN_CHOICE, "step_kind");
+    REFUSED(scene.yarn_modulus_sd = -1.0, FK_OUT_OF_RANGE, "yarn.modulus_sd");
+    REFUSED(scene.yarn_damage_sd = -1.0, FK_OUT_OF_RANGE, "yarn.damage_sd");
+    REFUSED(scene.step_value = 0.0, FK_NOT_POSITIVE, "step_fraction");
+    REFUSED(scene.step_check = 2, FK_UNKNOWN_CHOICE, "step_check");
+    REFUSED(scene.track_detachment = 2, FK_UNKNOWN_CHOICE, "track_detachment");
+    REFUSED(scene.track_support = 3, FK_UNKNOWN_CHOICE, "track_support");
+    REFUSED(scene.projectile_mass = 1e305, FK_OUT_OF_RANGE, "projectile.mass");
     REFUSED(scene.force_window = 0.0, FK_NOT_POSITIVE, "force_window");
     REFUSED(scene.struct_size = 8, FK_STRUCT_SIZE, "fk_scene");
     CHECK(fk_scene_check(&limits_scene, NULL) == FK_OK);
@@ -251,6 +272,212 @@ static void bad_scenes(void)
     CHECK(fk_scene_check(&limits_scene, NULL) == FK_STRUCT_SIZE);
     CHECK(fk_scene_default(&limits_scene, 12) == FK_STRUCT_SIZE);
     CHECK(fk_scene_default(NULL, sizeof limits_scene) == FK_NULL_POINTER);
+}
+
+/* A fault or a bad number must not hide one another: the structure that is to tell is looked at first. */
+static void bad_faults(void)
+{
+    fk_scene scene = small_scene();
+    fk_fault odd;
+    memset(&odd, 0, sizeof odd);
+    odd.struct_size = sizeof odd - 8;
+    CHECK(fk_scene_check(&scene, &odd) == FK_STRUCT_SIZE);
+    scene.sheet_plies = 0;
+    CHECK(fk_scene_check(&scene, &odd) == FK_STRUCT_SIZE);
+    CHECK(odd.status == 0 && odd.field[0] == '\0');
+    odd.struct_size = sizeof odd;
+    CHECK(fk_scene_check(&scene, &odd) == FK_OUT_OF_RANGE);
+    CHECK(odd.status == FK_OUT_OF_RANGE && strcmp(odd.field, "sheet.plies") == 0 && odd.value == 0.0);
+    CHECK(strstr(odd.text, "sheet.plies") != NULL);
+}
+
+/* What the simulation says about its last refused call. */
+static void told(const fk_sim *sim, int32_t status, const char *field)
+{
+    fk_fault last = {.struct_size = sizeof last};
+    CHECK(fk_get_fault(sim, &last) == FK_OK);
+    CHECK(last.status == status && strcmp(last.field, field) == 0);
+}
+
+/* Whether every number is exactly this one. */
+static int all_are(const double *numbers, uint64_t n, double value)
+{
+    uint64_t i;
+    for (i = 0; i < n; i++)
+        if (numbers[i] != value)
+            return 0;
+    return 1;
+}
+
+/* Until the sheet is perforated: every read-out, against what must hold between them. */
+static void read_outs(void)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL;
+    fk_step_limits limits = {.struct_size = sizeof limits};
+    fk_motion motion = {.struct_size = sizeof motion};
+    fk_contact contact = {.struct_size = sizeof contact};
+    fk_support support = {.struct_size = sizeof support};
+    fk_energy energy = {.struct_size = sizeof energy};
+    fk_fabric fabric = {.struct_size = sizeof fabric};
+    fk_outcome outcome = {.struct_size = sizeof outcome};
+    fk_counters counters = {.struct_size = sizeof counters};
+    const uint64_t n = 3 * 41 * 41, segments = 2 * 41 * 40;
+    double *x = malloc(4 * n * sizeof *x), *v = x + n, *damage = v + n, *stretch = damage + n;
+    double seconds = 0.0, momentum[3], sum[3] = {0, 0, 0}, first_energy;
+    uint64_t steps = 0, taken = 0, i, failed = 0;
+    int k;
+    CHECK(x != NULL);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    told(sim, FK_OK, "");
+    CHECK(fk_get_step_limits(sim, &limits) == FK_OK);
+    CHECK(limits.dt == 0.4 * limits.dt_crit && limits.step_max == 0.5 * limits.dt_crit);
+    CHECK(fk_get_outcome(sim, &outcome) == FK_OK);
+    CHECK(outcome.status == FK_STATUS_FLIGHT && outcome.mask == 0 && outcome.first_contact == FK_NEVER);
+    CHECK(fk_copy_positions(sim, x, n) == FK_OK && fk_copy_velocities(sim, v, n) == FK_OK);
+    CHECK(x[0] == -x[3 * 40] && x[2] == 0.0 && all_are(v, n, 0.0));
+    CHECK(fk_copy_damage(sim, damage, segments) == FK_OK && all_are(damage, segments, 1.0));
+    CHECK(fk_copy_stretch(sim, stretch, segments) == FK_OK && all_are(stretch, segments, 1.0));
+    CHECK(fk_copy_positions(sim, x, n - 1) == FK_WRONG_LENGTH);
+    CHECK(fk_copy_positions(sim, NULL, n) == FK_NULL_POINTER);
+    CHECK(fk_copy_positions(sim, (double *)((char *)x + 4), n) == FK_MISALIGNED);
+    CHECK(fk_copy_damage(sim, damage, segments + 1) == FK_WRONG_LENGTH);
+    CHECK(fk_copy_damage(sim, damage, UINT64_MAX) == FK_WRONG_LENGTH);
+    CHECK(fk_get_energy(sim, &energy) == FK_OK);
+    first_energy = energy.projectile_kinetic;
+    CHECK(fabs(first_energy - 42.0) < 1e-9);
+
+    CHECK(fk_advance_until(sim, FK_ARRESTED | FK_EXITED | FK_PASSED, 50000, &taken) == FK_OK);
+    CHECK(fk_get_outcome(sim, &outcome) == FK_OK);
+    CHECK(outcome.mask & FK_EXITED && outcome.status == FK_STATUS_EXITED);
+    CHECK(outcome.first_contact == 0 && outcome.step[2] == taken && outcome.step[0] == FK_NEVER);
+    CHECK(fk_get_time(sim, &steps, &seconds) == FK_OK && steps == taken && seconds == (double)steps * limits.dt);
+    CHECK(fk_get_time(sim, NULL, NULL) == FK_OK);
+    CHECK(fk_get_projectile(sim, &motion) == FK_OK);
+    CHECK(fk_get_contact(sim, &contact) == FK_OK);
+    CHECK(fk_get_energy(sim, &energy) == FK_OK);
+    CHECK(motion.velocity[2] > 0.0 && motion.velocity[2] < 100.0);
+    CHECK(fabs(scene.projectile_mass * (motion.velocity[2] - 100.0) / contact.impulse[2] - 1.0) < 1e-9);
+    CHECK(fabs((first_energy - energy.projectile_kinetic) / contact.work - 1.0) < 1e-9);
+    CHECK(contact.work == energy.contact_work && contact.loss == energy.contact_loss && contact.force_peak > 0.0);
+    CHECK(fk_get_support(sim, &support) == FK_OK);
+    for (i = 0; i < 4; i++)
+        for (k = 0; k < 3; k++)
+            sum[k] += support.attachments[i][k];
+    CHECK(support.total[2] > 0.0 && fabs(sum[2] / support.total[2] - 1.0) < 1e-12);
+    CHECK(fk_get_momentum_residual(sim, momentum) == FK_OK);
+    for (k = 0; k < 3; k++)
+        CHECK(fabs(momentum[k]) < 1e-11 * scene.projectile_mass * 100.0);
+    CHECK(fk_get_fabric(sim, &fabric) == FK_OK);
+    CHECK(fk_copy_positions(sim, x, n) == FK_OK);
+    CHECK(fabric.max_deflection > 0.0 && fabric.max_stretch >= 1.0);
+    for (i = 0; i < n; i += 3)
+        CHECK(fabs(x[i + 2]) <= fabric.max_deflection * (1.0 + 1e-15));
+    CHECK(fk_copy_damage(sim, damage, segments) == FK_OK);
+    for (i = 0; i < segments; i++)
+        failed += damage[i] == 0.0;
+    /* The damage read out belongs to t_n, the counter to the forces of the last step. */
+    CHECK(fk_get_counters(sim, &counters) == FK_OK);
+    CHECK(counters.failed_segments > 0 && failed >= counters.failed_segments);
+    CHECK(counters.most_candidates <= counters.candidate_capacity);
+
+    counters.struct_size = 16;
+    CHECK(fk_get_counters(sim, &counters) == FK_STRUCT_SIZE && counters.struct_size == 16);
+    CHECK(fk_get_energy(sim, NULL) == FK_NULL_POINTER);
+    CHECK(fk_get_momentum_residual(sim, NULL) == FK_NULL_POINTER);
+    CHECK(fk_digest(sim, NULL) == FK_NULL_POINTER && fk_state_size(sim, NULL) == FK_NULL_POINTER);
+    CHECK(fk_set_motion(sim, x, v, n) == FK_ALREADY_STARTED);
+    CHECK(fk_set_largest_stretch(sim, stretch, segments) == FK_ALREADY_STARTED);
+    free(x);
+    free_block(b);
+}
+
+/* Starts given by the host: what does not fit is refused by name and changes nothing. */
+static void given_starts(void)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL;
+    const uint64_t n = 3 * 41 * 41, segments = 2 * 41 * 40, centre = 3 * (20 * 41 + 20);
+    double *x = malloc(3 * n * sizeof *x), *v = x + n, *stretch = v + n;
+    uint64_t before, i;
+    CHECK(x != NULL);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_copy_positions(sim, x, n) == FK_OK && fk_copy_velocities(sim, v, n) == FK_OK);
+    before = digest_of(sim);
+    CHECK(fk_set_motion(sim, x, v, n - 3) == FK_WRONG_LENGTH);
+    told(sim, FK_WRONG_LENGTH, "positions");
+    CHECK(fk_set_motion(sim, NULL, v, n) == FK_NULL_POINTER);
+    told(sim, FK_NULL_POINTER, "positions");
+    x[centre] = NAN;
+    CHECK(fk_set_motion(sim, x, v, n) == FK_NOT_FINITE);
+    told(sim, FK_NOT_FINITE, "positions");
+    x[centre] = 0.0;
+    v[centre + 1] = INFINITY;
+    CHECK(fk_set_motion(sim, x, v, n) == FK_NOT_FINITE);
+    told(sim, FK_NOT_FINITE, "velocities");
+    v[centre + 1] = 0.0;
+    v[0] = 1.0;
+    CHECK(fk_set_motion(sim, x, v, n) == FK_OUT_OF_RANGE);
+    told(sim, FK_OUT_OF_RANGE, "velocities");
+    v[0] = 0.0;
+    x[centre + 2] = -1e-3;
+    CHECK(fk_set_motion(sim, x, v, n) == FK_INITIAL_OVERLAP);
+    told(sim, FK_INITIAL_OVERLAP, "positions");
+    x[centre + 2] = 0.0;
+    for (i = 0; i < segments; i++)
+        stretch[i] = 1.0;
+    CHECK(fk_set_largest_stretch(sim, stretch, segments - 1) == FK_WRONG_LENGTH);
+    stretch[7] = -1.0;
+    CHECK(fk_set_largest_stretch(sim, stretch, segments) == FK_OUT_OF_RANGE);
+    told(sim, FK_OUT_OF_RANGE, "stretches");
+    CHECK(digest_of(sim) == before);
+
+    stretch[7] = 1.06;
+    v[centre + 2] = 5.0;
+    CHECK(fk_set_largest_stretch(sim, stretch, segments) == FK_OK);
+    CHECK(fk_set_motion(sim, x, v, n) == FK_OK);
+    CHECK(fk_copy_damage(sim, stretch, segments) == FK_OK && stretch[7] == 0.0 && stretch[6] == 1.0);
+    CHECK(digest_of(sim) != before);
+    CHECK(fk_reset(sim) == FK_OK);
+    told(sim, FK_OK, "");
+    CHECK(digest_of(sim) == before);
+    free(x);
+    free_block(b);
+}
+
+/* Flush subnormals to zero, on input and output, as fast-math does; how it was set before. */
+static unsigned flush_subnormals(unsigned on)
+{
+#ifdef __SSE2__
+    const unsigned flags = 0x8040, before = _mm_getcsr();
+    _mm_setcsr(on ? before | flags : before & ~flags);
+    return (before & flags) == flags;
+#else
+    return on ^ 1;
+#endif
+}
+
+/* A host that rounds upwards and flushes subnormals gets the same bits and finds its settings as they were. */
+static void rounding_of_the_host(uint64_t expected)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL;
+    int32_t made, advanced;
+    unsigned flushed;
+    int mode;
+    CHECK(fesetround(FE_UPWARD) == 0);
+    flush_subnormals(1);
+    made = fk_init(b.start, b.bytes, &scene, &sim, NULL);
+    advanced = fk_advance(sim, STEPS);
+    mode = fegetround();
+    flushed = flush_subnormals(0);
+    CHECK(fesetround(FE_TONEAREST) == 0);
+    CHECK(made == FK_OK && advanced == FK_OK && mode == FE_UPWARD && flushed);
+    CHECK(digest_of(sim) == expected);
+    free_block(b);
 }
 
 /* A projectile the host prescribes; requests that do not fit it are refused and change nothing. */
@@ -277,15 +504,19 @@ static void prescribed(void)
     path.end.velocity[2] = 90.0;
     before = digest_of(sim);
     CHECK(fk_set_external_load(sim, load, load) == FK_WRONG_DRIVE);
+    told(sim, FK_WRONG_DRIVE, "drive");
     path.first = 3;
     CHECK(fk_follow(sim, &path, 1) == FK_BAD_PATH);
+    told(sim, FK_BAD_PATH, "path.first");
     path.first = 0;
     CHECK(fk_follow(sim, &path, 501) == FK_BAD_PATH);
     path.end.position[0] = NAN;
     CHECK(fk_follow(sim, &path, 1) == FK_NOT_FINITE);
+    told(sim, FK_NOT_FINITE, "path.position");
     path.end.position[0] = 0.0;
     path.end.orientation[0] = 0.0;
     CHECK(fk_follow(sim, &path, 1) == FK_BAD_QUATERNION);
+    told(sim, FK_BAD_QUATERNION, "path.orientation");
     path.end.orientation[0] = 1.0;
     path.end.position[2] += 1.0;
     CHECK(fk_follow(sim, &path, 1) == FK_PROJECTILE_TOO_FAST);
@@ -298,7 +529,39 @@ static void prescribed(void)
     CHECK(fk_get_energy(sim, &energy) == FK_OK);
     CHECK(contact.work > 0.0 && contact.impulse[2] < 0.0);
     CHECK(fabs(energy.residual) < 1e-3 * contact.work);
-    free(b.all);
+    free_block(b);
+}
+
+/* After a failure every call but reset, load, the counters and the fault returns its number. */
+static void every_call_says(fk_sim *sim, int32_t status)
+{
+    fk_path path = {.struct_size = sizeof path, .steps = 1, .end = {.struct_size = sizeof path.end}};
+    fk_motion motion = {.struct_size = sizeof motion};
+    fk_step_limits limits = {.struct_size = sizeof limits};
+    fk_contact contact = {.struct_size = sizeof contact};
+    fk_support support = {.struct_size = sizeof support};
+    fk_energy energy = {.struct_size = sizeof energy};
+    fk_fabric fabric = {.struct_size = sizeof fabric};
+    fk_outcome outcome = {.struct_size = sizeof outcome};
+    static double numbers[3 * 41 * 41];
+    static unsigned char bytes[1 << 18];
+    uint64_t count = 0;
+    const uint64_t n = 3 * 41 * 41, segments = 2 * 41 * 40;
+    CHECK(fk_step(sim) == status && fk_advance(sim, 0) == status && fk_advance(sim, 1) == status);
+    CHECK(fk_advance_until(sim, 0, 1, &count) == status && fk_advance_until(sim, 0, 0, NULL) == status);
+    CHECK(fk_follow(sim, &path, 1) == status);
+    CHECK(fk_get_time(sim, &count, NULL) == status && fk_get_step_limits(sim, &limits) == status);
+    CHECK(fk_get_projectile(sim, &motion) == status && fk_get_contact(sim, &contact) == status);
+    CHECK(fk_get_support(sim, &support) == status && fk_get_energy(sim, &energy) == status);
+    CHECK(fk_get_fabric(sim, &fabric) == status && fk_get_outcome(sim, &outcome) == status);
+    CHECK(fk_get_momentum_residual(sim, numbers) == status);
+    CHECK(fk_set_external_load(sim, numbers, numbers) == status);
+    CHECK(fk_set_motion(sim, numbers, numbers, n) == status);
+    CHECK(fk_set_largest_stretch(sim, numbers, segments) == status);
+    CHECK(fk_copy_positions(sim, numbers, n) == status && fk_copy_velocities(sim, numbers, n) == status);
+    CHECK(fk_copy_damage(sim, numbers, segments) == status && fk_copy_stretch(sim, numbers, segments) == status);
+    CHECK(fk_state_size(sim, &count) == status && fk_state_save(sim, bytes, sizeof bytes) == status);
+    CHECK(fk_digest(sim, &count) == status && count == 0);
 }
 
 /* An external load that makes the projectile too fast: said at once, latched, cleared by reset. */
@@ -307,19 +570,40 @@ static void failure(void)
     fk_scene scene = small_scene();
     block b = new_block(&scene, 0);
     fk_sim *sim = NULL;
-    fk_motion motion = {.struct_size = sizeof motion};
     fk_counters counters = {.struct_size = sizeof counters};
+    uint64_t bytes = 0, start;
+    unsigned char *image;
     const double force[3] = {1e9, 0, 0}, torque[3] = {0, 0, 0}, wrong[3] = {NAN, 0, 0};
     CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    start = digest_of(sim);
+    CHECK(fk_state_size(sim, &bytes) == FK_OK);
+    image = malloc(bytes);
+    CHECK(image != NULL && fk_state_save(sim, image, bytes) == FK_OK);
     CHECK(fk_set_external_load(sim, wrong, torque) == FK_NOT_FINITE);
+    told(sim, FK_NOT_FINITE, "external.force");
     CHECK(fk_set_external_load(sim, force, torque) == FK_OK);
     CHECK(fk_advance(sim, 1000) == FK_TOO_FAST);
-    CHECK(fk_step(sim) == FK_TOO_FAST);
-    CHECK(fk_get_projectile(sim, &motion) == FK_TOO_FAST);
+    CHECK(fk_get_counters(sim, &counters) == FK_OK && counters.steps < 1000);
+    told(sim, FK_TOO_FAST, "");
+    every_call_says(sim, FK_TOO_FAST);
     CHECK(fk_get_counters(sim, &counters) == FK_OK);
+    CHECK(fk_state_load(sim, image, bytes) == FK_OK);
+    CHECK(digest_of(sim) == start);
+    CHECK(fk_set_external_load(sim, force, torque) == FK_OK);
+    CHECK(fk_advance(sim, 1000) == FK_TOO_FAST);
     CHECK(fk_reset(sim) == FK_OK);
+    CHECK(digest_of(sim) == start);
     CHECK(fk_step(sim) == FK_OK);
-    free(b.all);
+    free(image);
+    free_block(b);
+
+    /* Too few places for the nodes under the projectile. */
+    scene.contact_capacity = 1;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_advance(sim, STEPS) == FK_CONTACT_CAPACITY);
+    every_call_says(sim, FK_CONTACT_CAPACITY);
+    free_block(b);
 }
 
 int main(void)
@@ -333,6 +617,10 @@ int main(void)
     the_same_bits(digest);
     bad_memory();
     bad_scenes();
+    bad_faults();
+    read_outs();
+    given_starts();
+    rounding_of_the_host(digest);
     prescribed();
     failure();
     fprintf(stderr, "%d checks hold\n", checks);
