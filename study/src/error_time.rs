@@ -136,7 +136,7 @@ fn smooth_rows() -> Result<Vec<SmoothRow>> {
         let (reference, ..) = smooth_run(case, SMOOTH_REFERENCE, 1)?;
         progress.add(1, || case.name.to_string());
         for fraction in SMOOTH_FRACTIONS {
-            let (positions, steps, dt_over_dt_crit, energy_residual, seconds) = smooth_run(case, fraction, 5)?;
+            let (positions, steps, dt_over_dt_crit, energy_residual, seconds) = smooth_run(case, fraction, 20)?;
             let position_error_m = positions
                 .chunks_exact(3)
                 .zip(reference.chunks_exact(3))
@@ -391,7 +391,7 @@ fn plot_events(path: &Path, rows: &[EventRow], floor: &Floor, smoke: bool) -> Re
     let level = |name: &str, value: f64| Series {
         name: name.to_string(),
         style: Style::Dashed,
-        points: rows.iter().map(|row| (row.seconds_per_run, value)).collect(),
+        points: [rows.first(), rows.last()].into_iter().flatten().map(|row| (row.seconds_per_run, value)).collect(),
     };
     let (absorbed, velocity) =
         rows.last().map_or((f64::NAN, f64::NAN), |row| (row.absorbed_j, row.residual_velocity_m_per_s));

@@ -43,6 +43,8 @@ pub struct Summary {
     pub time: f64,
     /// Kinetic energy of the projectile at the start, J.
     pub initial_kinetic_energy: f64,
+    /// Momentum of the projectile at the start, N s.
+    pub initial_momentum: f64,
     /// Velocity of the projectile at the end, m/s.
     pub residual_velocity: [f64; 3],
     /// Angular velocity of the projectile at the end, rad/s.
@@ -118,6 +120,7 @@ impl Summary {
             dt_over_dt_crit: limits.dt / limits.dt_crit,
             time: sim.time(),
             initial_kinetic_energy: start,
+            initial_momentum: sim.scene().projectile.mass * length(sim.scene().projectile.velocity),
             residual_velocity: motion.velocity,
             residual_angular_velocity: motion.angular_velocity,
             absorbed: contact.work,

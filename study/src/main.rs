@@ -13,6 +13,7 @@ mod progress;
 mod report;
 mod run;
 mod scene_file;
+mod stability;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -34,6 +35,8 @@ enum Command {
     Run(run::Options),
     /// Error over run time: step sizes against their cost, in the smooth phase and over a whole impact.
     ErrorTime(error_time::Options),
+    /// Extreme and senseless scenes, each with the outcome it must have.
+    Stability(stability::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -42,6 +45,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
         Command::ErrorTime(options) => error_time::run(&options),
+        Command::Stability(options) => stability::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     match result {

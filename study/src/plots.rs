@@ -87,7 +87,7 @@ impl Plot<'_> {
             let (x, y) = (x.widened_by_factor(1.4), y.widened_by_factor(2.0));
             let bottom_top = (y.start, y.end);
             let mut chart = builder.build_cartesian_2d(x.log_scale(), y.log_scale()).map_err(text)?;
-            self.draw(&mut chart, bottom_top, &|value| format!("{value:e}"))?;
+            self.draw(&mut chart, bottom_top, &power)?;
         } else {
             let (x, y) = (x.widened_by_part(0.0), y.widened_by_part(0.06));
             let bottom_top = (y.start, y.end);
@@ -390,6 +390,31 @@ fn decimal(value: &f64) -> String {
     if text == "-0" { "0".to_string() } else { text.to_string() }
 }
 
+/// A tick of a logarithmic axis: one figure.
+fn power(value: &f64) -> String {
+    let text = format!("{value:.0e}");
+    // Within a few powers of ten of 1 plain digits read better.
+    text.parse::<f64>().ok().filter(|value| (1e-3..1e4).contains(value)).map_or(text, |value| value.to_string())
+}
+
 fn text<E: std::fmt::Display>(error: E) -> Box<dyn std::error::Error> {
     error.to_string().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_short() {
+        assert_eq!([0.1 + 0.2, -0.0, 1500.0, 2.5].map(|x| decimal(&x)), ["0.3", "0", "1500", "2.5"]);
+        assert_eq!([0.30000000000000004, 1e-9, 9.999999e-8, 20.0].map(|x| power(&x)), ["0.3", "1e-9", "1e-7", "20"]);
+    }
+
+    #[test]
+    fn a_yarn_falls_apart_at_its_failed_segments() {
+        let alphas = [1.0, 0.0, 0.5, 1.0, 0.0, 1.0];
+        let pieces = whole_pieces(&mut alphas.into_iter().enumerate());
+        assert_eq!(pieces, [vec![0, 1], vec![2, 3, 4]]);
+    }
 }

@@ -45,3 +45,16 @@ pub fn deviation(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|x| (x - middle) * (x - middle)).sum();
     (squares / (values.len() - 1) as f64).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statistics_of_few_values() {
+        assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0])), (2.0, 2.5));
+        assert_eq!((mean(&[1.0, 3.0]), deviation(&[1.0, 3.0]), deviation(&[5.0])), (2.0, 2.0_f64.sqrt(), 0.0));
+        assert_eq!(least(&[2.0, 1.0]), 1.0);
+        assert!(median(&[]).is_nan() && least(&[]).is_nan());
+    }
+}

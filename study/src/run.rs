@@ -7,7 +7,7 @@ use crate::plots::{Mark, Plot, Series, SheetPicture, Style};
 use crate::progress::Progress;
 use crate::{Result, report, scene_file};
 use clap::{Args, ValueEnum};
-use fabric::{Outcome, Scene, Sim};
+use fabric::{Outcome, Scene, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -150,6 +150,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let ns = 1e9 * stepping / (summary.steps.max(1) * sim.layout().nodes() as u64) as f64;
     let text = table(&name, &scene, &sim, &summary, wall.seconds(), ns);
     println!("{text}");
+    warn(&scene, &sim, &summary);
     std::fs::write(out.join("summary.txt"), text + "\n")?;
     std::fs::write(out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
     if !options.no_plots {
@@ -244,6 +245,29 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     row("wall time", format!("{wall:.2} s with history and read-outs"));
     row("stepping", format!("{ns:.2} ns per node-step ({})", crate::machine::CLOCK_NAME));
     table.to_string()
+}
+
+/// What the numbers alone do not say loudly enough.
+fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
+    if scene.step_check == StepCheck::None {
+        eprintln!("warning: the step was not checked; above 0.5 dt_crit results are plausible garbage");
+    }
+    if summary.energy_residual_relative.abs() > 0.01 {
+        eprintln!(
+            "warning: the energy balance is off by more than 1 % of the kinetic energy at the start: take a smaller step"
+        );
+    }
+    if summary.unconverged > 0 {
+        eprintln!("warning: {} contact solves ran out of sweeps: the projectile is too light", summary.unconverged);
+    }
+    let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
+    let free = |j: usize| {
+        let fixed: u32 = fabric::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
+        (fixed as usize) < nx
+    };
+    if !(0..ny).any(free) {
+        eprintln!("warning: every node is fixed: there is nothing to hit");
+    }
 }
 
 /// Name of an attachment by its number.
