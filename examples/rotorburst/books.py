@@ -3,6 +3,10 @@
 import numpy as np
 
 
+INTERFACE = "Interface, energy: loss of the fragment | contact.work"
+SHIELD = "Shield, energy: contact.work | kinetic + strain + dissipated + contact loss"
+
+
 class Ledger:
     """Sums of the fragment's own forces (gravity, drag), and the fragment as it was at the start."""
 
@@ -35,10 +39,10 @@ class Ledger:
             "Interface, angular momentum: change of the fragment's | contact.angular_impulse": entry(
                 "N m s", size(turned), size(angular), size(turned - angular), size(angular), "angular impulse"
             ),
-            "Interface, energy: loss of the fragment | contact.work": entry(
+            INTERFACE: entry(
                 "J", lost, work, lost - work, impact_energy, "energy at impact"
             ),
-            "Shield, energy: contact.work | kinetic + strain + dissipated + contact loss": entry(
+            SHIELD: entry(
                 "J", work, held, outputs["energy.residual"], impact_energy, "energy at impact"
             ),
             "Shield, momentum: contact.impulse | fabric + supports (difference: momentum.residual)": entry(
@@ -53,7 +57,10 @@ def result_rows(results):
     outputs, body = results["outputs"], results["body"]
     start, energy = results["start"], results["impact_energy"]
     contact = results["first_contact"]
-    since = lambda t: f"{1e6 * (t - contact):.0f} us after first contact" if contact >= 0.0 else "no contact"
+
+    def since(t):
+        return f"{1e6 * (t - contact):.0f} us after first contact" if contact >= 0.0 else "no contact"
+
     absorbed = outputs["contact.work"]
     detached = results.get("detached")
     rows = [
@@ -66,15 +73,18 @@ def result_rows(results):
         (f"Absorbed energy at the end ({results['end']})", f"{absorbed:.3f} J = {100.0 * absorbed / energy:.1f} %"),
         ("Peak force (mean over 1 us)", f"{1e-3 * outputs['contact.force_peak']:.2f} kN"),
         ("Failed segments", f"{outputs['fabric.failed_segments']} of {results['segments']}"),
-        ("Largest deflection", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
+        ("Largest deflection (debris included)", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
         ("Angular velocity at the end", vector(results["angular_velocity"], "rad/s", 1)),
-        ("Impulse on all supports", vector(outputs["support.impulse"], "N s", 4)),
+        ("Impulse on the supports", vector(outputs["support.impulse"], "N s", 4)),
     ]  # fmt: skip
     names = attachment_names(results["options"]["attachment"])
     each = np.reshape(outputs["support.attachment_impulse"], (-1, 3))
-    rows += [(f"  {name}", vector(impulse, "N s", 4)) for name, impulse in zip(names, each)]
+    rows += [(f"Impulse on {name}", vector(impulse, "N s", 4)) for name, impulse in zip(names, each)]
     steps, wall = results["internal_steps"], results["wall_time"]
     cost = 1e9 * wall / (steps * results["nodes"] ** 2)
+    for name, key in [("Interface residual", INTERFACE), ("Energy residual of the shield", SHIELD)]:
+        entry = results["books"][key]
+        rows.append((name, f"{entry['difference']:.2e} J = {100.0 * entry['relative']:.1g} % of the energy at impact"))
     rows += [
         ("Steps", f"{results['steps']} communication steps, {steps} internal steps"),
         ("Wall time", f"{wall:.1f} s ({cost:.1f} ns per node and internal step, all read-outs included)"),

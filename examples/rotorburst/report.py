@@ -27,7 +27,7 @@ td, th { padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #e5e7eb; text-al
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(26rem, 1fr)); gap: 1rem; }
 figure { margin: 1rem 0; } img { width: 100%; } figcaption { font-size: .85rem; color: #4b5563; }
-pre { background: #f3f4f6; border-radius: .4rem; padding: .7rem .9rem; overflow-x: auto; font-size: .85rem; }
+pre { background: #f3f4f6; border-radius: .4rem; padding: .7rem .9rem; white-space: pre-wrap; font-size: .85rem; }
 """
 
 
@@ -132,12 +132,12 @@ def main():
               f"{entry['relative']:.1e}", entry["scale"]) for name, entry in entries]  # fmt: skip
     parts += [
         "<h2>Results</h2>",
-        table(result_rows(results)),
+        table([(name.replace(" us", " µs"), value.replace(" us", " µs")) for name, value in result_rows(results)]),
         "<h2>Books between host and shield</h2>",
         "<p>The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the "
         "host's side. The difference in energy is the error of the coupling at this communication step; the shield's own energy "
         "balance shows the error of its time step.</p>",
-        table(books, numbers=(2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
+        table(books, numbers=(1, 2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
         "<h2>What these numbers mean</h2>",
         "<ul><li>After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of "
         "failure. One run is one draw; residual velocity, absorbed energy and failed segments are to be compared as "
@@ -152,7 +152,8 @@ def main():
         "<pre>cargo xtask demo\n\n"
         "# other cases, with the environment and the FMU that the demo has made:\n"
         "target/venv/bin/python examples/rotorburst/rotorburst.py --fmu target/fmu/FabricShield-fmi2.fmu \\\n"
-        f"    --out results{shown_options(results)}</pre>",
+        f"    --out results{shown_options(results)}\n"
+        "target/venv/bin/python examples/rotorburst/report.py results</pre>",
     ]  # fmt: skip
     page = f"<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Rotorburst fragment against a fabric shield</title><style>{STYLE}</style></head><body>\n"
     path = folder / "report.html"

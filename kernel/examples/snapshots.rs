@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut values = vec![f64::from(scene.sheet.nodes_x), f64::from(scene.sheet.nodes_y), pictures.len() as f64];
     let mut ending = None;
     for picture in pictures {
-        let step = (picture / dt).round() as u64;
+        let step = fabric::math::round(picture / dt) as u64;
         watch(&mut sim, step, &mut ending)?;
         sim.advance(step.saturating_sub(sim.step_count()))?;
         let body = sim.projectile()?;
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         values.extend(positions);
         values.extend(alpha);
     }
-    watch(&mut sim, (end / dt).round() as u64, &mut ending)?;
+    watch(&mut sim, fabric::math::round(end / dt) as u64, &mut ending)?;
     values.extend(ending.unwrap_or(ending_of(&sim, -1.0)?));
     let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     Ok(std::fs::write(out, bytes)?)
