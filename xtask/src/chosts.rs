@@ -1,6 +1,6 @@
 //! The C interface: its header, its two libraries, and C and C++ programs that use them as a host would.
 
-use crate::tools::{Outcome, cargo, output, run as command, target, top};
+use crate::tools::{Outcome, cargo, output, panic_gate, run as command, target, top};
 use std::path::{Path, PathBuf};
 
 /// Where the header is committed.
@@ -65,7 +65,7 @@ pub fn run() -> Outcome {
         }
     }
     undefined(&libraries.join("libfabric_kernel.so"))?;
-    gate("capi-lib")
+    panic_gate("capi-lib")
 }
 
 fn compile(compiler: &str, standard: &str, source: &str, library: &Path, program: &Path) -> Outcome {
@@ -84,24 +84,4 @@ fn undefined(library: &Path) -> Outcome {
     let strangers: Vec<_> =
         names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !ALLOWED.contains(name)).collect();
     if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
-}
-
-/// Links a library in which the panic handler calls a function that does not exist: it links only if no panic can be
-/// reached from any exported function.
-pub fn gate(package: &str) -> Outcome {
-    let folder = target().join("gate");
-    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
-        .args(["--features", "gate", "--target-dir"])
-        .arg(&folder)
-        .env("RUSTFLAGS", "-Clink-arg=-Wl,-z,defs -Clink-arg=-lc")
-        .current_dir(top())
-        .status()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
-    if status.success() {
-        println!("  {package}: no panic can be reached");
-        Ok(())
-    } else {
-        Err(format!("a panic can be reached in {package} (the linker names the function that needs it)"))
-    }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 pub struct Options {
     /// The 3 in sheet and the sphere instead of the 10 in sheet and the cylinder: some seconds instead of a minute.
     #[arg(long)]
-    quick: bool,
+    pub quick: bool,
 }
 
 /// Runs the command.

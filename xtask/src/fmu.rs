@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 pub struct Options {
     /// Only compare the committed model descriptions with the table of variables.
     #[arg(long)]
-    check: bool,
+    pub check: bool,
     /// Only link the library so that a panic which any exported function could reach is a link error.
     #[arg(long)]
-    gate: bool,
+    pub gate: bool,
 }
 
 const DESCRIPTION: &str =
@@ -38,7 +38,7 @@ pub fn run(options: &Options) -> Outcome {
         }
     }
     if options.gate {
-        gate()?;
+        tools::panic_gate("fmu-lib")?;
     }
     if options.check || options.gate {
         return Ok(());
@@ -78,20 +78,6 @@ pub fn run(options: &Options) -> Outcome {
         println!("{}", archive.display());
     }
     Ok(())
-}
-
-/// Links the library with a panic handler that calls a function which exists nowhere.
-fn gate() -> Outcome {
-    let folder = tools::target().join("gate");
-    let arguments = ["build", "--profile", "ship", "-p", "fmu-lib", "--features", "gate", "--target-dir"];
-    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(arguments)
-        .arg(folder)
-        .env("RUSTFLAGS", "-Clink-arg=-Wl,-z,defs")
-        .current_dir(tools::top())
-        .status()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
-    if status.success() { Ok(()) } else { Err("a panic can be reached from an exported function of the FMU".into()) }
 }
 
 /// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.

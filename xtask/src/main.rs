@@ -3,6 +3,7 @@
 mod chosts;
 mod demo;
 mod fmu;
+mod readme;
 mod tests;
 mod tools;
 

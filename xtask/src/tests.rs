@@ -1,26 +1,90 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo};
+use crate::tools::{Outcome, cargo, python, run as command, target};
+use std::time::Instant;
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
-pub struct Options {}
+pub struct Options {
+    /// Run only the steps whose name contains this text.
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+}
+
+/// A named step.
+type Step = (&'static str, fn() -> Outcome);
+
+/// What every change must pass, within 8 minutes on 2 cores.
+const TEST: &[Step] = &[
+    ("format", || cargo(&["fmt", "--all", "--check"])),
+    ("clippy", || cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])),
+    ("unit, physics, golden and robustness tests", || {
+        cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro"])
+    }),
+    ("C header", crate::chosts::header_check),
+    ("C and C++ hosts", crate::chosts::run),
+    ("FMUs", fmu),
+    ("README", crate::readme::run),
+    ("studies in short form", studies),
+    ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
+];
+
+/// The long checks, by hand before a release: about half an hour.
+const VERIFY: &[Step] = &[
+    ("ensembles against the prototype's numbers", || {
+        cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
+    }),
+    ("error against run time", || study(&["error-time"])),
+    ("stability", || study(&["stability"])),
+];
 
 /// Every check that a change must pass.
-pub fn run(_options: &Options) -> Outcome {
-    cargo(&["fmt", "--all", "--check"])?;
-    cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
-    cargo(&["test", "--workspace"])?;
-    crate::chosts::header_check()?;
-    crate::chosts::run()
+pub fn run(options: &Options) -> Outcome {
+    let wanted = |name: &str| options.only.as_ref().is_none_or(|text| name.contains(text.as_str()));
+    steps(TEST.iter().filter(|(name, _)| wanted(name)))
 }
 
 /// The long checks.
 pub fn verify() -> Outcome {
-    Err("not built yet".into())
+    steps(TEST.iter().chain(VERIFY))
 }
 
 /// ns per node-step.
 pub fn bench() -> Outcome {
-    Err("not built yet".into())
+    study(&["bench"])
+}
+
+/// Runs the steps in order, stops at the first that fails, and prints what each took.
+fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
+    let mut summary = Vec::new();
+    for (name, step) in steps {
+        println!("\n== {name}");
+        let start = Instant::now();
+        step().map_err(|message| format!("step \"{name}\": {message}"))?;
+        summary.push(format!("  passed in {:6.1} s  {name}", start.elapsed().as_secs_f64()));
+    }
+    println!("\n{}\n{} passed, 0 failed", summary.join("\n"), summary.len());
+    Ok(())
+}
+
+/// Compares the committed model descriptions, builds both FMUs, links the panic gate and runs the FMPy tests.
+fn fmu() -> Outcome {
+    crate::fmu::run(&crate::fmu::Options { check: true, gate: true })?;
+    crate::fmu::run(&crate::fmu::Options::default())?;
+    command(python()?, &["tests/fmi/run.py"])
+}
+
+/// Every study in its `--smoke` form, written to target/smoke.
+fn studies() -> Outcome {
+    let out = target().join("smoke");
+    for name in ["error-time", "stability", "bench"] {
+        study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
+    }
+    let run = out.join("run");
+    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &run.to_string_lossy()])
+}
+
+fn study(arguments: &[&str]) -> Outcome {
+    let program = ["run", "--quiet", "--release", "--package", "fabric-study", "--"];
+    cargo(&[&program[..], arguments].concat())
 }

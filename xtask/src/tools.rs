@@ -34,7 +34,6 @@ pub fn cargo(arguments: &[&str]) -> Outcome {
 }
 
 /// Runs a program in the top folder and returns what it prints to standard output.
-#[allow(dead_code)] // used by the commands that inspect what was built
 pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Result<String, String> {
     let program = program.as_ref();
     let shown = format!("{} {}", program.to_string_lossy(), arguments.join(" "));
@@ -47,6 +46,26 @@ pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Resul
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     } else {
         Err(format!("`{shown}` failed ({}): {}", output.status, String::from_utf8_lossy(&output.stderr)))
+    }
+}
+
+/// Links a library in which the panic handler calls a function that does not exist: it links only if no panic can be
+/// reached from any exported function.
+pub fn panic_gate(package: &str) -> Outcome {
+    let folder = target().join("gate");
+    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
+        .args(["--features", "gate", "--target-dir"])
+        .arg(&folder)
+        .env("RUSTFLAGS", "-Clink-arg=-Wl,-z,defs -Clink-arg=-lc")
+        .current_dir(top())
+        .status()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    if status.success() {
+        println!("  {package}: no panic can be reached");
+        Ok(())
+    } else {
+        Err(format!("a panic can be reached in {package} (the linker names the function that needs it)"))
     }
 }
 
