@@ -193,10 +193,8 @@ pub struct SheetPicture<'a> {
     pub positions: &'a [f64],
     /// alpha of every segment, horizontal ones first.
     pub damage: &'a [f64],
-    /// Centre of the projectile, m.
-    pub projectile: [f64; 3],
-    /// Its radius, m.
-    pub radius: f64,
+    /// Lines on the surface of the projectile, m.
+    pub outline: Vec<Vec<[f64; 3]>>,
 }
 
 impl SheetPicture<'_> {
@@ -222,44 +220,49 @@ impl SheetPicture<'_> {
             oblique([1e3 * x[0], 1e3 * x[1], 1e3 * x[2]])
         };
         let [nx, ny] = self.nodes;
-        let half = 0.5e3 * (self.positions[3 * (nx - 1)] - self.positions[0]).abs().max(1e-6);
-        let (reach, depth) = (1.35 * half, 1.1 * half);
+        let outline: Vec<Vec<(f64, f64)>> =
+            self.outline.iter().map(|line| line.iter().map(|x| oblique(x.map(|x| 1e3 * x))).collect()).collect();
+        let points: Vec<(f64, f64)> = (0..nx * ny).map(point).collect();
+        let (x, y) = frame(&points, &outline);
+        // Debris may be anywhere: what lies outside is left out.
+        let seen = |node: usize| x.contains(&points[node].0) && y.contains(&points[node].1);
+        let joined = |a: usize, b: usize, alpha: f64| if seen(a) && seen(b) { alpha } else { 0.0 };
         let mut chart = ChartBuilder::on(area)
             .caption("deformed, oblique view (mm)", (FONT, 16))
             .margin(10)
             .x_label_area_size(34)
             .y_label_area_size(44)
-            .build_cartesian_2d(-reach..reach, -depth..reach * 2.0 - depth)
+            .build_cartesian_2d(x.clone(), y.clone())
             .map_err(text)?;
         mesh(&mut chart)?;
         let stride = self.stride();
         let line = RGBColor(90, 110, 140).mix(0.75).stroke_width(1);
         let mut draw = |nodes: &mut dyn Iterator<Item = (usize, f64)>| -> Result<()> {
             for piece in whole_pieces(nodes) {
-                let points: Vec<(f64, f64)> = piece.into_iter().map(point).collect();
+                let points: Vec<(f64, f64)> = piece.into_iter().map(|node| points[node]).collect();
                 chart.draw_series(std::iter::once(PathElement::new(points, line))).map_err(text)?;
             }
             Ok(())
         };
         for j in (0..ny).step_by(stride) {
-            draw(&mut (0..nx).map(|i| (j * nx + i, if i + 1 < nx { self.horizontal(i, j) } else { 0.0 })))?;
+            draw(&mut (0..nx).map(|i| {
+                let node = j * nx + i;
+                (node, if i + 1 < nx { joined(node, node + 1, self.horizontal(i, j)) } else { 0.0 })
+            }))?;
         }
         for i in (0..nx).step_by(stride) {
-            draw(&mut (0..ny).map(|j| (j * nx + i, if j + 1 < ny { self.vertical(i, j) } else { 0.0 })))?;
+            draw(&mut (0..ny).map(|j| {
+                let node = j * nx + i;
+                (node, if j + 1 < ny { joined(node, node + nx, self.vertical(i, j)) } else { 0.0 })
+            }))?;
         }
-        let coloured = self.segments().filter(|(_, _, alpha)| *alpha > 0.0 && *alpha < 1.0);
-        let coloured = coloured
-            .map(|(a, b, alpha)| PathElement::new(vec![point(a), point(b)], damage_colour(alpha).stroke_width(2)));
+        let coloured = self
+            .segments()
+            .filter(|&(a, b, alpha)| alpha > 0.0 && alpha < 1.0 && seen(a) && seen(b))
+            .map(|(a, b, alpha)| PathElement::new(vec![points[a], points[b]], damage_colour(alpha).stroke_width(2)));
         chart.draw_series(coloured).map_err(text)?;
-        let centre = self.projectile.map(|x| 1e3 * x);
-        let ring = (0..=60).map(|k| {
-            let angle = std::f64::consts::TAU * k as f64 / 60.0;
-            let (x, y) = oblique(centre);
-            (x + 1e3 * self.radius * angle.cos(), y + 1e3 * self.radius * angle.sin())
-        });
-        chart
-            .draw_series(std::iter::once(PathElement::new(ring.collect::<Vec<_>>(), BLACK.stroke_width(2))))
-            .map_err(text)?;
+        let outline = outline.into_iter().map(|line| PathElement::new(line, BLACK.stroke_width(1)));
+        chart.draw_series(outline).map_err(text)?;
         Ok(())
     }
 
@@ -331,6 +334,23 @@ fn whole_pieces(nodes: &mut dyn Iterator<Item = (usize, f64)>) -> Vec<Vec<usize>
     }
     pieces.retain(|piece| piece.len() > 1);
     pieces
+}
+
+/// A square window, the same scale along both axes, about nearly all points and all of the outline.
+fn frame(points: &[(f64, f64)], outline: &[Vec<(f64, f64)>]) -> (std::ops::Range<f64>, std::ops::Range<f64>) {
+    let span = |value: fn(&(f64, f64)) -> f64| {
+        let mut sorted: Vec<f64> = points.iter().map(value).collect();
+        sorted.sort_by(f64::total_cmp);
+        let outside = sorted.len() / 200;
+        let mut span = Span::default();
+        sorted[outside..sorted.len() - outside].iter().for_each(|&x| span.include(x));
+        outline.iter().flatten().for_each(|point| span.include(value(point)));
+        span.0.unwrap_or((0.0, 1.0))
+    };
+    let (x, y) = (span(|point| point.0), span(|point| point.1));
+    let half = 0.56 * (x.1 - x.0).max(y.1 - y.0).max(1e-9);
+    let about = |(low, high): (f64, f64)| 0.5 * (low + high) - half..0.5 * (low + high) + half;
+    (about(x), about(y))
 }
 
 /// x to the right, y into the picture, z up.

@@ -7,7 +7,7 @@ use crate::plots::{Mark, Plot, Series, SheetPicture, Style};
 use crate::progress::Progress;
 use crate::{Result, report, scene_file};
 use clap::{Args, ValueEnum};
-use fabric::{Outcome, Scene, Sim, StepCheck};
+use fabric::{Motion, Outcome, Scene, Shape, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ pub struct Options {
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
     /// Steps between two rows of the history.
-    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
     sample: u64,
     /// Write no plots.
     #[arg(long)]
@@ -345,8 +345,54 @@ fn plot_sheet(path: &Path, name: &str, sim: &Sim<'_>) -> Result<()> {
         nodes: [sim.layout().nodes_x, sim.layout().nodes_y],
         positions: &positions,
         damage: &damage,
-        projectile: sim.projectile()?.position,
-        radius: sim.scene().projectile.radius,
+        outline: outline(sim.scene(), &sim.projectile()?),
     }
     .write(path)
+}
+
+/// Lines that show where the projectile is and how it is turned: three great circles of a sphere; both rims and eight
+/// generators of a cylinder.
+fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
+    let (radius, half) = (scene.projectile.radius, 0.5 * scene.projectile.length);
+    let ring = |at: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
+        let angles = (0..=48).map(|k| std::f64::consts::TAU * k as f64 / 48.0);
+        angles.map(|angle| at(radius * angle.cos(), radius * angle.sin())).collect()
+    };
+    let lines = match scene.projectile.shape {
+        Shape::Sphere => vec![ring(&|a, b| [a, b, 0.0]), ring(&|a, b| [a, 0.0, b]), ring(&|a, b| [0.0, a, b])],
+        Shape::Cylinder => {
+            let (top, bottom) = (ring(&|a, b| [a, b, half]), ring(&|a, b| [a, b, -half]));
+            let generators = (0..48).step_by(6).map(|k| vec![top[k], bottom[k]]);
+            generators.chain([top.clone(), bottom.clone()]).collect()
+        }
+    };
+    let world = |line: Vec<[f64; 3]>| line.into_iter().map(|x| placed(x, motion)).collect();
+    lines.into_iter().map(world).collect()
+}
+
+/// A point of the body in the world: P + q x q^-1, written as x + 2 w (u x x) + 2 u x (u x x) with q = (w, u).
+fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
+    let [w, ux, uy, uz] = motion.orientation;
+    let cross = |b: [f64; 3]| [uy * b[2] - uz * b[1], uz * b[0] - ux * b[2], ux * b[1] - uy * b[0]];
+    let once = cross(x);
+    let twice = cross(once);
+    [0, 1, 2].map(|k| motion.position[k] + x[k] + 2.0 * (w * once[k] + twice[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quarter_turn_about_z_brings_x_to_y() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let motion = Motion {
+            position: [0.0, 0.0, 3.0],
+            velocity: [0.0; 3],
+            orientation: [half, 0.0, 0.0, half],
+            angular_velocity: [0.0; 3],
+        };
+        let point = placed([1.0, 0.0, 0.0], &motion);
+        assert!(event::length([point[0], point[1] - 1.0, point[2] - 3.0]) < 1e-15);
+    }
 }
