@@ -111,7 +111,8 @@ fn run(row: &Row, k: u64) -> Run {
     let mut sim = buffers.sim(&scene);
     let end = Outcome::Arrested.bit() | Outcome::Exited.bit();
     if row.yarn == Mirrored {
-        mirror::advance_until(&mut sim, end, STEP_LIMIT);
+        // Torn off evenly, the sheet drapes about the sphere and stays there: the run ends with its detachment.
+        mirror::advance_until(&mut sim, end | Outcome::Detached.bit(), STEP_LIMIT);
     } else {
         sim.advance_until(end, STEP_LIMIT).expect("no failure");
     }
@@ -123,7 +124,7 @@ fn run(row: &Row, k: u64) -> Run {
         at_detached: work(Outcome::Detached),
         residual: sim.projectile().expect("sound").velocity[2],
         arrested,
-        timeout: outcomes.mask & end == 0,
+        timeout: outcomes.mask == 0,
         failed_segments: sim.counters().failed_segments,
         audit: sim.energy().expect("sound").residual / row.energy,
     }
