@@ -1,7 +1,7 @@
 //! The simulation: one step function over three blocks of caller memory (model, state, scratch), and its read-outs.
 //!
-//! Read-outs are pure: they commit nothing, so asking for them changes no bit. After a failure every call but reset, load and
-//! the counters repeats it.
+//! Read-outs are pure: they commit nothing, so asking for them changes no bit. After a failure every call but reset, load, the
+//! counters, the outcomes (whose status then says "faulted") and the digest repeats it.
 
 use crate::blocks::Blocks;
 use crate::contact::Search;
@@ -186,6 +186,7 @@ impl<'a> Sim<'a> {
 
     /// `steps` steps. Stops at the first failure.
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        self.sound()?;
         for _ in 0..steps {
             self.step()?;
         }
