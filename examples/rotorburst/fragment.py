@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 GRAVITY = np.array([0.0, -9.81, 0.0])  # m/s2
+ZERO = np.zeros(3)
 AIR_DENSITY = 1.225  # kg/m3
 
 
@@ -87,14 +88,17 @@ class Fragment:
         drag = -0.5 * AIR_DENSITY * self.body.drag_coefficient * area * np.linalg.norm(self.velocity) * self.velocity
         return self.body.mass * GRAVITY + drag
 
-    def step(self, h, force, torque):
-        """Moves on by `h` under a force and a torque that are constant over the step: the impulses force h and torque h are exact.
+    def step(self, h, own, force=ZERO, torque=ZERO, tick=0.0):
+        """Moves on by `h` under its own force and the shield's mean force and torque: the impulses are exact.
+
+        The shield's impulses act at the start of each of its internal steps `tick`, so they move the fragment tick/2 longer
+        than a force spread evenly would: F/2m h (h + tick).
 
         The rotation is the midpoint rule for q' = w q/2 at the angular momentum in the middle of the step.
         """
-        acceleration = force / self.body.mass
-        self.position = self.position + self.velocity * h + 0.5 * acceleration * h**2
-        self.velocity = self.velocity + acceleration * h
+        from_own, from_shield = own / self.body.mass, force / self.body.mass
+        self.position = self.position + self.velocity * h + 0.5 * from_own * h**2 + 0.5 * from_shield * h * (h + tick)
+        self.velocity = self.velocity + (from_own + from_shield) * h
         middle = self.angular_momentum + 0.5 * h * torque
         halfway = product(exponential(0.5 * h * self.angular_velocity()), self.orientation)
         turn = exponential(h * self.angular_velocity(halfway, middle))

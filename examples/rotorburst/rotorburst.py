@@ -40,17 +40,17 @@ def fly(fragment, ledger, rows):
             raise SystemExit("the fragment never reaches the sheet")
         h = min(FLIGHT_STEP, (-NEAR - fragment.front()) / fragment.velocity[2] + 1e-7)
         force = fragment.own_force()
-        ledger.own_work += own_step(fragment, h, force, np.zeros(3), np.zeros(3))
+        ledger.own_work += own_step(fragment, h, force)
         ledger.own_impulse += force * h
         t += h
         rows.append(row(t, fragment))
     return t
 
 
-def own_step(fragment, h, own, force, torque):
+def own_step(fragment, h, own, *from_shield):
     """One step of the host. Returns the work of the fragment's own forces: force times mean velocity is exact here."""
     before = fragment.velocity
-    fragment.step(h, own + force, torque)
+    fragment.step(h, own, *from_shield)
     return h * own @ (0.5 * (before + fragment.velocity))
 
 
@@ -65,7 +65,8 @@ def couple(fragment, shield, ledger, rows, start, step, limit):
             shield.step(start + k * step, step, fragment, (mean_force + own) / fragment.body.mass)
             outputs = shield.outputs()
             mean_force = outputs["contact.force_mean"]
-            ledger.own_work += own_step(fragment, step, own, mean_force, outputs["contact.torque_mean"])
+            torque = outputs["contact.torque_mean"]
+            ledger.own_work += own_step(fragment, step, own, mean_force, torque, INTERNAL_STEP)
             ledger.own_impulse += own * step
             t = start + (k + 1) * step
             rows.append(row(t, fragment, outputs))

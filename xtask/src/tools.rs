@@ -81,7 +81,7 @@ pub fn python() -> Result<PathBuf, String> {
     }
     println!("Setting up the Python environment in {} ...", venv.display());
     run("python3", &["-m", "venv", &venv.to_string_lossy()])
-        .map_err(|e| format!("{e}; Python 3.9 or newer with the venv module is needed"))?;
+        .map_err(|e| format!("{e}; Python 3.11 or newer with the venv module is needed"))?;
     run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", "requirements.txt"])?;
     std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     Ok(python)
