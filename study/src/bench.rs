@@ -1,7 +1,7 @@
 //! ns per node-step. One node-step is one node advanced by one step, with its two segments.
 //!
 //! Two cases. "sweep": a moving sheet without a projectile, nothing tracked: the hot pass alone. "run": the preset sphere at
-//! 300 m/s on four held sides, taken up after 1000 steps, when contact is wide and the first segments fail, with supports and
+//! 300 m/s on four held sides, taken up after 1000 steps, when contact is wide and the first segments are failing or about to, with supports and
 //! detachment tracked. Rows still at rest are stepped too, so that the figure does not depend on how far the wave
 //! has come.
 //!
