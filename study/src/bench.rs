@@ -1,9 +1,9 @@
 //! ns per node-step. One node-step is one node advanced by one step, with its two segments.
 //!
 //! Two cases. "sweep": a moving sheet without a projectile, nothing tracked: the hot pass alone. "run": the preset sphere at
-//! 300 m/s on four held sides, taken up after 1000 steps, when contact is wide and the first segments are failing or about to, with supports and
-//! detachment tracked. Rows still at rest are stepped too, so that the figure does not depend on how far the wave
-//! has come.
+//! 300 m/s on four held sides, taken up after 1000 steps, when contact is wide and the first segments fail or are about to,
+//! with supports and detachment tracked. Rows still at rest are stepped too, so that the figure does not depend on how far
+//! the wave has come.
 //!
 //! Method: every instruction set starts from the same image and takes the same steps; the rounds go through all sets in turn,
 //! so that a change of the machine's load meets all of them. The least time is the machine's, the median says how quiet it was.
