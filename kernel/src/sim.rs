@@ -238,7 +238,7 @@ impl<'a> Sim<'a> {
         Ok(self.advance(steps)?)
     }
 
-    /// The body as a path starts from it: with the rates the path before ended with, if there was one until now.
+    /// The body as a path starts from it: with the rates the path before ended with, if one ended just here.
     fn path_start(&self) -> Body {
         let (body, track) = (self.state.body, &self.state.track);
         if track.steps > 0 && track.first + track.steps == self.state.step {
@@ -407,7 +407,8 @@ impl<'a> Sim<'a> {
         self.failure
     }
 
-    /// The projectile: pose at t_n, rates at t_{n-1/2} (constant between impulses), host's frame.
+    /// The projectile, host's frame: pose at t_n, rates at t_{n-1/2} (constant between impulses; on a path the means over the
+    /// last step).
     pub fn projectile(&self) -> Result<Motion, Failure> {
         self.sound()?;
         Ok(path::out_of_sheet(&self.model.pose, &self.state.body.motion()))
