@@ -1,8 +1,8 @@
-//! One lane trait over f64, SSE2, AVX2 and AVX-512, and the choice between them.
+//! One lane trait over plain Rust, SSE2, AVX2 and AVX-512, and the choice between them.
 //!
 //! Method: the hot pass is written once, generic over [`Lane`]; every instance does the same IEEE operations on each number,
 //! so all give the same bits. The instruction set is found once, when a simulation is made, and never changes a result.
-//! Limits: elsewhere than x86-64 the scalar lane is used; the compiler may vectorise it.
+//! Limits: elsewhere than x86-64 the plain Rust lane is used; the compiler may vectorise it.
 //! With `bands.rs` this is the only file of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
@@ -12,7 +12,7 @@ use crate::layout::CHUNK;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum InstructionSet {
-    /// One number at a time.
+    /// Plain Rust, written for pairs of numbers; the compiler makes of it what the target has.
     Scalar = 0,
     /// Two at a time (every x86-64).
     Sse2 = 1,
@@ -101,6 +101,7 @@ pub trait Lane: Copy {
     fn left_of(self, previous: Self) -> Self;
 }
 
+/// A single number: for read-outs, which share the hot pass's formulas.
 impl Lane for f64 {
     type Group = [f64; 1];
     const WIDTH: usize = 1;
@@ -165,6 +166,71 @@ impl Lane for f64 {
     }
 }
 
+/// A pair of numbers in plain Rust. Faster than one at a time: compilers pair the operations up, and the loop is half as long.
+impl Lane for [f64; 2] {
+    type Group = [f64; 2];
+    const WIDTH: usize = 2;
+    const ZEROS: [f64; 2] = [0.0; 2];
+    #[inline(always)]
+    fn groups(numbers: &[f64; CHUNK]) -> &[[f64; 2]] {
+        numbers.as_chunks().0
+    }
+    #[inline(always)]
+    fn groups_mut(numbers: &mut [f64; CHUNK]) -> &mut [[f64; 2]] {
+        numbers.as_chunks_mut().0
+    }
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        [x; 2]
+    }
+    #[inline(always)]
+    fn load(group: &[f64; 2]) -> Self {
+        *group
+    }
+    #[inline(always)]
+    fn store(self, group: &mut [f64; 2]) {
+        *group = self;
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        [self[0] + other[0], self[1] + other[1]]
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        [self[0] - other[0], self[1] - other[1]]
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        [self[0] * other[0], self[1] * other[1]]
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        [if self[0] > other[0] { self[0] } else { other[0] }, if self[1] > other[1] { self[1] } else { other[1] }]
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        [if self[0] < other[0] { self[0] } else { other[0] }, if self[1] < other[1] { self[1] } else { other[1] }]
+    }
+    #[inline(always)]
+    #[allow(clippy::neg_cmp_op_on_partial_ord)] // NaN must count as not below.
+    fn any_not_below(self, limit: Self) -> bool {
+        !(self[0] < limit[0]) | !(self[1] < limit[1])
+    }
+    #[inline(always)]
+    #[allow(clippy::neg_cmp_op_on_partial_ord)] // NaN must count as above.
+    fn any_above(self, limit: Self) -> bool {
+        !(self[0] <= limit[0]) | !(self[1] <= limit[1])
+    }
+    #[inline(always)]
+    fn right_of(self, next: Self) -> Self {
+        [self[1], next[0]]
+    }
+    #[inline(always)]
+    fn left_of(self, previous: Self) -> Self {
+        [previous[1], self[0]]
+    }
+}
+
 /// Work that is written once for all lanes.
 pub trait Job {
     /// What it returns.
@@ -179,7 +245,7 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     #[cfg(target_arch = "x86_64")]
     if set.available() {
         return match set {
-            InstructionSet::Scalar => job.run::<f64>(),
+            InstructionSet::Scalar => job.run::<[f64; 2]>(),
             InstructionSet::Sse2 => job.run::<core::arch::x86_64::__m128d>(),
             // SAFETY: available() has just found the instructions on this machine.
             InstructionSet::Avx2 => unsafe { x86::avx2(job) },
@@ -188,7 +254,7 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
         };
     }
     let _ = set;
-    job.run::<f64>()
+    job.run::<[f64; 2]>()
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -467,7 +533,7 @@ mod tests {
 
     #[test]
     fn all_lanes_agree_bit_for_bit() {
-        let scalar = dispatch(InstructionSet::Scalar, Everything);
+        let scalar = Everything.run::<f64>();
         for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
             assert_eq!(dispatch(set, Everything), scalar, "{}", set.name());
         }
