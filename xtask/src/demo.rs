@@ -6,7 +6,8 @@ use std::path::Path;
 /// Options of the command.
 #[derive(clap::Args)]
 pub struct Options {
-    /// The 3 in sheet and the sphere instead of the 10 in sheet and the cylinder: some seconds instead of a minute.
+    /// The 3 in sheet and the sphere instead of the 10 in sheet and the cylinder: some seconds instead of a minute; writes
+    /// target/demo-quick instead of target/demo.
     #[arg(long)]
     pub quick: bool,
 }
