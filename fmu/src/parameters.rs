@@ -2,6 +2,7 @@
 
 use crate::table::{COUNT, Id, Kind, OFFSETS, SLOTS, STARTS, VARIABLES, Variable};
 use fabric::pose::{self, Vector};
+use fabric::projectile::into_body;
 use fabric::shape::Solid;
 use fabric::{AttachmentKind, Drive, Motion, Scene, Shape, TimeStep};
 
@@ -116,9 +117,9 @@ impl Parameters {
         let scene = self.scene();
         let sheet = pose::normalised(scene.sheet.orientation);
         let body = pose::normalised(scene.projectile.orientation);
-        let axis = pose::rotate(&(sheet.conjugate() * body), &Vector::new(0.0, 0.0, 1.0));
-        let [_, _, half_depth] = Solid::of(&scene.projectile).half_extents(&axis);
-        let place = pose::Pose::of_sheet(&scene.sheet).point_out([0.0, 0.0, -(half_depth + STAND_OFF)]);
+        let ahead = into_body(&(sheet.conjugate() * body), &Vector::new(0.0, 0.0, 1.0));
+        let nose = Solid::of(&scene.projectile).support(&ahead);
+        let place = pose::Pose::of_sheet(&scene.sheet).point_out([0.0, 0.0, -(nose + STAND_OFF)]);
         if !place.iter().all(|x| x.is_finite()) {
             return; // the orientation or the size is to blame, and the kernel will say so
         }

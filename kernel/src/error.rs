@@ -64,6 +64,12 @@ pub enum Code {
     ImageOfAnotherScene = -26,
     /// The image has a correct checksum but holds values no simulation can have.
     ImageInvalid = -27,
+    /// A normal is not of unit length (to 1e-6).
+    BadNormal = -28,
+    /// The faces of a polyhedron do not enclose a body.
+    UnboundedFaces = -29,
+    /// Moments of inertia that no body has: one is greater than the other two together.
+    ImpossibleMoments = -30,
     /// A non-finite number appeared in the state: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
@@ -74,7 +80,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 30] = [
+    pub const ALL: [Code; 33] = [
         Code::NullPointer,
         Code::ShortBuffer,
         Code::Misaligned,
@@ -102,6 +108,9 @@ impl Code {
         Code::ImageMalformed,
         Code::ImageOfAnotherScene,
         Code::ImageInvalid,
+        Code::BadNormal,
+        Code::UnboundedFaces,
+        Code::ImpossibleMoments,
         Code::NonFinite,
         Code::ContactCapacity,
         Code::TooFast,
@@ -142,6 +151,9 @@ impl Code {
             Code::ImageMalformed => c"snapshot image malformed or altered",
             Code::ImageOfAnotherScene => c"snapshot image of another scene or version",
             Code::ImageInvalid => c"snapshot image holds impossible values",
+            Code::BadNormal => c"not a unit normal",
+            Code::UnboundedFaces => c"faces do not enclose a body",
+            Code::ImpossibleMoments => c"moments of inertia that no body has",
             Code::NonFinite => c"a non-finite number appeared in the state",
             Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
             Code::TooFast => c"the projectile became faster than a node spacing in a step",

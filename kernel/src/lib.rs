@@ -47,7 +47,9 @@ pub mod math;
 mod model;
 pub mod outcome;
 pub mod path;
+pub mod polyhedron;
 pub mod pose;
+pub mod prism;
 pub mod projectile;
 pub mod random;
 pub mod scene;
@@ -67,6 +69,7 @@ pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Drive, Projectile, Scene, Shape, Sheet, StepCheck, StepLimits, TimeStep, Yarn,
+    Attachment, AttachmentKind, Drive, Faces, MAX_FACES, Projectile, Scene, Shape, Sheet, StepCheck, StepLimits,
+    TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};
