@@ -226,3 +226,81 @@ pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    impl Polyhedron {
+        /// Distance from the centre of mass at which a ray leaves: the nearest plane that it meets from inside.
+        pub(crate) fn exit(&self, ray: &Vector) -> f64 {
+            let met = self.faces().iter().filter(|face| face.normal.dot(ray) > 0.0);
+            met.map(|face| face.distance / face.normal.dot(ray)).fold(f64::INFINITY, f64::min)
+        }
+    }
+
+    fn octahedron() -> Vec<[f64; 4]> {
+        let n = math::sqrt(1.0 / 3.0);
+        let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        [n, -n].into_iter().flat_map(|x| signs.map(|[y, z]| [x, n * y, n * z, 0.01])).collect()
+    }
+
+    fn counts(planes: &[[f64; 4]]) -> (usize, usize) {
+        let body = Polyhedron::new(&Faces::of(planes), [0.0; 3]);
+        (body.vertices().len(), body.edges().count())
+    }
+
+    #[test]
+    fn vertices_and_edges_of_regular_bodies() {
+        let cube: Vec<[f64; 4]> = (0..3)
+            .flat_map(|k| {
+                [1.0, -1.0].map(|sign| {
+                    let mut plane = [0.0, 0.0, 0.0, 0.01];
+                    plane[k] = sign;
+                    plane
+                })
+            })
+            .collect();
+        assert_eq!(counts(&cube), (8, 12));
+        // Four faces meet at each vertex of an octahedron; two planes that only touch at a vertex make no edge.
+        assert_eq!(counts(&octahedron()), (6, 12));
+        let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
+        assert!((body.reach() - 0.01 * 3f64.sqrt()).abs() < 1e-16);
+        assert!((body.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
+        assert_eq!(body.least_distance(), 0.01);
+        // A plane that cuts nothing off adds nothing.
+        let idle = [&cube[..], &[[0.6, 0.8, 0.0, 0.03]]].concat();
+        assert_eq!(counts(&idle), (8, 12));
+        // Octahedron and cube together: a truncated cube, 14 faces; at 0.75 of the corner distance a cuboctahedron.
+        let both = |cut: f64| {
+            let cut = octahedron().into_iter().map(move |[x, y, z, _]| [x, y, z, cut * 0.01 * 3f64.sqrt()]);
+            cube.iter().copied().chain(cut).collect::<Vec<_>>()
+        };
+        assert_eq!(counts(&both(0.8)), (24, 36));
+        assert_eq!(counts(&both(2.0 / 3.0)), (12, 24));
+    }
+
+    #[test]
+    fn bodies_without_an_end_are_found() {
+        let unbounded = |planes: &[[f64; 4]]| Polyhedron::new(&Faces::of(planes), [0.0; 3]).is_unbounded();
+        let all = octahedron();
+        assert!(!unbounded(&all));
+        // A tube along z, a tube closed at one end, a slab, faces that all look one way.
+        let tube = [[1.0, 0.0, 0.0, 0.01], [-1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.01], [0.0, -1.0, 0.0, 0.01]];
+        assert!(unbounded(&tube));
+        assert!(unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01]]].concat()));
+        assert!(!unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01], [0.0, 0.0, -1.0, 0.01]]].concat()));
+        assert!(unbounded(&[tube[0], tube[1], tube[0], tube[1]]));
+        assert!(unbounded(&all[..4]));
+        // Without one of its faces an octahedron is still closed by the others; without two that meet, it is not.
+        assert!(!unbounded(&all[1..]));
+        assert!(unbounded(&all[2..]));
+    }
+
+    #[test]
+    fn a_normal_off_by_a_rounding_is_put_right_with_its_distance() {
+        let face = Face::of([0.6 * 1.0000001, 0.8 * 1.0000001, 0.0, 0.01 * 1.0000001]);
+        assert!((face.normal.norm() - 1.0).abs() < 1e-15 && (face.distance - 0.01).abs() < 1e-17);
+    }
+}

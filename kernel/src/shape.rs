@@ -293,10 +293,53 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prism;
     use crate::scene::Scene;
+    use std::vec::Vec;
 
     fn cylinder() -> Solid {
         Solid::of(&Scene::sheet_10in_cylinder().projectile)
+    }
+
+    fn bullet(radius: f64, length: f64) -> Solid {
+        let base = Scene::sheet_3in_sphere().projectile;
+        Solid::of(&Projectile { shape: Shape::HemisphericalCylinder, radius, length, ..base })
+    }
+
+    fn cuboid(size: [f64; 3]) -> Solid {
+        Solid::of(&Projectile { shape: Shape::Box, size, ..Scene::sheet_3in_sphere().projectile })
+    }
+
+    /// A regular tetrahedron, whose moments are M e^2/20 with edge e = sqrt(24) times the radius of the inscribed sphere.
+    fn tetrahedron(inscribed: f64) -> Solid {
+        let n = math::sqrt(1.0 / 3.0);
+        let faces = [[n, n, n, inscribed], [n, -n, -n, inscribed], [-n, n, -n, inscribed], [-n, -n, n, inscribed]];
+        let (mass, base) = (0.02, Scene::sheet_3in_sphere().projectile);
+        let moments = [mass * 24.0 * inscribed * inscribed / 20.0; 3];
+        Solid::of(&Projectile { shape: Shape::Polyhedron, faces: Faces::of(&faces), moments, mass, ..base })
+    }
+
+    fn sector() -> Solid {
+        Solid::of(&prism::disc_sector(0.005, 0.02, 1.2, 0.008, 0.02).unwrap().projectile)
+    }
+
+    /// One of each shape; the hemispherical cylinder long, stubby, and with no shank at all. All within 30 mm.
+    fn all() -> [Solid; 8] {
+        [
+            Solid::of(&Scene::sheet_3in_sphere().projectile),
+            cylinder(),
+            bullet(6e-3, 0.03),
+            bullet(0.01, 0.014),
+            bullet(0.01, 0.01),
+            cuboid([0.01, 0.016, 0.024]),
+            tetrahedron(4e-3),
+            sector(),
+        ]
+    }
+
+    fn random_point(k: u64, half: f64) -> Vector {
+        let c = |m: u64| half * (2.0 * (crate::random::splitmix64(3 * k + m) >> 11) as f64 / (1u64 << 53) as f64 - 1.0);
+        Vector::new(c(0), c(1), c(2))
     }
 
     #[test]
@@ -306,6 +349,61 @@ mod tests {
         let rod = cylinder().inertia(0.037);
         assert!((rod[0] / 4.848781e-6 - 1.0).abs() < 1e-6);
         assert!((rod[2] / 7.459662e-7 - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn inertia_against_closed_forms() {
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-14, "{a:e} {b:e}");
+        // A hemisphere: 83/320 m R^2 across, 2/5 m R^2 along; its centre 3/8 R from the flat.
+        let Solid::HemisphericalCylinder { nose, shank, .. } = bullet(0.01, 0.01) else { panic!() };
+        assert_eq!(shank, 0.0);
+        close(nose, -0.375 * 0.01);
+        let half = bullet(0.01, 0.01).inertia(2.0);
+        close(half[0], 83.0 / 320.0 * 2.0 * 1e-4);
+        close(half[2], 0.4 * 2.0 * 1e-4);
+        // A long one is nearly a rod: m L^2/12.
+        let rod = bullet(1e-3, 100.0).inertia(3.0);
+        assert!((rod[0] / (3.0 * 100.0 * 100.0 / 12.0) - 1.0).abs() < 1e-4);
+        let edges = cuboid([3e-3, 4e-3, 12e-3]).inertia(12.0);
+        close(edges[0], 160e-6);
+        close(edges[1], 153e-6);
+        close(edges[2], 25e-6);
+        tetrahedron(5e-3).inertia(0.02).iter().for_each(|&moment| close(moment, 0.02 * 24.0 * 25e-6 / 20.0));
+    }
+
+    /// Centre of mass, and inertia tensor over the mass (xx yy zz yz zx xy), by the middles of 120 cells an edge of the
+    /// enclosing cube. The cells are turned so that no face of the body is in line with them.
+    fn integrals(solid: &Solid) -> (Vector, [f64; 6]) {
+        const CELLS: i32 = 120;
+        let step = 2.0 * solid.reach() / CELLS as f64;
+        let at = |k: i32| (k as f64 - 0.5 * CELLS as f64 + 0.5) * step;
+        let turn = Quaternion::new(0.8, 0.31, -0.23, 0.45).normalize();
+        let (mut cells, mut sum, mut second) = (0.0, Vector::zeros(), [0.0; 6]);
+        for (i, j, k) in (0..CELLS).flat_map(|i| (0..CELLS).flat_map(move |j| (0..CELLS).map(move |k| (i, j, k)))) {
+            let p = into_body(&turn, &Vector::new(at(i), at(j), at(k)));
+            if solid.gap(&p).distance < 0.0 {
+                let (xx, yy, zz) = (p.x * p.x, p.y * p.y, p.z * p.z);
+                let terms = [yy + zz, xx + zz, xx + yy, p.y * p.z, p.z * p.x, p.x * p.y];
+                second.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+                sum += p;
+                cells += 1.0;
+            }
+        }
+        (sum / cells, second.map(|sum| sum / cells))
+    }
+
+    /// The gap function and the mass properties tell of one body: origin in its centre of mass, axes principal.
+    #[test]
+    fn inertia_against_integrals_over_the_inside() {
+        for solid in all() {
+            let (centre, second) = integrals(&solid);
+            let reach = solid.reach();
+            assert!(centre.norm() < 1e-3 * reach, "{:e} of {reach:e}: {solid:?}", centre.norm());
+            for (moment, integral) in solid.inertia(1.0).iter().zip(second) {
+                assert!((moment / integral - 1.0).abs() < 2e-3, "{moment:e} {integral:e}: {solid:?}");
+            }
+            second[3..].iter().for_each(|product| assert!(product.abs() < 5e-4 * reach * reach));
+        }
     }
 
     #[test]
@@ -322,20 +420,88 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_convex_and_one_lipschitz() {
-        // Along random chords: the middle is no farther than the mean of the ends, and no slope exceeds 1.
-        for solid in [cylinder(), Solid::of(&Scene::sheet_3in_sphere().projectile)] {
-            let point = |k: u64| {
-                let c =
-                    |m: u64| (crate::random::splitmix64(3 * k + m) >> 11) as f64 / (1u64 << 53) as f64 * 0.06 - 0.03;
-                Vector::new(c(0), c(1), c(2))
+    fn hemispherical_cylinder_distances() {
+        let (r, shank) = (6e-3, 0.024);
+        let solid = bullet(r, r + shank);
+        let Solid::HemisphericalCylinder { nose, .. } = solid else { panic!() };
+        let at = |x, y, z| solid.gap(&Vector::new(x, y, nose + z)).distance;
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-17, "{a} {b}");
+        close(at(0.0, 0.0, r), 0.0);
+        close(at(0.0, 0.6 * r, 0.8 * r), 0.0);
+        close(at(r, 0.0, 0.0), 0.0);
+        close(at(0.0, -r, -0.7 * shank), 0.0);
+        close(at(0.0, 0.3 * r, -shank), 0.0);
+        close(at(3e-3, 0.0, 4e-3), -1e-3);
+        close(at(9e-3, 0.0, 12e-3), 9e-3);
+        close(at(0.0, r + 3e-3, -shank - 4e-3), 5e-3);
+        close(at(0.0, 0.0, -shank + 1e-3), -1e-3);
+        // Above the middle of a hemisphere's flat the flat is nearer than the dome.
+        let half = bullet(0.01, 0.01);
+        close(half.gap(&Vector::new(0.0, 0.0, -0.375 * 0.01 + 1e-3)).distance, -1e-3);
+    }
+
+    #[test]
+    fn box_distances_and_the_order_of_its_faces() {
+        let solid = cuboid([0.02, 0.016, 0.024]);
+        let at = |x, y, z| solid.gap(&Vector::new(x, y, z));
+        for sign in [-1.0, 1.0] {
+            for (x, y) in [(0.0, 0.0), (3e-3, -7e-3), (0.01, 8e-3)] {
+                assert_eq!(at(x, y, sign * 0.012).distance, 0.0);
+            }
+            assert_eq!(at(sign * 0.01, 1e-3, 2e-3).distance, 0.0);
+            assert_eq!(at(1e-3, sign * 8e-3, 2e-3).distance, 0.0);
+        }
+        assert_eq!(at(0.0, 0.0, 0.0).distance, -8e-3);
+        // Beyond an edge: the farther of the two planes. On ties the first face in the order +x -x +y -y +z -z.
+        assert!((at(0.013, 0.012, 0.0).distance - 4e-3).abs() < 1e-17);
+        assert_eq!(at(0.0, 0.0, 0.0).normal, Vector::new(0.0, 1.0, 0.0));
+        assert_eq!(cuboid([0.02; 3]).gap(&Vector::zeros()).normal, Vector::new(1.0, 0.0, 0.0));
+        assert_eq!(cuboid([0.02; 3]).gap(&Vector::new(-0.01, 0.01, 0.01)).normal, Vector::new(-1.0, 0.0, 0.0));
+    }
+
+    /// Where a ray from the centre leaves the body, found from its sphere, tube and planes, the gap is zero to rounding;
+    /// it is negative before and positive after.
+    #[test]
+    fn zero_set_along_rays() {
+        for k in 0..2000 {
+            let ray = random_point(k, 1.0).normalize();
+            let across = (ray.x * ray.x + ray.y * ray.y).sqrt();
+            let surface = |solid: &Solid| match solid {
+                Solid::Sphere { radius } => *radius,
+                Solid::Cylinder { radius, half_length } => (radius / across).min(half_length / ray.z.abs()),
+                Solid::HemisphericalCylinder { radius, shank, nose } => {
+                    // The largest t at which t ray is in the tube or the ball, and not behind the flat.
+                    let along = nose * ray.z;
+                    let ball = along + (along * along - nose * nose + radius * radius).max(0.0).sqrt();
+                    let tube = radius / across;
+                    let out = if tube * ray.z > *nose { ball } else { tube };
+                    if ray.z < 0.0 { out.min((nose - shank) / ray.z) } else { out }
+                }
+                Solid::Polyhedron(body) => body.exit(&ray),
             };
+            for solid in all() {
+                let t = surface(&solid);
+                let gap = solid.gap(&(ray * t)).distance;
+                assert!(gap.abs() < 1e-16, "{gap:e} at {t:e}: {solid:?}");
+                assert!(
+                    solid.gap(&(ray * (0.999 * t))).distance < 0.0 && solid.gap(&(ray * (1.001 * t))).distance > 0.0
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn gaps_are_convex_and_one_lipschitz() {
+        // A few roundings of the largest distance.
+        let rounding = 4.0 * 0.05 * 0.5 * f64::EPSILON;
+        // Along random chords: the middle is no farther than the mean of the ends, and no slope exceeds 1.
+        for solid in all() {
             for k in 0..20_000 {
-                let (a, b) = (point(2 * k), point(2 * k + 1));
+                let (a, b) = (random_point(2 * k, 0.03), random_point(2 * k + 1, 0.03));
                 let (da, db) = (solid.gap(&a).distance, solid.gap(&b).distance);
                 let middle = solid.gap(&((a + b) * 0.5));
-                assert!(middle.distance <= 0.5 * (da + db) + 1e-17);
-                assert!((da - db).abs() <= (a - b).norm() + 1e-17);
+                assert!(middle.distance <= 0.5 * (da + db) + rounding);
+                assert!((da - db).abs() <= (a - b).norm() + rounding);
                 assert!((middle.normal.norm() - 1.0).abs() < 1e-14);
             }
         }
@@ -343,21 +509,50 @@ mod tests {
 
     #[test]
     fn normal_is_the_gradient() {
-        let solid = cylinder();
         let step = 1e-8;
-        for p in [
-            Vector::new(0.004, 0.003, 0.021),
-            Vector::new(0.009, -0.002, 0.004),
-            Vector::new(-0.007, 0.005, -0.02),
-            Vector::new(0.001, 0.002, 0.0185),
-        ] {
-            let gap = solid.gap(&p);
-            for k in 0..3 {
-                let mut q = p;
-                q[k] += step;
-                let slope = (solid.gap(&q).distance - gap.distance) / step;
-                assert!((slope - gap.normal[k]).abs() < 1e-5);
+        for solid in all() {
+            let mut smooth = 0;
+            for k in 0..300 {
+                let p = random_point(k, 0.02);
+                let gap = solid.gap(&p);
+                let slopes: Vec<[f64; 2]> = (0..3)
+                    .map(|k| {
+                        [step, -step].map(|step| {
+                            let mut q = p;
+                            q[k] += step;
+                            (solid.gap(&q).distance - gap.distance) / step
+                        })
+                    })
+                    .collect();
+                // Within a step of a kink the two sides differ by more than the curvature gives.
+                if slopes.iter().all(|[ahead, behind]| (ahead - behind).abs() < 1e-4) {
+                    smooth += 1;
+                    assert!(slopes.iter().zip(gap.normal.iter()).all(|(s, n)| (s[0] - n).abs() < 1e-4), "{solid:?}");
+                }
             }
+            assert!(smooth > 290, "{smooth}");
+        }
+    }
+
+    /// Reach and support bound the body, and points of the surface come near them.
+    #[test]
+    fn reach_and_support_are_the_farthest_points() {
+        for solid in all() {
+            let half = 1.01 * solid.reach();
+            let inside: Vec<Vector> =
+                (0..40_000).map(|k| random_point(k, half)).filter(|p| solid.gap(p).distance <= 0.0).collect();
+            for k in 0..50 {
+                let way = random_point(k, 1.0).normalize();
+                let farthest = inside.iter().map(|p| p.dot(&way)).fold(0.0, f64::max);
+                let support = solid.support(&way);
+                assert!(farthest <= support && farthest > 0.8 * support, "{farthest:e} {support:e} {solid:?}");
+                // The plane at the support touches the body: nothing of it is nearer to the point above than that.
+                let above = solid.gap(&(way * (support + 1e-3))).distance;
+                assert!(above > 0.0);
+            }
+            assert!(inside.iter().all(|p| p.norm() <= solid.reach()));
+            let [a, b, c] = solid.half_extents(&Quaternion::new(0.5, -0.5, 0.1, 0.7).normalize());
+            assert!(inside.iter().all(|p| p.norm() <= (a * a + b * b + c * c).sqrt()));
         }
     }
 }
