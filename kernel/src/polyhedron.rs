@@ -266,7 +266,7 @@ mod tests {
         // Four faces meet at each vertex of an octahedron; two planes that only touch at a vertex make no edge.
         assert_eq!(counts(&octahedron()), (6, 12));
         let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
-        assert!((body.reach() - 0.01 * 3f64.sqrt()).abs() < 1e-16);
+        assert!((body.reach() - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
         assert!((body.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
         assert_eq!(body.least_distance(), 0.01);
         // A plane that cuts nothing off adds nothing.
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(counts(&idle), (8, 12));
         // Octahedron and cube together: a truncated cube, 14 faces; at 0.75 of the corner distance a cuboctahedron.
         let both = |cut: f64| {
-            let cut = octahedron().into_iter().map(move |[x, y, z, _]| [x, y, z, cut * 0.01 * 3f64.sqrt()]);
+            let cut = octahedron().into_iter().map(move |[x, y, z, _]| [x, y, z, cut * 0.01 * math::sqrt(3.0)]);
             cube.iter().copied().chain(cut).collect::<Vec<_>>()
         };
         assert_eq!(counts(&both(0.8)), (24, 36));

@@ -264,8 +264,8 @@ mod tests {
         close(made.centre[1], b / 3.0, 1e-14);
         close(made.projectile.moments[2], (a * a + b * b) / 18.0, 1e-13);
         let (xx, yy, xy) = (a * a / 18.0, b * b / 18.0, -a * b / 36.0);
-        close(made.angle, 0.5 * (2.0 * xy / (xx - yy)).atan(), 1e-13);
-        let root = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
+        close(made.angle, 0.5 * math::atan2(-2.0 * xy, yy - xx), 1e-13);
+        let root = math::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
         let t = 0.012 * 0.012 / 12.0;
         close(made.projectile.moments[0], 0.5 * (xx + yy) + root + t, 1e-13);
         close(made.projectile.moments[1], 0.5 * (xx + yy) - root + t, 1e-13);
@@ -279,7 +279,7 @@ mod tests {
         for (inner, outer, angle, tolerance) in [(0.0, 0.03, 0.5, 1e-3), (0.015, 0.04, 0.4, 6e-3)] {
             let made = disc_sector(inner, outer, angle, 0.01, 2.0).unwrap();
             let w = 0.5 * angle;
-            let centre = 2.0 / 3.0 * w.sin() / w * (outer * outer * outer - inner * inner * inner)
+            let centre = 2.0 / 3.0 * math::sin(w) / w * (outer * outer * outer - inner * inner * inner)
                 / (outer * outer - inner * inner);
             assert_eq!(made.angle, 0.0);
             assert!(magnitude(made.centre[1]) < 1e-17);
@@ -301,7 +301,7 @@ mod tests {
         close(body.support(&ahead), -scene.projectile.position[2], 1e-14);
         // The disc's axis lies along y, where the body is as long as the disc is thick.
         close(extents[1], 0.005, 1e-14);
-        close(extents[0], 0.04 * (core::f64::consts::PI / 3.0).sin(), 1e-14);
+        close(extents[0], 0.04 * math::sin(core::f64::consts::PI / 3.0), 1e-14);
     }
 
     #[test]

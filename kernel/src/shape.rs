@@ -465,14 +465,14 @@ mod tests {
     fn zero_set_along_rays() {
         for k in 0..2000 {
             let ray = random_point(k, 1.0).normalize();
-            let across = (ray.x * ray.x + ray.y * ray.y).sqrt();
+            let across = math::sqrt(ray.x * ray.x + ray.y * ray.y);
             let surface = |solid: &Solid| match solid {
                 Solid::Sphere { radius } => *radius,
                 Solid::Cylinder { radius, half_length } => (radius / across).min(half_length / ray.z.abs()),
                 Solid::HemisphericalCylinder { radius, shank, nose } => {
                     // The largest t at which t ray is in the tube or the ball, and not behind the flat.
                     let along = nose * ray.z;
-                    let ball = along + (along * along - nose * nose + radius * radius).max(0.0).sqrt();
+                    let ball = along + math::sqrt(f64::max(along * along - nose * nose + radius * radius, 0.0));
                     let tube = radius / across;
                     let out = if tube * ray.z > *nose { ball } else { tube };
                     if ray.z < 0.0 { out.min((nose - shank) / ray.z) } else { out }
@@ -552,7 +552,7 @@ mod tests {
             }
             assert!(inside.iter().all(|p| p.norm() <= solid.reach()));
             let [a, b, c] = solid.half_extents(&Quaternion::new(0.5, -0.5, 0.1, 0.7).normalize());
-            assert!(inside.iter().all(|p| p.norm() <= (a * a + b * b + c * c).sqrt()));
+            assert!(inside.iter().all(|p| p.norm() <= math::length([a, b, c])));
         }
     }
 }
