@@ -767,7 +767,12 @@ mod tests {
 
     #[test]
     fn a_scene_survives_the_round_trip() {
-        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
+        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder(), Scene::turbine_disc_sector()] {
+            assert_eq!(fk_scene::of(&scene).scene(), Ok(scene));
+        }
+        for shape in [fabric::Shape::HemisphericalCylinder, fabric::Shape::Box] {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.projectile.shape, scene.projectile.size) = (shape, [0.01, 0.02, 0.03]);
             assert_eq!(fk_scene::of(&scene).scene(), Ok(scene));
         }
     }

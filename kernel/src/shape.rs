@@ -121,8 +121,9 @@ impl Solid {
             }
             Shape::Polyhedron => {
                 // A body of unknown mass has no known moments.
-                let inverse = if body.mass > 0.0 { 1.0 / body.mass } else { 0.0 };
-                Solid::Polyhedron(Polyhedron::new(&body.faces, body.moments.map(|moment| moment * inverse)))
+                let known = body.mass > 0.0;
+                let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
+                Solid::Polyhedron(Polyhedron::new(&body.faces, gyration))
             }
         }
     }

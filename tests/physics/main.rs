@@ -12,5 +12,6 @@ mod oscillator;
 mod outcomes;
 mod prescribed;
 mod rotation;
+mod shapes;
 mod stability;
 mod starts;
