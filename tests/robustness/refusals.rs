@@ -256,12 +256,13 @@ fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
 /// Boxes, hemispherical cylinders and polyhedra: sound as they are, refused with one thing wrong.
 #[test]
 fn shapes_that_are_none_or_too_small_are_refused() {
+    type Make = fn(&mut Scene);
     let bullet = |scene: &mut Scene| {
         scene.projectile.shape = Shape::HemisphericalCylinder;
         scene.projectile.position[2] = -0.02;
     };
     let cuboid = |scene: &mut Scene| scene.projectile.shape = Shape::Box;
-    let sound: [fn(&mut Scene); 3] = [bullet, cuboid, cube];
+    let sound: [Make; 3] = [bullet, cuboid, cube];
     for make in sound {
         let mut scene = base();
         make(&mut scene);
@@ -272,7 +273,7 @@ fn shapes_that_are_none_or_too_small_are_refused() {
         refused(&scene, Code::InitialOverlap, "projectile.position");
     }
     let n = (1.0f64 / 3.0).sqrt();
-    let cases: [(Code, &str, fn(&mut Scene), Change, f64); 20] = [
+    let cases: [(Code, &str, Make, Change, f64); 20] = [
         (Code::ProjectileTooSmall, "projectile.radius", bullet, |s, x| s.projectile.radius = x, 7.2e-4),
         (Code::OutOfRange, "projectile.length", bullet, |s, x| s.projectile.length = x, 6.34e-3),
         (Code::ProjectileTooSmall, "projectile.length", bullet, |s, x| s.projectile.length = x, 1.4e-3),

@@ -123,13 +123,12 @@ fn images_of_other_dimensions_are_refused() {
     let mut cuboid = sector;
     cuboid.projectile.shape = fabric::Shape::Box;
     cuboid.projectile.position = [0.0, 0.0, -7e-3];
-    let next = |x: &mut f64| *x = x.next_up();
-    let changes: [fn(&mut Scene, fn(&mut f64)); 5] = [
-        |s, next| next(&mut s.projectile.size[1]),
-        |s, next| next(&mut s.projectile.faces.planes[3][0]),
-        |s, next| next(&mut s.projectile.faces.planes[9][3]),
-        |s, next| next(&mut s.projectile.moments[2]),
-        |s, _| s.projectile.faces.count += 1,
+    let changes: [fn(&mut Scene); 5] = [
+        |s| s.projectile.size[1] = s.projectile.size[1].next_up(),
+        |s| s.projectile.faces.planes[3][0] = s.projectile.faces.planes[3][0].next_up(),
+        |s| s.projectile.faces.planes[9][3] = s.projectile.faces.planes[9][3].next_up(),
+        |s| s.projectile.moments[2] = s.projectile.moments[2].next_up(),
+        |s| s.projectile.faces.count += 1,
     ];
     for (scene, read) in [(cuboid, [true, false, false, false, false]), (sector, [false, true, true, true, true])] {
         let mut memory = Buffers::of(&scene);
@@ -139,7 +138,7 @@ fn images_of_other_dimensions_are_refused() {
         for (change, read) in changes.iter().zip(read) {
             let mut other = scene;
             other.projectile.faces.planes[other.projectile.faces.count as usize] = [0.6, 0.8, 0.0, 0.1];
-            change(&mut other, next);
+            change(&mut other);
             let mut memory = Buffers::of(&other);
             let loaded = memory.sim(&other).load(&image).map_err(|error| error.code);
             assert_eq!(loaded, if read { Err(Code::ImageOfAnotherScene) } else { Ok(()) });
