@@ -9,3 +9,6 @@ pub const FREE_PLIES_IN_A_TURNED_FRAME: u64 = 0xe1f6_4323_5e47_4ade;
 pub const DAMAGE_LAW_WITH_OFFSET: u64 = 0xd669_f7b9_cfff_c595;
 pub const LOADED_SPHERE_ON_A_PREPARED_SHEET: u64 = 0x0c23_f514_6c2c_cf56;
 pub const PRESCRIBED_CYLINDER_ON_TWO_PATHS: u64 = 0xe773_3e95_6f79_1c4a;
+pub const TUMBLING_BULLET: u64 = 0x9ec6_68c6_e330_f937;
+pub const BOX_ON_A_CORNER: u64 = 0xc6d0_106f_c2e2_cf08;
+pub const DISC_SECTOR: u64 = 0x3241_aa8e_1d54_acec;
