@@ -163,6 +163,23 @@ impl Polyhedron {
         })
     }
 
+    /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and is across a
+    /// principal axis.
+    pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
+        let turned = normal.component_mul(&Vector::from(self.gyration)).cross(normal);
+        let largest = self.gyration.iter().fold(0.0, |a, &b| if b > a { b } else { a });
+        let close = |v: &Vector, scale: f64| math::length([v.x, v.y, v.z]) <= SAME * scale;
+        close(&turned, largest)
+            && self.faces().iter().all(|face| {
+                let image = face.normal - normal * (2.0 * face.normal.dot(normal));
+                let same = |other: &Face| {
+                    let farther = other.distance - face.distance;
+                    close(&(other.normal - image), 1.0) && close(&Vector::new(farther, 0.0, 0.0), face.distance)
+                };
+                self.faces().iter().any(same)
+            })
+    }
+
     /// Principal moments of inertia over the mass, m^2.
     pub fn gyration(&self) -> [f64; 3] {
         self.gyration

@@ -212,6 +212,18 @@ impl Solid {
         }
     }
 
+    /// Whether the plane through the centre of mass with this unit normal, in body axes, mirrors the body onto itself, its
+    /// inertia included (to 1e-9).
+    pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
+        let (along, across) = (normal.z * normal.z, normal.x * normal.x + normal.y * normal.y);
+        match self {
+            Solid::Sphere { .. } => true,
+            Solid::Cylinder { .. } => along <= 1e-18 || across <= 1e-18,
+            Solid::HemisphericalCylinder { .. } => along <= 1e-18,
+            Solid::Polyhedron(body) => body.is_mirrored_by(normal),
+        }
+    }
+
     /// Half extents along the axes of the box about the centre of mass that holds the body, m, in the frame in which it has
     /// this orientation.
     pub fn half_extents(&self, orientation: &Quaternion<f64>) -> [f64; 3] {
@@ -533,6 +545,32 @@ mod tests {
             }
             assert!(smooth > 290, "{smooth}");
         }
+    }
+
+    #[test]
+    fn mirror_planes() {
+        let [sphere, rod, long, _, half, cuboid, tetrahedron, sector] = all();
+        let n = math::sqrt(0.5);
+        let [x, y, z] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
+        let (across, askew) = (Vector::new(n, -n, 0.0), Vector::new(0.0, 0.6, 0.8));
+        let of = |solid: &Solid| [x, y, z, across, askew].map(|normal| solid.is_mirrored_by(&normal));
+        assert_eq!(of(&sphere), [true; 5]);
+        assert_eq!(of(&rod), [true, true, true, true, false]);
+        assert_eq!(of(&long), [true, true, false, true, false]);
+        assert_eq!(of(&half), of(&long));
+        assert_eq!(of(&cuboid), [true, true, true, false, false]);
+        assert_eq!(of(&tetrahedron), [false, false, false, true, false]);
+        assert_eq!(of(&sector), [false, true, true, false, false]);
+        let square = super::tests::cuboid([0.01, 0.01, 0.02]);
+        assert_eq!(of(&square), [true, true, true, true, false]);
+        // Faces of a cube, but heavier to turn about one axis: only the planes across the axes are left.
+        let faces = box_faces([0.01; 3]);
+        let cube = |moments| {
+            let base = Scene::sheet_3in_sphere().projectile;
+            Solid::of(&Projectile { shape: Shape::Polyhedron, faces, moments, mass: 1.0, ..base })
+        };
+        assert_eq!(of(&cube([2e-5; 3])), [true, true, true, true, false]);
+        assert_eq!(of(&cube([2e-5, 3e-5, 2e-5])), [true, true, true, false, false]);
     }
 
     /// Reach and support bound the body, and points of the surface come near them.
