@@ -600,10 +600,6 @@ impl Scene {
         if self.drive != Drive::Free {
             return Err(Error::plain(Code::NotSymmetric, "drive"));
         }
-        // Its faces may be any, so they are not taken to be symmetric.
-        if self.projectile.shape == Shape::Polyhedron {
-            return Err(Error::plain(Code::NotSymmetric, "projectile.shape"));
-        }
         Ok(())
     }
 
