@@ -137,6 +137,16 @@ fn velocities() -> Vec<Flight> {
             })
         },
         Flight {
+            text: Box::new(loss),
+            ..Flight::new(
+                "places for 3 nodes under the sphere",
+                "FAULTED: contact_capacity",
+                changed(uniform(41, 100.0), |scene| scene.contact_capacity = 3),
+                1000,
+                |end| end.failure == Some(Failure::ContactCapacity),
+            )
+        },
+        Flight {
             force: [0.0, 0.0, 1e12],
             ..Flight::new(
                 "external force 1e12 N",
