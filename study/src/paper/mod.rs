@@ -8,6 +8,7 @@
 mod figures;
 mod html;
 mod jobs;
+mod map;
 mod micro;
 mod plan;
 mod sheets;
@@ -104,6 +105,9 @@ impl Study<'_> {
         }
         if self.wants(&[Fig18, Fig19, Fig20]) {
             points.extend(figures::small_points(self.effort, Yarn::Uniform));
+        }
+        if self.wants(&[Map]) {
+            points.extend(map::points(self.effort));
         }
         points
     }
