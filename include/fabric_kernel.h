@@ -109,6 +109,9 @@
 // The image holds values that no simulation can have.
 #define FK_IMAGE_INVALID -27
 
+// Mirror planes with something they would change.
+#define FK_NOT_SYMMETRIC -31
+
 // Numerical failure: a non-finite number appeared; the state is lost until reset or load.
 #define FK_NON_FINITE -50
 
@@ -141,6 +144,12 @@
 
 // Flat-ended cylinder along the body's z axis.
 #define FK_CYLINDER 1
+
+// Every segment draws its own constants.
+#define FK_DRAW_SEGMENT 0
+
+// Every woven yarn, a row or a column of segments, draws its own constants.
+#define FK_DRAW_YARN 1
 
 // The kernel moves the projectile.
 #define FK_DRIVE_FREE 0
@@ -276,6 +285,15 @@ typedef struct fk_scene {
     uint32_t track_support;
     // Most nodes under the projectile at once; 0 = automatic.
     uint32_t contact_capacity;
+    // 1: mirror plane x = 0 through the sheet's middle; only x <= 0 is modelled. Sums stay those of the whole sheet,
+    // read-outs of nodes and segments cover the part. For uniform yarn, a free projectile and a centred, untilted hit.
+    uint32_t mirror_x;
+    // 1: mirror plane y = 0; only y <= 0 is modelled.
+    uint32_t mirror_y;
+    // What draws its own constants: FK_DRAW_SEGMENT or FK_DRAW_YARN (a whole row or column).
+    uint32_t yarn_draw;
+    // Not read.
+    uint32_t reserved;
 } fk_scene;
 
 // Why a request was refused.

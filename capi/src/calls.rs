@@ -754,6 +754,7 @@ mod tests {
             FK_IMAGE_MALFORMED,
             FK_IMAGE_OF_ANOTHER_SCENE,
             FK_IMAGE_INVALID,
+            FK_NOT_SYMMETRIC,
             FK_NON_FINITE,
             FK_CONTACT_CAPACITY,
             FK_TOO_FAST,

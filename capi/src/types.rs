@@ -3,7 +3,8 @@
 
 use core::ffi::c_char;
 use fabric::{
-    Attachment, AttachmentKind, Code, Drive, Error, Motion, Projectile, Scene, Shape, Sheet, StepCheck, TimeStep, Yarn,
+    Attachment, AttachmentKind, Code, Draw, Drive, Error, Motion, Projectile, Scene, Shape, Sheet, StepCheck, Symmetry,
+    TimeStep, Yarn,
 };
 
 /// Version of this interface: changes whenever a structure or a function does.
@@ -65,6 +66,8 @@ pub const FK_IMAGE_MALFORMED: i32 = -25;
 pub const FK_IMAGE_OF_ANOTHER_SCENE: i32 = -26;
 /// The image holds values that no simulation can have.
 pub const FK_IMAGE_INVALID: i32 = -27;
+/// Mirror planes with something they would change.
+pub const FK_NOT_SYMMETRIC: i32 = -31;
 /// Numerical failure: a non-finite number appeared; the state is lost until reset or load.
 pub const FK_NON_FINITE: i32 = -50;
 /// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
@@ -88,6 +91,10 @@ pub const FK_FREE_SHEET: u32 = 3;
 pub const FK_SPHERE: u32 = 0;
 /// Flat-ended cylinder along the body's z axis.
 pub const FK_CYLINDER: u32 = 1;
+/// Every segment draws its own constants.
+pub const FK_DRAW_SEGMENT: u32 = 0;
+/// Every woven yarn, a row or a column of segments, draws its own constants.
+pub const FK_DRAW_YARN: u32 = 1;
 /// The kernel moves the projectile.
 pub const FK_DRIVE_FREE: u32 = 0;
 /// The host prescribes the projectile's pose.
@@ -207,6 +214,15 @@ pub struct fk_scene {
     pub track_support: u32,
     /// Most nodes under the projectile at once; 0 = automatic.
     pub contact_capacity: u32,
+    /// 1: mirror plane x = 0 through the sheet's middle; only x <= 0 is modelled. Sums stay those of the whole sheet,
+    /// read-outs of nodes and segments cover the part. For uniform yarn, a free projectile and a centred, untilted hit.
+    pub mirror_x: u32,
+    /// 1: mirror plane y = 0; only y <= 0 is modelled.
+    pub mirror_y: u32,
+    /// What draws its own constants: FK_DRAW_SEGMENT or FK_DRAW_YARN (a whole row or column).
+    pub yarn_draw: u32,
+    /// Not read.
+    pub reserved: u32,
 }
 
 /// Why a request was refused.
@@ -429,6 +445,10 @@ impl fk_scene {
             track_detachment: u32::from(scene.track_detachment),
             track_support: u32::from(scene.track_support),
             contact_capacity: scene.contact_capacity,
+            mirror_x: u32::from(scene.symmetry.mirror_x),
+            mirror_y: u32::from(scene.symmetry.mirror_y),
+            yarn_draw: yarn.draw as u32,
+            reserved: 0,
         }
     }
 
@@ -467,6 +487,11 @@ impl fk_scene {
             FK_DRIVE_PRESCRIBED => Drive::Prescribed,
             other => return Err(unknown("drive", other)),
         };
+        let draw = match self.yarn_draw {
+            FK_DRAW_SEGMENT => Draw::Segment,
+            FK_DRAW_YARN => Draw::Yarn,
+            other => return Err(unknown("yarn.draw", other)),
+        };
         Ok(Scene {
             sheet: Sheet {
                 nodes_x: self.sheet_nodes_x,
@@ -477,6 +502,10 @@ impl fk_scene {
                 plies: self.sheet_plies,
                 position: self.sheet_position,
                 orientation: self.sheet_orientation,
+            },
+            symmetry: Symmetry {
+                mirror_x: flag("symmetry.mirror_x", self.mirror_x)?,
+                mirror_y: flag("symmetry.mirror_y", self.mirror_y)?,
             },
             attachment: Attachment {
                 kind,
@@ -494,6 +523,7 @@ impl fk_scene {
                 damage_b: self.yarn_damage_b,
                 alpha_fail: self.yarn_alpha_fail,
                 stochastic: flag("yarn.stochastic", self.yarn_stochastic)?,
+                draw,
             },
             projectile: Projectile {
                 shape,

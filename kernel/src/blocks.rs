@@ -49,7 +49,7 @@ impl<'a> Blocks<'a> {
         let carved = (|| {
             reals.take(skip)?;
             Some(Blocks {
-                hot: chunked(reals.take(ny * HOT_PLANES * row)?),
+                hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
                 yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
@@ -103,10 +103,15 @@ impl Sim<'_> {
     }
 
     /// Displacement (spacings) and velocity (spacings per step) of a node.
+    /// Behind a mirror plane: of its image.
     pub(crate) fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
+        let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
         let row = layout::row(self.blocks.hot, self.layout.chunks, j);
-        let at = |plane: usize| layout::get(row, plane, i).unwrap_or(0.0);
-        ([at(0), at(1), at(2)], [at(3), at(4), at(5)])
+        let at = |plane: usize, turn: bool| {
+            let value = layout::get(row, plane, i).unwrap_or(0.0);
+            if turn { -value } else { value }
+        };
+        ([at(0, turn_x), at(1, turn_y), at(2, false)], [at(3, turn_x), at(4, turn_y), at(5, false)])
     }
 
     pub(crate) fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
@@ -124,12 +129,12 @@ impl Sim<'_> {
 
     /// The segment that starts at node (i, j), if there is one.
     pub(crate) fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let (i2, j2) = match axis {
-            Axis::Horizontal => (i + 1, j),
-            Axis::Vertical => (i, j + 1),
+        let chunks = self.layout.chunks;
+        let (i2, j2, exists) = match axis {
+            Axis::Horizontal => (i + 1, j, i < self.layout.x.segments() && j < self.layout.nodes_y),
+            Axis::Vertical => (i, j + 1, i < self.layout.nodes_x && j < self.layout.y.segments()),
         };
-        if i2 >= nx || j2 >= ny {
+        if !exists {
             return None;
         }
         let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
@@ -189,7 +194,7 @@ impl Sim<'_> {
     pub(crate) fn fill_model(&mut self) -> Result<(), Error> {
         for (j, run) in self.blocks.runs.iter_mut().enumerate() {
             let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
-            *run = [a, b, c, d];
+            *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
         if !self.layout.stochastic {
             return Ok(());
@@ -229,7 +234,7 @@ impl Sim<'_> {
     /// awake rows. Clears a failure.
     pub(crate) fn rebuild_derived(&mut self) {
         self.failure = None;
-        self.failed_segments = 0;
+        let mut failed = 0.0;
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..ny {
@@ -241,7 +246,9 @@ impl Sim<'_> {
                     if let Some(slot) = layout::get_mut(row, 6 + axis as usize, i) {
                         *slot = stiffness;
                     }
-                    self.failed_segments += u64::from(stiffness == 0.0);
+                    if stiffness == 0.0 {
+                        failed += self.layout.segment_weight(axis, i, j);
+                    }
                 }
             }
             let (mut low, mut high, mut moved) = (0.0, 0.0, false);
@@ -258,6 +265,53 @@ impl Sim<'_> {
                 awake = Some([awake.map_or(j, |[first, _]| first), j + 1]);
             }
         }
+        self.failed_segments = failed as u64;
         self.awake = awake.unwrap_or([0, 0]);
+    }
+
+    /// Failed segments of the whole sheet, counted one by one.
+    pub(crate) fn count_failed(&self) -> u64 {
+        let mut failed = 0.0;
+        for j in 0..self.layout.nodes_y {
+            for i in 0..self.layout.nodes_x {
+                for axis in [Axis::Horizontal, Axis::Vertical] {
+                    if self.segment(axis, i, j).is_some_and(|segment| segment.stiffness == 0.0) {
+                        failed += self.layout.segment_weight(axis, i, j);
+                    }
+                }
+            }
+        }
+        failed as u64
+    }
+
+    // ---- Images behind mirror planes
+
+    /// Puts the images of row j's node behind the plane x = 0 in their place, at rest: only their displacement is read.
+    pub(crate) fn place_image_column(&mut self, j: usize) {
+        let place = self.layout.nodes_x;
+        let (node, _) = self.layout.x.node(place);
+        let row = layout::row_mut(self.blocks.hot, self.layout.chunks, j);
+        for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+            let value = layout::get(row, plane, node).unwrap_or(0.0);
+            if let Some(slot) = layout::get_mut(row, plane, place) {
+                *slot = sign * value;
+            }
+            if let Some(slot) = layout::get_mut(row, 3 + plane, place) {
+                *slot = 0.0;
+            }
+        }
+    }
+
+    /// Puts the row of images behind the plane y = 0 in its place.
+    pub(crate) fn place_image_row(&mut self) {
+        let chunks = self.layout.chunks;
+        let place = self.layout.nodes_y;
+        let (node, _) = self.layout.y.node(place);
+        let Some((rows, images)) = self.blocks.hot.split_at_mut_checked(place * chunks) else { return };
+        for (from, to) in layout::row(rows, chunks, node).iter().zip(layout::row_mut(images, chunks, 0)) {
+            to[0] = from[0];
+            to[1] = from[1].map(|y| -y);
+            to[2] = from[2];
+        }
     }
 }

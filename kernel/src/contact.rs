@@ -11,6 +11,7 @@
 use crate::layout::CANDIDATE_REALS;
 use crate::pose::Vector;
 use crate::projectile::{self, Body, Inertia};
+use crate::scene::Symmetry;
 use crate::shape::Solid;
 
 /// Sweeps after which a solve is given up and counted.
@@ -25,13 +26,13 @@ pub struct Candidate {
     pub normal: Vector,
     /// r x n in body axes, m: the arm of the impulse.
     pub arm: Vector,
-    /// Gap at t_n, m.
-    pub gap: f64,
+    /// How often the node appears in the whole sheet: 1 without mirror planes.
+    pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
-    /// phi/dt + n.v_free, m/s.
+    /// phi/dt, m/s (0 for a node inside), and, once the sweep is done, phi/dt + n.v_free.
     pub approach: f64,
-    /// 1/(1/m + 1/M + arm.I^-1 arm), kg.
+    /// 1/(1/m + 1/M + arm.I^-1 arm), kg; with mirror planes the body's part is that of all images together.
     pub effective_mass: f64,
     /// Impulse, N s; the last number of the slot.
     pub impulse: f64,
@@ -40,12 +41,12 @@ pub struct Candidate {
 impl Candidate {
     /// From its place in the scratch block.
     pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Candidate {
-        let [ux, uy, uz, nx, ny, nz, ax, ay, az, gap, speed_before, approach, effective_mass, impulse] = *slot;
+        let [ux, uy, uz, nx, ny, nz, ax, ay, az, weight, speed_before, approach, effective_mass, impulse] = *slot;
         Candidate {
             displacement: [ux, uy, uz],
             normal: Vector::new(nx, ny, nz),
             arm: Vector::new(ax, ay, az),
-            gap,
+            weight,
             speed_before,
             approach,
             effective_mass,
@@ -66,7 +67,7 @@ impl Candidate {
             a.x,
             a.y,
             a.z,
-            self.gap,
+            self.weight,
             self.speed_before,
             self.approach,
             self.effective_mass,
@@ -144,15 +145,27 @@ pub struct Solved {
 
 /// Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass` in kg.
 /// Every candidate's `approach` is set; `effective_mass` and `impulse` are set here.
-pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], body: &Body, inertia: &Inertia, node_mass: f64) -> Solved {
+/// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
+/// times the part of one that the planes leave.
+pub fn solve(
+    candidates: &mut [[f64; CANDIDATE_REALS]],
+    body: &Body,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
+) -> Solved {
+    let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
+    let push = |c: &Candidate| c.normal.component_mul(&push_mask) * c.weight;
+    let twist = |c: &Candidate| c.arm.component_mul(&twist_mask) * c.weight;
     let mut velocity = body.velocity;
     let mut rate = body.angular_velocity;
     let inverse_node_mass = 1.0 / node_mass;
     let mut fastest = 0.0;
     for slot in candidates.iter_mut() {
         let mut c = Candidate::read(slot);
-        let turning = c.arm.dot(&c.arm.component_mul(&inertia.inverse_moments));
-        c.effective_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass + turning);
+        let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
+        let moving = if symmetry == Symmetry::default() { 1.0 } else { c.normal.dot(&push(&c)) };
+        c.effective_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass * moving + turning);
         c.impulse = 0.0;
         c.write(slot);
         let approach = c.approach - c.normal.dot(&velocity) - c.arm.dot(&rate);
@@ -169,8 +182,8 @@ pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], body: &Body, inertia: &I
             let impulse = if trial > 0.0 { trial } else { 0.0 };
             let change = impulse - c.impulse;
             if change != 0.0 {
-                velocity -= c.normal * (change * inertia.inverse_mass);
-                rate -= c.arm.component_mul(&inertia.inverse_moments) * change;
+                velocity -= push(&c) * (change * inertia.inverse_mass);
+                rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
                 slot[CANDIDATE_REALS - 1] = impulse;
                 let size = if change < 0.0 { -change } else { change };
                 largest_change = if size > largest_change { size } else { largest_change };
@@ -205,7 +218,7 @@ mod tests {
 
     fn slot(normal: Vector, approach: f64) -> [f64; CANDIDATE_REALS] {
         let mut slot = [0.0; CANDIDATE_REALS];
-        let candidate = Candidate { normal, approach, ..Candidate::read(&slot) };
+        let candidate = Candidate { normal, approach, weight: 1.0, ..Candidate::read(&slot) };
         candidate.write(&mut slot);
         slot
     }
@@ -215,7 +228,7 @@ mod tests {
         let (_, inertia, body) = sphere();
         let mass = 6.52e-8;
         let mut slots = [slot(Vector::new(0.0, 0.0, 1.0), 0.0)];
-        let solved = solve(&mut slots, &body, &inertia, mass);
+        let solved = solve(&mut slots, &body, &inertia, mass, Symmetry::default());
         let expected = 100.0 * inertia.mass / (inertia.mass + mass);
         assert!(solved.converged);
         assert!((solved.velocity.z / expected - 1.0).abs() < 1e-14);
@@ -226,7 +239,7 @@ mod tests {
     fn a_receding_node_feels_nothing() {
         let (_, inertia, body) = sphere();
         let mut slots = [slot(Vector::new(0.0, 0.0, 1.0), 150.0)];
-        let solved = solve(&mut slots, &body, &inertia, 6.52e-8);
+        let solved = solve(&mut slots, &body, &inertia, 6.52e-8, Symmetry::default());
         assert_eq!(solved.velocity, body.velocity);
         assert_eq!(slots[0][13], 0.0);
     }
@@ -239,7 +252,7 @@ mod tests {
             slot(Vector::new(math::sin(angle), 0.0, math::cos(angle)), 3.0 * k as f64)
         });
         let mass = 6.52e-8;
-        let solved = solve(&mut slots, &body, &inertia, mass);
+        let solved = solve(&mut slots, &body, &inertia, mass, Symmetry::default());
         assert!(solved.converged && solved.sweeps < 10);
         for c in slots.iter().map(Candidate::read) {
             let gap_rate = c.approach + c.impulse / mass - c.normal.dot(&solved.velocity);

@@ -127,10 +127,11 @@ impl Sim<'_> {
         let mut total = Vector::zeros();
         for j in 0..ny {
             let row = layout::row(self.blocks.hot, chunks, j);
-            let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| layout::get(row, plane, i)).sum() };
+            let weighted = |plane: usize, i: usize| Some(layout::get(row, plane, i)? * self.layout.node_weight(i, j));
+            let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
             total += Vector::new(sum(3), sum(4), sum(5));
         }
-        let mut momentum = total * self.model.unit_impulse;
+        let mut momentum = total.component_mul(&self.scene.symmetry.force_mask()) * self.model.unit_impulse;
         if self.scene.drive == Drive::Free {
             momentum += self.state.body.velocity * self.model.inertia.mass;
         }
@@ -145,7 +146,11 @@ impl Sim<'_> {
             let row = layout::row(self.blocks.hot, chunks, j);
             let mut sum = 0.0;
             for plane in 3..6 {
-                sum += (0..nx).filter_map(|i| layout::get(row, plane, i)).map(|v| v * v).sum::<f64>();
+                let weighted = |i: usize| {
+                    let v = layout::get(row, plane, i)?;
+                    Some(v * v * self.layout.node_weight(i, j))
+                };
+                sum += (0..nx).filter_map(weighted).sum::<f64>();
             }
             kinetic += sum;
         }
@@ -155,8 +160,9 @@ impl Sim<'_> {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     if let Some(segment) = self.segment(axis, i, j) {
                         let (stored, lost) = self.segment_energy(&segment);
-                        row_strain += stored;
-                        row_dissipated += lost;
+                        let weight = self.layout.segment_weight(axis, i, j);
+                        row_strain += weight * stored;
+                        row_dissipated += weight * lost;
                     }
                 }
             }

@@ -64,6 +64,8 @@ pub enum Code {
     ImageOfAnotherScene = -26,
     /// The image has a correct checksum but holds values no simulation can have.
     ImageInvalid = -27,
+    /// Mirror planes with something they would change: random yarn, a prescribed body, a hit or load off the planes.
+    NotSymmetric = -31,
     /// A non-finite number appeared in the state: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
@@ -74,7 +76,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 30] = [
+    pub const ALL: [Code; 31] = [
         Code::NullPointer,
         Code::ShortBuffer,
         Code::Misaligned,
@@ -102,6 +104,7 @@ impl Code {
         Code::ImageMalformed,
         Code::ImageOfAnotherScene,
         Code::ImageInvalid,
+        Code::NotSymmetric,
         Code::NonFinite,
         Code::ContactCapacity,
         Code::TooFast,
@@ -142,6 +145,7 @@ impl Code {
             Code::ImageMalformed => c"snapshot image malformed or altered",
             Code::ImageOfAnotherScene => c"snapshot image of another scene or version",
             Code::ImageInvalid => c"snapshot image holds impossible values",
+            Code::NotSymmetric => c"not symmetric about the mirror planes",
             Code::NonFinite => c"a non-finite number appeared in the state",
             Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
             Code::TooFast => c"the projectile became faster than a node spacing in a step",

@@ -8,15 +8,16 @@
 use crate::blocks::{Blocks, in_runs};
 use crate::contact::{self, Candidate, Search};
 use crate::error::Failure;
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES};
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, Layout};
 use crate::math;
 use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
 use crate::path;
 use crate::pose::Vector;
 use crate::projectile::{self, Body};
-use crate::scene::{AttachmentKind, Drive};
+use crate::scene::{AttachmentKind, Drive, Symmetry};
 use crate::sim::Sim;
 use crate::sweep::{Pass, Report, YarnRow};
+use crate::symmetry;
 use crate::weave;
 
 impl Sim<'_> {
@@ -30,7 +31,11 @@ impl Sim<'_> {
         if report.non_finite {
             return Err(Failure::NonFinite);
         }
-        self.failed_segments += report.newly_failed;
+        if self.scene.symmetry == Symmetry::default() {
+            self.failed_segments += report.newly_failed;
+        } else if report.newly_failed > 0 {
+            self.failed_segments = self.count_failed();
+        }
         self.touch(count, &at_start);
         self.move_body(target);
         self.state.step += 1;
@@ -76,8 +81,8 @@ impl Sim<'_> {
         let h = self.scene.sheet.spacing;
         let search = Search::new(&self.model.solid, &self.state.body, h);
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let (unit_speed, nodes_x, nodes_y) =
-            (self.model.unit_speed, self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        let (unit_speed, dt, layout) = (self.model.unit_speed, self.model.limits.dt, &self.layout);
+        let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
         let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
         let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
         let mut count = 0;
@@ -108,9 +113,9 @@ impl Sim<'_> {
                     displacement: u,
                     normal,
                     arm,
-                    gap,
+                    weight: layout.node_weight(i, j),
                     speed_before: normal.dot(&v) * unit_speed,
-                    approach: 0.0,
+                    approach: if gap > 0.0 { gap } else { 0.0 } / dt,
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
@@ -129,13 +134,26 @@ impl Sim<'_> {
 
     /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
     fn sweep(&mut self) -> Report {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let chunks = self.layout.chunks;
+        let rows_stored = self.layout.y.stored();
         let [first, end] = self.rows_to_step();
-        let pass =
-            Pass { nodes_x: nx, law: &self.model.law, critical: self.model.critical, instructions: self.instructions };
+        if self.layout.x.mirrored {
+            (first..end).for_each(|j| self.place_image_column(j));
+        }
+        if self.layout.y.mirrored && end == self.layout.nodes_y {
+            self.place_image_row();
+        }
+        let pass = Pass {
+            horizontals: self.layout.x.segments(),
+            verticals: self.layout.nodes_x,
+            law: &self.model.law,
+            critical: self.model.critical,
+            instructions: self.instructions,
+        };
         let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
+        let share = self.scene.symmetry.share();
         let mut report = Report::default();
         carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
         for j in first..end {
@@ -143,19 +161,23 @@ impl Sim<'_> {
             let row = layout::row_mut(below, chunks, j);
             let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
             let run = runs.get(j).copied().unwrap_or([0; 4]);
-            let above = if j + 1 < ny { layout::row(above, chunks, 0) } else { &[] };
+            let above = if j + 1 < rows_stored { layout::row(above, chunks, 0) } else { &[] };
             keep_fixed(row, kept, &run);
             let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
             report = report.merged(met);
             if let Some(slot) = ranges.get_mut(j) {
                 *slot = range;
             }
-            let pulls = restore_fixed(row, kept, &run);
+            let pulls = restore_fixed(row, kept, &run, &self.layout, j);
             if self.scene.track_support {
+                let kind = self.scene.attachment.kind;
                 for (k, pull) in pulls.iter().enumerate() {
-                    let at = weave::attachment_of(self.scene.attachment.kind, self.scene.sheet.nodes_y, j, k);
-                    if let Some(sum) = self.state.sums.support.get_mut(at) {
-                        *sum += pull;
+                    let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, k);
+                    for turn in self.scene.symmetry.images() {
+                        let image = symmetry::attachment_image(kind, at, turn);
+                        if let Some(sum) = self.state.sums.support.get_mut(image) {
+                            *sum += symmetry::turned(&(pull * share), turn);
+                        }
                     }
                 }
             }
@@ -208,18 +230,18 @@ impl Sim<'_> {
 
     fn solve_contact(&mut self, count: usize, before: &Body) {
         // At least 1, so that no division by zero has to be compiled in.
-        let (nx, dt) = (self.layout.nodes_x.max(1), self.model.limits.dt);
+        let nx = self.layout.nodes_x.max(1);
         for c in 0..count {
             let Some(node) = self.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
             let (_, v) = self.node(node % nx, node / nx);
             let Some(slot) = self.blocks.candidates.get_mut(c) else { break };
             let mut candidate = Candidate::read(slot);
-            let gap = if candidate.gap > 0.0 { candidate.gap } else { 0.0 };
-            candidate.approach = gap / dt + candidate.normal.dot(&Vector::from(v)) * self.model.unit_speed;
+            candidate.approach += candidate.normal.dot(&Vector::from(v)) * self.model.unit_speed;
             candidate.write(slot);
         }
         let slots = self.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
-        let solved = contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass);
+        let solved =
+            contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass, self.scene.symmetry);
         self.state.body.velocity = solved.velocity;
         self.state.body.angular_velocity = solved.angular_velocity;
         if solved.sweeps as u64 > self.state.sums.most_sweeps {
@@ -260,16 +282,20 @@ impl Sim<'_> {
             }
             let speed_after = normal.dot(&Vector::from(v)) * self.model.unit_speed;
             let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
-            impulse_sum -= normal * impulse;
-            arm_sum -= candidate.arm * impulse;
-            work += impulse * body_speed;
-            loss -= impulse * (0.5 * (candidate.speed_before + speed_after) - body_speed);
+            // What all images of the node give; without mirror planes it is the node's own.
+            let given = impulse * candidate.weight;
+            impulse_sum -= normal * given;
+            arm_sum -= candidate.arm * given;
+            work += given * body_speed;
+            loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
             touched += 1;
         }
         self.state.sums.contacts = touched;
         if touched == 0 {
             return;
         }
+        impulse_sum.component_mul_assign(&self.scene.symmetry.force_mask());
+        arm_sum.component_mul_assign(&self.scene.symmetry.torque_mask());
         if self.state.watch.first.is_none() {
             let energy = before.kinetic_energy(&self.model.inertia);
             self.state.watch.touch(self.state.step, before, energy);
@@ -402,14 +428,21 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
     }
 }
 
-/// Puts a row's fixed nodes back to rest and returns the pull of the sheet on each run, in units of m h/dt.
-fn restore_fixed(row: &mut [Chunk<HOT_PLANES>], kept: &[[f64; 3]], run: &[u32; 4]) -> [Vector; 2] {
+/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
+/// mirror planes that of all images together, before any is turned.
+fn restore_fixed(
+    row: &mut [Chunk<HOT_PLANES>],
+    kept: &[[f64; 3]],
+    run: &[u32; 4],
+    layout: &Layout,
+    j: usize,
+) -> [Vector; 2] {
     let mut pulls = [Vector::zeros(); 2];
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * layout.node_weight(i, j);
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;

@@ -6,6 +6,8 @@
 
 use crate::error::{Code, Error};
 use crate::scene::{Scene, Shape};
+use crate::sweep::Axis;
+use crate::symmetry::Line;
 
 /// Columns in a chunk.
 pub const CHUNK: usize = 8;
@@ -27,10 +29,14 @@ pub const ALIGN_REALS: usize = 8;
 /// Sizes of a scene's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Nodes along x.
+    /// Nodes modelled along x: of a mirrored sheet only its half.
     pub nodes_x: usize,
-    /// Nodes along y.
+    /// Nodes modelled along y.
     pub nodes_y: usize,
+    /// A row of nodes.
+    pub x: Line,
+    /// A column of nodes.
+    pub y: Line,
     /// Chunks in a row.
     pub chunks: usize,
     /// true if segments have their own constants.
@@ -57,16 +63,18 @@ impl Layout {
     }
 
     fn compute(scene: &Scene) -> Option<Layout> {
-        let nodes_x = usize::try_from(scene.sheet.nodes_x).ok()?;
-        let nodes_y = usize::try_from(scene.sheet.nodes_y).ok()?;
+        let x = Line { nodes: scene.sheet.nodes_x, mirrored: scene.symmetry.mirror_x };
+        let y = Line { nodes: scene.sheet.nodes_y, mirrored: scene.symmetry.mirror_y };
+        let (nodes_x, nodes_y) = (x.modelled(), y.modelled());
         let nodes = nodes_x.checked_mul(nodes_y)?;
-        let chunks = nodes_x.div_ceil(CHUNK);
+        let chunks = x.stored().div_ceil(CHUNK);
         let stochastic = scene.yarn.stochastic;
         let track_detachment = scene.track_detachment;
         let candidates = candidate_capacity(scene).min(nodes);
 
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
-        let rows = nodes_y.checked_mul(planes)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
+        let image_row = (y.stored() - nodes_y) * HOT_PLANES;
+        let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let scratch = chunks
             .checked_mul(CHUNK * CARRY_PLANES)?
             .checked_add(nodes_x.checked_mul(3)?)?
@@ -78,7 +86,7 @@ impl Layout {
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
 
         // Node rows: u and v of every node, then the history of its horizontal and vertical segment where they exist.
-        let segments = (nodes_x - 1).checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(nodes_y - 1)?)?;
+        let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
         let flags = if track_detachment { nodes.div_ceil(32) } else { 0 };
         let image_words = nodes
             .checked_mul(6)?
@@ -92,7 +100,19 @@ impl Layout {
                 return None;
             }
         }
-        Some(Layout { nodes_x, nodes_y, chunks, stochastic, track_detachment, candidates, reals, words, image_words })
+        Some(Layout {
+            nodes_x,
+            nodes_y,
+            x,
+            y,
+            chunks,
+            stochastic,
+            track_detachment,
+            candidates,
+            reals,
+            words,
+            image_words,
+        })
     }
 
     /// Length of `Memory::reals`: f64 numbers, including what alignment to 64 bytes may take.
@@ -115,14 +135,27 @@ impl Layout {
         8 * self.image_words
     }
 
-    /// Number of nodes.
+    /// Number of nodes modelled.
     pub fn nodes(&self) -> usize {
         self.nodes_x * self.nodes_y
     }
 
-    /// Number of segments.
+    /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
-        (self.nodes_x - 1) * self.nodes_y + self.nodes_x * (self.nodes_y - 1)
+        self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()
+    }
+
+    /// How often node (i, j) appears in the whole sheet.
+    pub fn node_weight(&self, i: usize, j: usize) -> f64 {
+        self.x.node_weight(i) * self.y.node_weight(j)
+    }
+
+    /// How often the segment that starts at node (i, j) appears in the whole sheet.
+    pub fn segment_weight(&self, axis: Axis, i: usize, j: usize) -> f64 {
+        match axis {
+            Axis::Horizontal => self.x.segment_weight(i) * self.y.node_weight(j),
+            Axis::Vertical => self.x.node_weight(i) * self.y.segment_weight(j),
+        }
     }
 }
 
@@ -162,7 +195,7 @@ fn candidate_capacity(scene: &Scene) -> usize {
         Shape::Cylinder => core::f64::consts::TAU * radius * (radius + length),
     };
     // A float-to-integer cast saturates; the caller takes the smaller of this and the number of nodes.
-    (4.0 * surface) as usize
+    (4.0 * surface * scene.symmetry.share()) as usize
 }
 
 #[cfg(test)]

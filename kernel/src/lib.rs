@@ -56,6 +56,7 @@ pub mod sim;
 pub mod snapshot;
 pub mod state;
 pub mod sweep;
+pub mod symmetry;
 pub mod weave;
 pub mod yarn;
 
@@ -67,6 +68,7 @@ pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Drive, Projectile, Scene, Shape, Sheet, StepCheck, StepLimits, TimeStep, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Projectile, Scene, Shape, Sheet, StepCheck, StepLimits, Symmetry,
+    TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};

@@ -6,6 +6,7 @@
 use crate::error::{Code, Error};
 use crate::math;
 use crate::random::{self, Purpose};
+use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 
 /// Rest length of a segment in the paper: 35 yarns per inch, m.
@@ -78,8 +79,31 @@ pub struct Yarn {
     pub damage_b: f64,
     /// alpha at or below this becomes exactly 0, in [0, 1).
     pub alpha_fail: f64,
-    /// true: every segment draws its own modulus and damage rate; false: all take the mean.
+    /// true: modulus and damage rate are drawn; false: all segments take the mean.
     pub stochastic: bool,
+    /// What gets a draw of its own (stochastic yarn only).
+    pub draw: Draw,
+}
+
+/// What gets a draw of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Draw {
+    /// Every segment (the paper).
+    Segment = 0,
+    /// Every woven yarn: all segments of a row, or of a column, are alike.
+    Yarn = 1,
+}
+
+/// Mirror planes through the middle of the sheet. Only the part at x <= 0, y <= 0 is modelled then; sums, energies and
+/// counts of segments stay those of the whole sheet, read-outs of nodes and segments cover the part. For uniform yarn, a
+/// free projectile, and a hit that the planes leave as it is: centred on each of them and not tilted across it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Symmetry {
+    /// The plane x = 0.
+    pub mirror_x: bool,
+    /// The plane y = 0.
+    pub mirror_y: bool,
 }
 
 /// The projectile's form.
@@ -147,6 +171,8 @@ pub enum StepCheck {
 pub struct Scene {
     /// Grid and mass.
     pub sheet: Sheet,
+    /// Mirror planes.
+    pub symmetry: Symmetry,
     /// Supports.
     pub attachment: Attachment,
     /// Yarn law.
@@ -205,6 +231,7 @@ impl Scene {
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },
+            symmetry: Symmetry::default(),
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
             yarn: Yarn {
                 modulus_mean: 140.21e9,
@@ -217,6 +244,7 @@ impl Scene {
                 damage_b: 0.0,
                 alpha_fail: 0.01,
                 stochastic: true,
+                draw: Draw::Segment,
             },
             projectile: Projectile {
                 shape: Shape::Sphere,
@@ -297,6 +325,10 @@ impl Scene {
         if !self.yarn.stochastic {
             return Ok(self.mean_segment());
         }
+        let number = match self.yarn.draw {
+            Draw::Segment => number,
+            Draw::Yarn => weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number),
+        };
         for retry in 0..1000 {
             let g1 = random::normal(self.seed, number, Purpose::Modulus, retry);
             let g2 = random::normal(self.seed, number, Purpose::DamageRate, retry);
@@ -361,6 +393,7 @@ impl Scene {
         self.check_yarn()?;
         self.check_projectile()?;
         self.check_attachment()?;
+        self.check_symmetry()?;
         match self.time_step {
             TimeStep::Seconds(dt) => positive("dt", dt)?,
             TimeStep::Fraction(fraction) => {
@@ -453,6 +486,22 @@ impl Scene {
         finite3("projectile.angular_velocity", body.angular_velocity)
     }
 
+    /// Mirror planes need yarn that is alike everywhere and a body that contact alone moves. Whether the hit is centred is
+    /// checked where the start motion is known in the sheet's frame (`symmetry.rs`).
+    fn check_symmetry(&self) -> Result<(), Error> {
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        if !mirror_x && !mirror_y {
+            return Ok(());
+        }
+        if self.yarn.stochastic {
+            return Err(Error::plain(Code::NotSymmetric, "yarn.stochastic"));
+        }
+        if self.drive != Drive::Free {
+            return Err(Error::plain(Code::NotSymmetric, "drive"));
+        }
+        Ok(())
+    }
+
     fn check_attachment(&self) -> Result<(), Error> {
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());
@@ -539,6 +588,18 @@ mod tests {
         assert_eq!(error.limit, limits.step_max);
         scene.step_check = StepCheck::None;
         assert!(scene.step_limits().is_ok());
+    }
+
+    #[test]
+    fn one_draw_per_yarn_makes_rows_and_columns_alike() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.yarn.draw = Draw::Yarn;
+        let horizontal = |i, j| scene.draw_segment(weave::horizontal_number(105, i, j)).unwrap();
+        let vertical = |i, j| scene.draw_segment(weave::vertical_number(105, 105, i, j)).unwrap();
+        assert_eq!(horizontal(0, 7), horizontal(103, 7));
+        assert_ne!(horizontal(0, 7), horizontal(0, 8));
+        assert_eq!(vertical(7, 0), vertical(7, 103));
+        assert_ne!(vertical(7, 0), horizontal(0, 7));
     }
 
     #[test]

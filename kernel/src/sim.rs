@@ -144,7 +144,9 @@ impl<'a> Sim<'a> {
         let model = Model::of(scene, limits);
         let motion = path::into_sheet(&model.pose, &start_motion(scene));
         model.check_speed(&motion)?;
-        let state = State::at_start(Body::of(&motion));
+        let mut body = Body::of(&motion);
+        scene.symmetry.settle(&mut body, scene.sheet.spacing)?;
+        let state = State::at_start(body);
         refuse_overlap(scene, &model, &state.body)?;
         let mut sim = Sim {
             scene: *scene,
@@ -167,7 +169,10 @@ impl<'a> Sim<'a> {
     /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the external load.
     pub fn reset(&mut self) {
         let motion = path::into_sheet(&self.model.pose, &start_motion(&self.scene));
-        self.state = State::at_start(Body::of(&motion));
+        let mut body = Body::of(&motion);
+        // Accepted once, so accepted again.
+        let _ = self.scene.symmetry.settle(&mut body, self.scene.sheet.spacing);
+        self.state = State::at_start(body);
         self.clear_state();
         self.start_audit();
     }
@@ -265,8 +270,11 @@ impl<'a> Sim<'a> {
         if self.scene.drive != Drive::Free {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
-        self.state.force = Vector::from(self.model.pose.vector_in(force));
-        self.state.torque = Vector::from(self.model.pose.vector_in(torque));
+        let force = Vector::from(self.model.pose.vector_in(force));
+        let torque = Vector::from(self.model.pose.vector_in(torque));
+        self.scene.symmetry.check_load(&force, &torque)?;
+        self.state.force = force.component_mul(&self.scene.symmetry.force_mask());
+        self.state.torque = torque.component_mul(&self.scene.symmetry.torque_mask());
         Ok(())
     }
 
@@ -299,6 +307,10 @@ impl<'a> Sim<'a> {
             if !fixed && search.candidate(&x).is_some_and(|(gap, _, _)| self.model.overlaps(gap)) {
                 return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
             }
+            let v = Vector::from(self.model.pose.vector_in(*velocity));
+            if self.leaves_plane(k % nx, k / nx, &x, &v) {
+                return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
+            }
         }
         let h = self.scene.sheet.spacing;
         for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
@@ -306,8 +318,14 @@ impl<'a> Sim<'a> {
             let x = self.model.pose.point_in(*point);
             let v = self.model.pose.vector_in(*velocity);
             let rest = self.rest(i, j);
-            let u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h];
-            self.set_node(i, j, u, v.map(|v| v / self.model.unit_speed));
+            let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h];
+            let mut v = v.map(|v| v / self.model.unit_speed);
+            for (axis, on_plane) in self.on_planes(i, j).into_iter().enumerate() {
+                if on_plane {
+                    (u[axis], v[axis]) = (0.0, 0.0);
+                }
+            }
+            self.set_node(i, j, u, v);
         }
         self.rebuild_derived();
         // The stored velocity belongs to t_{-1/2}: back by half a kick with the forces at t_0.
@@ -342,7 +360,8 @@ impl<'a> Sim<'a> {
         let mut stretches = stretches.iter();
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let critical = self.model.critical;
-        for (axis, columns, rows) in [(0, nx - 1, ny), (1, nx, ny - 1)] {
+        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
+        for (axis, columns, rows) in [(0, across, ny), (1, nx, up)] {
             for j in 0..rows {
                 let history = layout::row_mut(self.blocks.history, chunks, j);
                 for i in 0..columns {
@@ -505,7 +524,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Positions at t_n, m, 3 per node, node by node (rows along x first), host's frame.
+    /// Positions at t_n, m, 3 per node modelled, node by node (rows along x first), host's frame.
     pub fn copy_positions(&self, out: &mut [f64]) -> Result<(), Error> {
         self.sound()?;
         self.copy_nodes("out", out, |sim, i, j| sim.model.pose.point_out(sim.position(i, j).into()))
@@ -540,6 +559,18 @@ impl<'a> Sim<'a> {
             let u2 = 1.0 + segment.excess_now();
             math::sqrt(if u2 > 0.0 { u2 } else { 0.0 })
         })
+    }
+
+    /// Whether a node lies on the mirror planes x = 0 and y = 0.
+    fn on_planes(&self, i: usize, j: usize) -> [bool; 2] {
+        [(self.layout.x, i), (self.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
+    }
+
+    /// Whether a position, m, or velocity, m/s, takes a node off a mirror plane, beyond rounding.
+    fn leaves_plane(&self, i: usize, j: usize, x: &Vector, v: &Vector) -> bool {
+        let small = |value: f64, scale: f64| value <= 1e-9 * scale && value >= -1e-9 * scale;
+        let (h, unit_speed) = (self.scene.sheet.spacing, self.model.unit_speed);
+        (0..2).any(|k| self.on_planes(i, j)[k] && !(small(x[k], h) && small(v[k], unit_speed)))
     }
 
     fn copy_segments(&self, out: &mut [f64], value: impl Fn(&Self, &SegmentView) -> f64) -> Result<(), Error> {

@@ -10,7 +10,7 @@
 use crate::error::{Code, Error};
 use crate::layout;
 use crate::pose::Vector;
-use crate::scene::Scene;
+use crate::scene::{Draw, Scene, Symmetry};
 use crate::sim::Sim;
 use crate::state::{COUNT_MAX, State, Visitor};
 
@@ -93,6 +93,14 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     hash.real(scene.force_window);
     hash.word(u64::from(scene.track_detachment));
     hash.word(u64::from(scene.track_support));
+    // Options that came later count only where they are used.
+    if y.stochastic && y.draw != Draw::Segment {
+        hash.word(0x1_0000 + y.draw as u64);
+    }
+    if scene.symmetry != Symmetry::default() {
+        let Symmetry { mirror_x, mirror_y } = scene.symmetry;
+        hash.word(0x2_0000 + 2 * u64::from(mirror_y) + u64::from(mirror_x));
+    }
     hash.value()
 }
 
@@ -250,15 +258,16 @@ impl Sim<'_> {
     /// Every word of the node, segment and flag arrays, in image order.
     fn each_word(&self, word: &mut impl FnMut(u64)) {
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
         let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
         for j in 0..ny {
             let (row, history) = (layout::row(self.blocks.hot, chunks, j), layout::row(self.blocks.history, chunks, j));
             for i in 0..nx {
                 (0..6).for_each(|plane| word(bits(layout::get(row, plane, i))));
-                if i + 1 < nx {
+                if i < across {
                     word(bits(layout::get(history, 0, i)));
                 }
-                if j + 1 < ny {
+                if j < up {
                     word(bits(layout::get(history, 1, i)));
                 }
             }
@@ -269,6 +278,7 @@ impl Sim<'_> {
     /// Reads the arrays without taking them: all finite, histories not negative, fixed nodes at rest, flags 32 bits wide.
     fn arrays_sound(&self, reader: &mut Reader<'_>) -> bool {
         let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
         for j in 0..ny {
             for i in 0..nx {
                 (0..3).for_each(|_| _ = reader.finite());
@@ -277,7 +287,7 @@ impl Sim<'_> {
                     let v = reader.finite();
                     reader.sound &= !(fixed && v != 0.0);
                 }
-                for _ in 0..usize::from(i + 1 < nx) + usize::from(j + 1 < ny) {
+                for _ in 0..usize::from(i < across) + usize::from(j < up) {
                     let q = reader.finite();
                     reader.sound &= q == 0.0 || q > self.model.critical;
                 }
@@ -291,6 +301,7 @@ impl Sim<'_> {
 
     fn read_arrays(&mut self, reader: &mut Reader<'_>) {
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
         let mut take = |slot: Option<&mut f64>| {
             let value = reader.finite();
             if let Some(slot) = slot {
@@ -302,10 +313,10 @@ impl Sim<'_> {
             let history = layout::row_mut(self.blocks.history, chunks, j);
             for i in 0..nx {
                 (0..6).for_each(|plane| take(layout::get_mut(row, plane, i)));
-                if i + 1 < nx {
+                if i < across {
                     take(layout::get_mut(history, 0, i));
                 }
-                if j + 1 < ny {
+                if j < up {
                     take(layout::get_mut(history, 1, i));
                 }
             }

@@ -64,8 +64,10 @@ impl YarnRow<'_> {
 /// Constants of the pass.
 #[derive(Clone, Copy)]
 pub struct Pass<'a> {
-    /// Nodes along x.
-    pub nodes_x: usize,
+    /// Horizontal segments in a row.
+    pub horizontals: usize,
+    /// Vertical segments above a row.
+    pub verticals: usize,
     /// Damage law.
     pub law: &'a DamageLaw,
     /// q at the critical stretch.
@@ -146,8 +148,8 @@ impl Job for RowJob<'_> {
             pass,
             yarn,
             limit: L::splat(pass.critical),
-            horizontal_end: pass.nodes_x - 1,
-            vertical_end: if above.is_empty() { 0 } else { pass.nodes_x },
+            horizontal_end: pass.horizontals,
+            vertical_end: if above.is_empty() { 0 } else { pass.verticals },
             here: first_displacement(row.first()),
             left_pull: [zero; 3],
             low: zero,

@@ -26,6 +26,18 @@ pub fn vertical_number(nodes_x: u32, nodes_y: u32, i: usize, j: usize) -> u64 {
     (nodes_x as u64 - 1) * nodes_y as u64 + j as u64 * nodes_x as u64 + i as u64
 }
 
+/// Number of the woven yarn that a segment belongs to: rows first, then columns.
+pub fn yarn_of_segment(nodes_x: u32, nodes_y: u32, number: u64) -> u64 {
+    // At least 1, so that no division by zero has to be compiled in.
+    let across = (nodes_x as u64 - 1).max(1);
+    let horizontals = across * nodes_y as u64;
+    if number < horizontals {
+        number / across
+    } else {
+        nodes_y as u64 + (number - horizontals) % (nodes_x as u64).max(1)
+    }
+}
+
 /// The fixed nodes of row j, left run first.
 pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
     let nx = scene.sheet.nodes_x;
@@ -98,6 +110,17 @@ mod tests {
             }
         }
         assert!(seen.iter().all(|&s| s));
+    }
+
+    #[test]
+    fn segments_of_a_row_or_column_are_one_yarn() {
+        let (nx, ny) = (4, 3);
+        for j in 0..3 {
+            assert!((0..3).all(|i| yarn_of_segment(nx, ny, horizontal_number(nx, i, j)) == j as u64));
+        }
+        for i in 0..4 {
+            assert!((0..2).all(|j| yarn_of_segment(nx, ny, vertical_number(nx, ny, i, j)) == 3 + i as u64));
+        }
     }
 
     #[test]

@@ -128,7 +128,7 @@ impl Summary {
             peak_force: contact.force_peak,
             force_window: sim.scene().force_window,
             failed_segments: counters.failed_segments,
-            segments: sim.layout().segments() as u64,
+            segments: sim.scene().segments(),
             support_impulse: support.total,
             support_impulses: support.attachments,
             fabric_kinetic: energy.fabric_kinetic,

@@ -12,7 +12,7 @@
 //! ```
 
 use crate::Result;
-use fabric::{AttachmentKind, Drive, Scene, Shape, StepCheck, TimeStep};
+use fabric::{AttachmentKind, Draw, Drive, Scene, Shape, StepCheck, TimeStep};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -23,6 +23,8 @@ struct SceneFile {
     preset: Preset,
     #[serde(default)]
     sheet: SheetFile,
+    #[serde(default)]
+    symmetry: SymmetryFile,
     #[serde(default)]
     attachment: AttachmentFile,
     #[serde(default)]
@@ -63,6 +65,13 @@ struct SheetFile {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct SymmetryFile {
+    mirror_x: Option<bool>,
+    mirror_y: Option<bool>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct AttachmentFile {
     kind: Option<AttachmentName>,
     disc_inset: Option<f64>,
@@ -82,6 +91,7 @@ struct YarnFile {
     damage_b: Option<f64>,
     alpha_fail: Option<f64>,
     stochastic: Option<bool>,
+    draw: Option<DrawName>,
 }
 
 #[derive(Default, Deserialize)]
@@ -104,6 +114,13 @@ enum AttachmentName {
     FourSides,
     FourCorners,
     Free,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum DrawName {
+    Segment,
+    Yarn,
 }
 
 #[derive(Deserialize)]
@@ -157,6 +174,9 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut sheet.position, file.sheet.position);
     set(&mut sheet.orientation, file.sheet.orientation);
 
+    set(&mut scene.symmetry.mirror_x, file.symmetry.mirror_x);
+    set(&mut scene.symmetry.mirror_y, file.symmetry.mirror_y);
+
     let attachment = &mut scene.attachment;
     set(&mut attachment.kind, file.attachment.kind.map(attachment_kind));
     set(&mut attachment.disc_inset, file.attachment.disc_inset);
@@ -173,6 +193,7 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut yarn.damage_b, file.yarn.damage_b);
     set(&mut yarn.alpha_fail, file.yarn.alpha_fail);
     set(&mut yarn.stochastic, file.yarn.stochastic);
+    set(&mut yarn.draw, file.yarn.draw.map(draw));
 
     let body = &mut scene.projectile;
     set(&mut body.shape, file.projectile.shape.map(shape));
@@ -207,6 +228,13 @@ fn attachment_kind(name: AttachmentName) -> AttachmentKind {
         AttachmentName::FourSides => AttachmentKind::FourSides,
         AttachmentName::FourCorners => AttachmentKind::FourCorners,
         AttachmentName::Free => AttachmentKind::Free,
+    }
+}
+
+fn draw(name: DrawName) -> Draw {
+    match name {
+        DrawName::Segment => Draw::Segment,
+        DrawName::Yarn => Draw::Yarn,
     }
 }
 

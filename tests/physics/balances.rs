@@ -87,7 +87,7 @@ fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
     let scene = *sim.scene();
     let dt = sim.step_limits().dt;
     let pulls = forces(&scene, &positions(sim), &damage(sim));
-    let fixed = fixed(&scene);
+    let fixed = fixed_nodes(&scene);
     let mut sum = [0.0; 3];
     for ((v, pull), fixed) in velocities(sim).iter().zip(pulls).zip(fixed) {
         if !fixed {
@@ -95,16 +95,6 @@ fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
         }
     }
     sum
-}
-
-fn fixed(scene: &Scene) -> Vec<bool> {
-    if scene.attachment.kind != AttachmentKind::FourCorners {
-        return fixed_nodes(scene);
-    }
-    let half = scene.half_size();
-    let (c, r) = (scene.attachment.disc_inset, scene.attachment.disc_radius);
-    let rest = rest_positions(scene);
-    rest.iter().map(|x| (x[0].abs() - half[0] + c).hypot(x[1].abs() - half[1] + c) <= r).collect()
 }
 
 /// A sheet stretched evenly pulls on its supports with one yarn force N = A_0 U S for every yarn that ends there.

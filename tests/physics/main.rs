@@ -14,3 +14,4 @@ mod prescribed;
 mod rotation;
 mod stability;
 mod starts;
+mod symmetry;

@@ -82,19 +82,21 @@ pub fn rest_positions(scene: &Scene) -> Vec<V3> {
     (0..nx * ny).map(place).collect()
 }
 
-/// Which nodes are fixed, for sheets held on sides or free.
-///
-/// # Panics
-/// For corner discs.
+/// Which nodes are fixed.
 pub fn fixed_nodes(scene: &Scene) -> Vec<bool> {
     let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
+    let rest = rest_positions(scene);
     let edge = |k: usize| {
         let (left_right, up_down) = (k.is_multiple_of(nx) || k % nx == nx - 1, k / nx == 0 || k / nx == ny - 1);
         match scene.attachment.kind {
             fabric::AttachmentKind::Free => false,
             fabric::AttachmentKind::TwoSides => left_right,
             fabric::AttachmentKind::FourSides => left_right || up_down,
-            fabric::AttachmentKind::FourCorners => panic!("not for corner discs"),
+            fabric::AttachmentKind::FourCorners => {
+                let (x, half) = (rest[k], scene.half_size());
+                let (inset, radius) = (scene.attachment.disc_inset, scene.attachment.disc_radius);
+                (x[0].abs() - half[0] + inset).hypot(x[1].abs() - half[1] + inset) <= radius
+            }
         }
     };
     (0..nx * ny).map(edge).collect()
