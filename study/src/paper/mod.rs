@@ -5,6 +5,7 @@
 //! computed from intervals (statistics.rs). Runs are kept in runs.jsonl (jobs.rs): a study that is broken off goes on
 //! where it was, and the report can be written again without a run.
 
+mod claims;
 mod figures;
 mod html;
 mod jobs;
@@ -14,8 +15,8 @@ mod plan;
 mod sheets;
 mod statistics;
 
-use crate::machine::{self, Wall};
-use crate::{Result, report};
+use crate::Result;
+use crate::machine::Wall;
 use clap::{Args, ValueEnum};
 use html::{Figure, Page};
 use jobs::{Job, Runs};
@@ -78,6 +79,11 @@ enum Chosen {
 
 const TITLE: &str = "Powell and Zohdi (2009), reproduced";
 
+const RULE: &str = "Rule of the verdicts: a claim is read as a range that a quantity must lie in (column \"read as\", fixed before the \
+    run). \"Agrees\" if the whole 95 % interval lies inside the range, \"does not\" if none of it does, otherwise \"cannot be told\". A claim \
+    about several energies or attachments agrees if all do, and does not if one does not. The intervals are not corrected for \
+    their number: of twenty true claims about one quantity each, one may come out wrong.";
+
 /// What is computed and shown.
 struct Study<'a> {
     options: &'a Options,
@@ -110,6 +116,25 @@ impl Study<'_> {
             points.extend(map::points(self.effort));
         }
         points
+    }
+
+    /// The claims that the wanted figures answer.
+    fn claims(&self, micro: &micro::Micro, runs: &Runs) -> Vec<claims::Claim> {
+        use Chosen::*;
+        let mut claims = Vec::new();
+        if self.wants(&[Fig3, Fig5, Fig6]) {
+            claims.extend(claims::of_micro(micro));
+        }
+        if self.wants(&[Fig14, Fig15, Fig16, Fig17]) {
+            claims.extend(claims::of_attachments(runs, self.effort));
+        }
+        if self.wants(&[Fig18, Fig19, Fig20]) {
+            claims.extend(claims::of_uniform(runs, self.effort));
+        }
+        if self.wants(&[Map]) {
+            claims.extend(claims::of_map(&map::cells(runs, self.effort)));
+        }
+        claims
     }
 
     /// The runs of these points; those of the pictures keep their sheets.
@@ -150,6 +175,11 @@ pub fn run(options: &Options) -> Result<bool> {
 
     let mut page = Page::new(TITLE);
     introduction(&mut page, effort, &runs);
+    let claims = study.claims(&micro, &runs);
+    page.section("Claims and answers");
+    page.text(RULE);
+    claims::table(&mut page, &claims);
+    claims::print(&claims);
     micro_section(&mut page, &study, &micro, out)?;
     macro_sections(&mut page, &study, &runs, out)?;
     figures::write(out, &runs, &points)?;
@@ -246,6 +276,10 @@ fn macro_sections(page: &mut Page, study: &Study<'_>, runs: &Runs, out: &Path) -
     }
     if study.wants(&[Fig18, Fig19, Fig20]) {
         figures::table(page, runs, &figures::small_points(effort, Yarn::Uniform));
+    }
+    if study.wants(&[Map]) {
+        page.section("The open question: uniform yarn at the corners, near the limit");
+        map::show(page, out, runs, effort)?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What is computed: a point is an ensemble of runs that differ in their seed, or, with uniform yarn, in the last digits of
 //! the impact velocity.
 
-use fabric::{AttachmentKind, Scene};
+use fabric::{AttachmentKind, Draw, Scene, Symmetry};
 
 /// Impact energies of the sphere on the 3 in sheet, J.
 pub const ENERGIES: [f64; 10] = [2.5, 5.0, 7.5, 10.0, 15.0, 20.0, 40.0, 80.0, 160.0, 320.0];
@@ -33,6 +33,10 @@ pub enum Yarn {
     Stochastic,
     /// All segments take the mean; rounding decides which corner fails first.
     Uniform,
+    /// The same, kept mirror-symmetric by planes: all corners fail alike.
+    Symmetric,
+    /// Every woven yarn draws once.
+    PerYarn,
 }
 
 impl Yarn {
@@ -41,6 +45,8 @@ impl Yarn {
         match self {
             Yarn::Stochastic => "stochastic",
             Yarn::Uniform => "uniform",
+            Yarn::Symmetric => "uniform, mirror-symmetric",
+            Yarn::PerYarn => "stochastic, one draw per yarn",
         }
     }
 }
@@ -262,11 +268,17 @@ impl Point {
         };
         scene.projectile.velocity = [0.0, 0.0, speed];
         match self.yarn {
-            Yarn::Stochastic => scene.seed = k + 1,
-            Yarn::Uniform => {
+            Yarn::Stochastic | Yarn::PerYarn => scene.seed = k + 1,
+            Yarn::Uniform | Yarn::Symmetric => {
                 scene.yarn.stochastic = false;
                 scene.projectile.velocity[2] *= 1.0 + k as f64 * 1e-12;
             }
+        }
+        if self.yarn == Yarn::PerYarn {
+            scene.yarn.draw = Draw::Yarn;
+        }
+        if self.yarn == Yarn::Symmetric {
+            scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
         }
         scene
     }
@@ -281,9 +293,11 @@ mod tests {
         for effort in [Effort::Full, Effort::Quick, Effort::Smoke] {
             for attachment in ATTACHMENTS {
                 for washer in 0..effort.washers() {
-                    let point = Point { washer, ..small(effort, attachment, Yarn::Uniform, 20.0) };
-                    point.scene(effort, 1).check().unwrap();
-                    assert!((point.energy() - 20.0).abs() < 1e-12);
+                    for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::PerYarn] {
+                        let point = Point { washer, ..small(effort, attachment, yarn, 20.0) };
+                        point.scene(effort, 1).check().unwrap();
+                        assert!((point.energy() - 20.0).abs() < 1e-12);
+                    }
                 }
                 large(effort, attachment, 100.0).scene(effort, 0).check().unwrap();
             }
