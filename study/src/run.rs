@@ -370,7 +370,7 @@ pub(crate) fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
 }
 
 /// A point of the body in the world: P + q x q^-1, written as x + 2 w (u x x) + 2 u x (u x x) with q = (w, u).
-fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
+pub(crate) fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
     let [w, ux, uy, uz] = motion.orientation;
     let cross = |b: [f64; 3]| [uy * b[2] - uz * b[1], uz * b[0] - ux * b[2], ux * b[1] - uy * b[0]];
     let once = cross(x);

@@ -77,7 +77,7 @@ fn fmu() -> Outcome {
 /// Every study in its `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let out = target().join("smoke");
-    for name in ["error-time", "stability", "bench"] {
+    for name in ["error-time", "stability", "bench", "paper"] {
         study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
     }
     let run = out.join("run");

@@ -3,7 +3,7 @@
 //! ("cannot be told"). Ranges are fixed here, beside the claim.
 
 use super::html::Page;
-use super::jobs::{Record, Runs};
+use super::jobs::{Reading, Record, Runs};
 use super::map::{self, Cell};
 use super::micro::Micro;
 use super::plan::{self, ATTACHMENTS, Effort, HISTORY_ENERGIES, Yarn, attachment_name};
@@ -216,7 +216,7 @@ const PAIRS: [(AttachmentKind, AttachmentKind); 3] =
 /// Claims about the attachments (P3, Figs 14 to 17).
 pub fn of_attachments(runs: &Runs, effort: Effort) -> Vec<Claim> {
     let reader = Reader { runs, effort };
-    let readings: [(&str, fn(&Record) -> f64); 2] =
+    let readings: [Reading; 2] =
         [("read when detached", Record::at_detached), ("read when arrested or gone", |record| record.absorbed)];
     let mut claims = Vec::new();
     let ratios = |pairs: &[(AttachmentKind, AttachmentKind)], energies: &[f64], value, range| -> Vec<Check> {

@@ -80,12 +80,6 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
     }
 
-    /// A list of sentences.
-    pub fn list(&mut self, items: &[String]) {
-        let items: String = items.iter().map(|item| format!("<li>{}</li>", escape(item))).collect();
-        let _ = writeln!(self.body, "<ul>{items}</ul>");
-    }
-
     /// A figure across the page.
     pub fn figure(&mut self, figure: &Figure) {
         let caption = escape(&figure.caption);

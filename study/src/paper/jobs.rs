@@ -103,6 +103,9 @@ pub struct Record {
     pub history: Vec<Sample>,
 }
 
+/// A way to read a number off a run, with its name.
+pub type Reading = (&'static str, fn(&Record) -> f64);
+
 impl Record {
     /// Energy absorbed when the last contact lost its supports; at the end if it never did.
     pub fn at_detached(&self) -> f64 {
@@ -454,7 +457,7 @@ impl Runs {
 
     /// Processor time of all runs, s.
     pub fn cpu(&self) -> f64 {
-        self.records.values().map(|record| record.cpu).sum()
+        self.records.values().map(|record| record.cpu).fold(0.0, |sum, cpu| sum + cpu)
     }
 
     /// Names of the runs that the step limit ended, sorted.

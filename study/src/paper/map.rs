@@ -3,7 +3,7 @@
 //! mirror symmetry of the uniform sheet or not, one draw per segment or per yarn, and when the energy is read.
 
 use super::html::{Figure, Page};
-use super::jobs::{Record, Runs};
+use super::jobs::{Reading, Record, Runs};
 use super::plan::{self, Effort, Point, WASHERS, Yarn};
 use super::statistics::{Estimate, Verdict};
 use crate::Result;
@@ -24,7 +24,7 @@ const OTHER_ENERGIES: [f64; 3] = [7.5, 10.0, 15.0];
 const PER_YARN_WASHERS: [usize; 2] = [0, 3];
 
 /// When the absorbed energy is read.
-const READINGS: [(&str, fn(&Record) -> f64); 3] = [
+const READINGS: [Reading; 3] = [
     ("detached", |record| record.at_detached()),
     ("arrested or left", |record| record.absorbed),
     ("400 µs", |record| record.at_time(FIXED_TIME)),
@@ -45,9 +45,9 @@ fn energies(effort: Effort, washer: usize) -> Vec<f64> {
 pub fn points(effort: Effort) -> Vec<Point> {
     let mut points = Vec::new();
     for washer in 0..effort.washers() {
-        for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::PerYarn] {
+        for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::Woven] {
             // One draw per yarn: for the preset washers and a quarter disc.
-            if yarn != Yarn::PerYarn || PER_YARN_WASHERS.contains(&washer) {
+            if yarn != Yarn::Woven || PER_YARN_WASHERS.contains(&washer) {
                 points.extend(energies(effort, washer).iter().map(|&energy| point(effort, washer, yarn, energy)));
             }
         }
@@ -134,7 +134,7 @@ pub fn cells(runs: &Runs, effort: Effort) -> Vec<Cell> {
     let mut cells = Vec::new();
     for washer in 0..effort.washers() {
         for above in [Yarn::Uniform, Yarn::Symmetric] {
-            for below in [Yarn::Stochastic, Yarn::PerYarn] {
+            for below in [Yarn::Stochastic, Yarn::Woven] {
                 for reading in 0..READINGS.len() {
                     for energy in energies(effort, washer) {
                         let (above, below) =
@@ -267,7 +267,7 @@ fn limits(page: &mut Page, runs: &Runs, effort: Effort) {
             bracket(runs, &points)
         };
         let stochastic = of(Yarn::Stochastic);
-        for yarn in [Yarn::Stochastic, Yarn::PerYarn, Yarn::Uniform, Yarn::Symmetric] {
+        for yarn in [Yarn::Stochastic, Yarn::Woven, Yarn::Uniform, Yarn::Symmetric] {
             let (all, none) = of(yarn);
             let ratio =
                 |a: f64, b: f64| if a == 0.0 || b.is_infinite() { "0".to_string() } else { format!("{:.2}", a / b) };

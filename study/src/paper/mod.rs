@@ -14,6 +14,7 @@ mod micro;
 mod plan;
 mod sheets;
 mod statistics;
+mod vtk;
 
 use crate::Result;
 use crate::machine::Wall;
@@ -35,6 +36,9 @@ pub struct Options {
     /// Tiny sheets: seconds, to see that everything works.
     #[arg(long, conflicts_with = "quick")]
     smoke: bool,
+    /// Also write one run (3 in sheet, corners, 40 J) as a VTK series that ParaView opens, to DIR/vtk/run.pvd.
+    #[arg(long)]
+    vtk: bool,
     /// Folder of the report, the tables, the plots and the kept runs.
     #[arg(long, value_name = "DIR", default_value = "target/study/paper")]
     out: PathBuf,
@@ -183,6 +187,9 @@ pub fn run(options: &Options) -> Result<bool> {
     micro_section(&mut page, &study, &micro, out)?;
     macro_sections(&mut page, &study, &runs, out)?;
     figures::write(out, &runs, &points)?;
+    if options.vtk {
+        println!("written: {}", vtk::series(out, effort)?.display());
+    }
     let path = out.join("report.html");
     page.write(&path, TITLE)?;
     println!(

@@ -36,7 +36,7 @@ pub enum Yarn {
     /// The same, kept mirror-symmetric by planes: all corners fail alike.
     Symmetric,
     /// Every woven yarn draws once.
-    PerYarn,
+    Woven,
 }
 
 impl Yarn {
@@ -46,7 +46,7 @@ impl Yarn {
             Yarn::Stochastic => "stochastic",
             Yarn::Uniform => "uniform",
             Yarn::Symmetric => "uniform, mirror-symmetric",
-            Yarn::PerYarn => "stochastic, one draw per yarn",
+            Yarn::Woven => "stochastic, one draw per yarn",
         }
     }
 }
@@ -268,13 +268,13 @@ impl Point {
         };
         scene.projectile.velocity = [0.0, 0.0, speed];
         match self.yarn {
-            Yarn::Stochastic | Yarn::PerYarn => scene.seed = k + 1,
+            Yarn::Stochastic | Yarn::Woven => scene.seed = k + 1,
             Yarn::Uniform | Yarn::Symmetric => {
                 scene.yarn.stochastic = false;
                 scene.projectile.velocity[2] *= 1.0 + k as f64 * 1e-12;
             }
         }
-        if self.yarn == Yarn::PerYarn {
+        if self.yarn == Yarn::Woven {
             scene.yarn.draw = Draw::Yarn;
         }
         if self.yarn == Yarn::Symmetric {
@@ -293,7 +293,7 @@ mod tests {
         for effort in [Effort::Full, Effort::Quick, Effort::Smoke] {
             for attachment in ATTACHMENTS {
                 for washer in 0..effort.washers() {
-                    for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::PerYarn] {
+                    for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::Woven] {
                         let point = Point { washer, ..small(effort, attachment, yarn, 20.0) };
                         point.scene(effort, 1).check().unwrap();
                         assert!((point.energy() - 20.0).abs() < 1e-12);
