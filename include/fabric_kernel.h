@@ -112,6 +112,9 @@
 // Mirror planes with something they would change.
 #define FK_NOT_SYMMETRIC -31
 
+// The scene asks for something this library was built without.
+#define FK_NOT_BUILT -32
+
 // Numerical failure: a non-finite number appeared; the state is lost until reset or load.
 #define FK_NON_FINITE -50
 
@@ -120,6 +123,9 @@
 
 // Numerical failure: the projectile became faster than one node spacing in a step.
 #define FK_TOO_FAST -52
+
+// The theta rule's iteration did not converge; the state is kept at the step's start. Take a smaller step.
+#define FK_NOT_CONVERGED -53
 
 // Preset of the paper's 3 in sheet (105 x 105) with four sides held and the 8.4 g sphere.
 #define FK_PRESET_SHEET_3IN_SPHERE 0
@@ -144,6 +150,15 @@
 
 // Flat-ended cylinder along the body's z axis.
 #define FK_CYLINDER 1
+
+// Velocity Verlet, explicit.
+#define FK_VERLET 0
+
+// The projectile turns by the implicit midpoint rule, which keeps energy and angular momentum.
+#define FK_MIDPOINT 0
+
+// The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
+#define FK_THETA 1
 
 // Every segment draws its own constants.
 #define FK_DRAW_SEGMENT 0
@@ -292,8 +307,18 @@ typedef struct fk_scene {
     uint32_t mirror_y;
     // What draws its own constants: FK_DRAW_SEGMENT or FK_DRAW_YARN (a whole row or column).
     uint32_t yarn_draw;
-    // Not read.
-    uint32_t reserved;
+    // FK_VERLET, or FK_THETA: the paper's theta rule by fixed-point iteration, the reference method.
+    uint32_t integrator;
+    // Theta rule: weight of the forces at the step's end, in [0.5, 1]; 0.5 is of second order.
+    double theta;
+    // Theta rule: the iteration ends when no node moves by more than this, in node spacings, > 0.
+    double theta_tolerance;
+    // Theta rule: iterations after which a step fails, >= 1.
+    uint32_t theta_max_iterations;
+    // How the projectile turns: FK_MIDPOINT, or FK_THETA, the paper's theta rule, which does not conserve.
+    uint32_t rotation_rule;
+    // Theta of the projectile's rotation, in [0.5, 1].
+    double rotation_theta;
 } fk_scene;
 
 // Why a request was refused.
@@ -430,6 +455,10 @@ typedef struct fk_counters {
     uint64_t candidate_capacity;
     // Deepest penetration met, m.
     double worst_penetration;
+    // Iterations of the theta rule so far.
+    uint64_t iterations;
+    // Most iterations of one step.
+    uint64_t most_iterations;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.

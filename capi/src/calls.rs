@@ -616,6 +616,8 @@ pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counte
             most_candidates: counters.most_candidates,
             candidate_capacity: counters.candidate_capacity,
             worst_penetration: counters.worst_penetration,
+            iterations: counters.iterations,
+            most_iterations: counters.most_iterations,
         };
         // SAFETY: the caller's structure.
         unsafe { put(out, value) }
@@ -755,9 +757,11 @@ mod tests {
             FK_IMAGE_OF_ANOTHER_SCENE,
             FK_IMAGE_INVALID,
             FK_NOT_SYMMETRIC,
+            FK_NOT_BUILT,
             FK_NON_FINITE,
             FK_CONTACT_CAPACITY,
             FK_TOO_FAST,
+            FK_NOT_CONVERGED,
         ];
         assert_eq!(numbers.as_slice(), Code::ALL.map(Code::number).as_slice());
     }

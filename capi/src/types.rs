@@ -3,8 +3,8 @@
 
 use core::ffi::c_char;
 use fabric::{
-    Attachment, AttachmentKind, Code, Draw, Drive, Error, Motion, Projectile, Scene, Shape, Sheet, StepCheck, Symmetry,
-    TimeStep, Yarn,
+    Attachment, AttachmentKind, Code, Draw, Drive, Error, Integrator, Motion, Projectile, RotationRule, Scene, Shape,
+    Sheet, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 
 /// Version of this interface: changes whenever a structure or a function does.
@@ -68,12 +68,16 @@ pub const FK_IMAGE_OF_ANOTHER_SCENE: i32 = -26;
 pub const FK_IMAGE_INVALID: i32 = -27;
 /// Mirror planes with something they would change.
 pub const FK_NOT_SYMMETRIC: i32 = -31;
+/// The scene asks for something this library was built without.
+pub const FK_NOT_BUILT: i32 = -32;
 /// Numerical failure: a non-finite number appeared; the state is lost until reset or load.
 pub const FK_NON_FINITE: i32 = -50;
 /// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
 pub const FK_CONTACT_CAPACITY: i32 = -51;
 /// Numerical failure: the projectile became faster than one node spacing in a step.
 pub const FK_TOO_FAST: i32 = -52;
+/// The theta rule's iteration did not converge; the state is kept at the step's start. Take a smaller step.
+pub const FK_NOT_CONVERGED: i32 = -53;
 
 /// Preset of the paper's 3 in sheet (105 x 105) with four sides held and the 8.4 g sphere.
 pub const FK_PRESET_SHEET_3IN_SPHERE: u32 = 0;
@@ -91,6 +95,12 @@ pub const FK_FREE_SHEET: u32 = 3;
 pub const FK_SPHERE: u32 = 0;
 /// Flat-ended cylinder along the body's z axis.
 pub const FK_CYLINDER: u32 = 1;
+/// Velocity Verlet, explicit.
+pub const FK_VERLET: u32 = 0;
+/// The projectile turns by the implicit midpoint rule, which keeps energy and angular momentum.
+pub const FK_MIDPOINT: u32 = 0;
+/// The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
+pub const FK_THETA: u32 = 1;
 /// Every segment draws its own constants.
 pub const FK_DRAW_SEGMENT: u32 = 0;
 /// Every woven yarn, a row or a column of segments, draws its own constants.
@@ -221,8 +231,18 @@ pub struct fk_scene {
     pub mirror_y: u32,
     /// What draws its own constants: FK_DRAW_SEGMENT or FK_DRAW_YARN (a whole row or column).
     pub yarn_draw: u32,
-    /// Not read.
-    pub reserved: u32,
+    /// FK_VERLET, or FK_THETA: the paper's theta rule by fixed-point iteration, the reference method.
+    pub integrator: u32,
+    /// Theta rule: weight of the forces at the step's end, in [0.5, 1]; 0.5 is of second order.
+    pub theta: f64,
+    /// Theta rule: the iteration ends when no node moves by more than this, in node spacings, > 0.
+    pub theta_tolerance: f64,
+    /// Theta rule: iterations after which a step fails, >= 1.
+    pub theta_max_iterations: u32,
+    /// How the projectile turns: FK_MIDPOINT, or FK_THETA, the paper's theta rule, which does not conserve.
+    pub rotation_rule: u32,
+    /// Theta of the projectile's rotation, in [0.5, 1].
+    pub rotation_theta: f64,
 }
 
 /// Why a request was refused.
@@ -377,6 +397,10 @@ pub struct fk_counters {
     pub candidate_capacity: u64,
     /// Deepest penetration met, m.
     pub worst_penetration: f64,
+    /// Iterations of the theta rule so far.
+    pub iterations: u64,
+    /// Most iterations of one step.
+    pub most_iterations: u64,
 }
 
 /// Outcomes; FK_NEVER for what has not happened.
@@ -404,6 +428,14 @@ impl fk_scene {
         let (step_kind, step_value) = match scene.time_step {
             TimeStep::Fraction(fraction) => (FK_STEP_FRACTION, fraction),
             TimeStep::Seconds(dt) => (FK_STEP_SECONDS, dt),
+        };
+        let (integrator, rule) = match scene.integrator {
+            Integrator::Verlet => (FK_VERLET, ThetaRule::default()),
+            Integrator::Theta(rule) => (FK_THETA, rule),
+        };
+        let (rotation_rule, rotation_theta) = match scene.rotation_rule {
+            RotationRule::Midpoint => (FK_MIDPOINT, ThetaRule::default().theta),
+            RotationRule::Theta(theta) => (FK_THETA, theta),
         };
         fk_scene {
             struct_size: size_of::<fk_scene>() as u64,
@@ -448,7 +480,12 @@ impl fk_scene {
             mirror_x: u32::from(scene.symmetry.mirror_x),
             mirror_y: u32::from(scene.symmetry.mirror_y),
             yarn_draw: yarn.draw as u32,
-            reserved: 0,
+            integrator,
+            theta: rule.theta,
+            theta_tolerance: rule.tolerance,
+            theta_max_iterations: rule.max_iterations,
+            rotation_rule,
+            rotation_theta,
         }
     }
 
@@ -491,6 +528,20 @@ impl fk_scene {
             FK_DRAW_SEGMENT => Draw::Segment,
             FK_DRAW_YARN => Draw::Yarn,
             other => return Err(unknown("yarn.draw", other)),
+        };
+        let integrator = match self.integrator {
+            FK_VERLET => Integrator::Verlet,
+            FK_THETA => Integrator::Theta(ThetaRule {
+                theta: self.theta,
+                tolerance: self.theta_tolerance,
+                max_iterations: self.theta_max_iterations,
+            }),
+            other => return Err(unknown("integrator", other)),
+        };
+        let rotation_rule = match self.rotation_rule {
+            FK_MIDPOINT => RotationRule::Midpoint,
+            FK_THETA => RotationRule::Theta(self.rotation_theta),
+            other => return Err(unknown("rotation_rule", other)),
         };
         Ok(Scene {
             sheet: Sheet {
@@ -539,6 +590,8 @@ impl fk_scene {
             seed: self.seed,
             time_step,
             step_check,
+            integrator,
+            rotation_rule,
             force_window: self.force_window,
             track_detachment: flag("track_detachment", self.track_detachment)?,
             track_support: flag("track_support", self.track_support)?,

@@ -3,11 +3,13 @@
 use crate::energy::SegmentView;
 use crate::error::{Code, Error};
 use crate::layout::{
-    self, ALIGN_REALS, CANDIDATE_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, YARN_PLANES,
+    self, ALIGN_REALS, CANDIDATE_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, Layout,
+    YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::sim::{Memory, Sim};
 use crate::sweep::{self, Axis, YarnRow};
+use crate::symmetry::Line;
 use crate::weave;
 
 /// The caller's memory, carved.
@@ -18,11 +20,17 @@ pub(crate) struct Blocks<'a> {
     pub history: &'a mut [Chunk<HISTORY_PLANES>],
     /// Rows of [kh kv lambda_h lambda_v] of stochastic yarn.
     pub yarn: &'a mut [Chunk<YARN_PLANES>],
+    /// The theta rule's rows (`theta.rs` names their planes).
+    #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
+    pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest y displacement of each row.
     pub ranges: &'a mut [[f64; 2]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
+    /// The theta rule's phi/dt of the candidates.
+    #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
+    pub gap_rates: &'a mut [f64],
     pub runs: &'a mut [[u32; 4]],
     /// Nodes with an impulse since the last outcome test.
     pub flags: &'a mut [u32],
@@ -46,16 +54,19 @@ impl<'a> Blocks<'a> {
         let mut words = Carver(words);
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
+        let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let carved = (|| {
             reals.take(skip)?;
             Some(Blocks {
                 hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
                 yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
+                iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
+                gap_rates: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
                 labels: words.take(watched(layout.nodes()))?,
@@ -148,11 +159,12 @@ impl Sim<'_> {
             damage_rate,
             history: layout::get(layout::row(self.blocks.history, chunks, j), axis as usize, i)?,
             d,
-            d_before: [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]],
+            // The theta rule's state is synchronous: its audit looks at t_n alone.
+            d_before: if self.layout.implicit { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
         })
     }
 
-    fn yarn_row(&self, j: usize) -> YarnRow<'_> {
+    pub(crate) fn yarn_row(&self, j: usize) -> YarnRow<'_> {
         if self.layout.stochastic {
             YarnRow::Stochastic(layout::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
@@ -267,6 +279,8 @@ impl Sim<'_> {
         }
         self.failed_segments = failed as u64;
         self.awake = awake.unwrap_or([0, 0]);
+        #[cfg(feature = "implicit")]
+        self.start_iterates();
     }
 
     /// Failed segments of the whole sheet, counted one by one.
@@ -286,32 +300,40 @@ impl Sim<'_> {
 
     // ---- Images behind mirror planes
 
-    /// Puts the images of row j's node behind the plane x = 0 in their place, at rest: only their displacement is read.
+    /// Puts the image of row j's node behind the plane x = 0 in its place, at rest: only its displacement is read.
     pub(crate) fn place_image_column(&mut self, j: usize) {
-        let place = self.layout.nodes_x;
-        let (node, _) = self.layout.x.node(place);
-        let row = layout::row_mut(self.blocks.hot, self.layout.chunks, j);
-        for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
-            let value = layout::get(row, plane, node).unwrap_or(0.0);
-            if let Some(slot) = layout::get_mut(row, plane, place) {
-                *slot = sign * value;
-            }
-            if let Some(slot) = layout::get_mut(row, 3 + plane, place) {
-                *slot = 0.0;
-            }
-        }
+        place_image_column(layout::row_mut(self.blocks.hot, self.layout.chunks, j), self.layout.x);
     }
 
     /// Puts the row of images behind the plane y = 0 in its place.
     pub(crate) fn place_image_row(&mut self) {
-        let chunks = self.layout.chunks;
-        let place = self.layout.nodes_y;
-        let (node, _) = self.layout.y.node(place);
-        let Some((rows, images)) = self.blocks.hot.split_at_mut_checked(place * chunks) else { return };
-        for (from, to) in layout::row(rows, chunks, node).iter().zip(layout::row_mut(images, chunks, 0)) {
-            to[0] = from[0];
-            to[1] = from[1].map(|y| -y);
-            to[2] = from[2];
+        place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
+    }
+}
+
+/// The image column of one row; the first three planes are displacements, the next three are set to zero.
+pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
+    let place = line.modelled();
+    let (node, _) = line.node(place);
+    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+        let value = layout::get(row, plane, node).unwrap_or(0.0);
+        if let Some(slot) = layout::get_mut(row, plane, place) {
+            *slot = sign * value;
         }
+        if let Some(slot) = layout::get_mut(row, 3 + plane, place) {
+            *slot = 0.0;
+        }
+    }
+}
+
+/// The image row of a block; the first three planes are displacements.
+pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
+    let place = line.modelled();
+    let (node, _) = line.node(place);
+    let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
+    for (from, to) in layout::row(rows, chunks, node).iter().zip(layout::row_mut(images, chunks, 0)) {
+        to[0] = from[0];
+        to[1] = from[1].map(|y| -y);
+        to[2] = from[2];
     }
 }

@@ -66,17 +66,21 @@ pub enum Code {
     ImageInvalid = -27,
     /// Mirror planes with something they would change: random yarn, a prescribed body, a hit or load off the planes.
     NotSymmetric = -31,
+    /// The scene asks for something this build was made without.
+    NotBuilt = -32,
     /// A non-finite number appeared in the state: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
     ContactCapacity = -51,
     /// The projectile became faster than one node spacing in a step.
     TooFast = -52,
+    /// The theta rule's iteration did not converge; the state is kept at the step's start.
+    NotConverged = -53,
 }
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 31] = [
+    pub const ALL: [Code; 33] = [
         Code::NullPointer,
         Code::ShortBuffer,
         Code::Misaligned,
@@ -105,9 +109,11 @@ impl Code {
         Code::ImageOfAnotherScene,
         Code::ImageInvalid,
         Code::NotSymmetric,
+        Code::NotBuilt,
         Code::NonFinite,
         Code::ContactCapacity,
         Code::TooFast,
+        Code::NotConverged,
     ];
 
     /// The number the C interface returns.
@@ -146,9 +152,11 @@ impl Code {
             Code::ImageOfAnotherScene => c"snapshot image of another scene or version",
             Code::ImageInvalid => c"snapshot image holds impossible values",
             Code::NotSymmetric => c"not symmetric about the mirror planes",
+            Code::NotBuilt => c"this build was made without it",
             Code::NonFinite => c"a non-finite number appeared in the state",
             Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
             Code::TooFast => c"the projectile became faster than a node spacing in a step",
+            Code::NotConverged => c"the iteration of a step did not converge; take a smaller step",
         }
     }
 }
@@ -212,6 +220,8 @@ pub enum Failure {
     ContactCapacity,
     /// The projectile became faster than one node spacing in a step (an external load can do this).
     TooFast,
+    /// The theta rule's iteration did not converge; the state is that of the step's start. Take a smaller step.
+    NotConverged,
 }
 
 impl Failure {
@@ -221,6 +231,7 @@ impl Failure {
             Failure::NonFinite => Code::NonFinite,
             Failure::ContactCapacity => Code::ContactCapacity,
             Failure::TooFast => Code::TooFast,
+            Failure::NotConverged => Code::NotConverged,
         }
     }
 }

@@ -6,7 +6,7 @@
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::blocks::{Blocks, in_runs};
-use crate::contact::{self, Candidate, Search};
+use crate::contact::{self, Candidate, Search, Solved};
 use crate::error::Failure;
 use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, Layout};
 use crate::math;
@@ -14,11 +14,18 @@ use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
 use crate::path;
 use crate::pose::Vector;
 use crate::projectile::{self, Body};
-use crate::scene::{AttachmentKind, Drive, Symmetry};
+use crate::scene::{AttachmentKind, Drive, Integrator, Symmetry};
 use crate::sim::Sim;
 use crate::sweep::{Pass, Report, YarnRow};
-use crate::symmetry;
 use crate::weave;
+
+/// What lies under the projectile at t_n.
+struct Gathered {
+    /// Candidates noted.
+    count: usize,
+    /// Deepest penetration of any, m; 0 if none is inside.
+    deepest: f64,
+}
 
 impl Sim<'_> {
     /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
@@ -26,7 +33,29 @@ impl Sim<'_> {
         let at_start = self.state.body;
         let target = self.prescribe_rates();
         let found = self.refuse_too_fast().and_then(|()| self.gather());
-        let count = found.inspect_err(|_| self.state.body = at_start)?;
+        let Gathered { count, deepest } = found.inspect_err(|_| self.state.body = at_start)?;
+        match self.scene.integrator {
+            Integrator::Verlet => self.sweep_and_touch(count, &at_start)?,
+            #[cfg(feature = "implicit")]
+            Integrator::Theta(rule) => self.iterate(rule, count, &at_start)?,
+            // Refused by the scene's check in a build without it.
+            #[cfg(not(feature = "implicit"))]
+            Integrator::Theta(_) => return Err(Failure::NotConverged),
+        }
+        self.move_body(target);
+        let sums = &mut self.state.sums;
+        sums.worst_penetration = if deepest > sums.worst_penetration { deepest } else { sums.worst_penetration };
+        sums.most_candidates = sums.most_candidates.max(count as u64);
+        self.state.step += 1;
+        self.close_window();
+        if self.state.step.is_multiple_of(TEST_INTERVAL) {
+            self.test_outcomes();
+        }
+        Ok(())
+    }
+
+    /// The explicit step of nodes and rates.
+    fn sweep_and_touch(&mut self, count: usize, before: &Body) -> Result<(), Failure> {
         let report = self.sweep();
         if report.non_finite {
             return Err(Failure::NonFinite);
@@ -36,13 +65,16 @@ impl Sim<'_> {
         } else if report.newly_failed > 0 {
             self.failed_segments = self.count_failed();
         }
-        self.touch(count, &at_start);
-        self.move_body(target);
-        self.state.step += 1;
-        self.close_window();
-        if self.state.step.is_multiple_of(TEST_INTERVAL) {
-            self.test_outcomes();
+        self.load_body();
+        if count > 0 {
+            self.complete_approach(count);
+            let solved = self.solve_contact(count);
+            self.take_solved(&solved);
+            self.book_contact(count, before);
+        } else {
+            self.state.sums.contacts = 0;
         }
+        self.book_load(before);
         Ok(())
     }
 
@@ -76,8 +108,8 @@ impl Sim<'_> {
         if self.model.too_fast(speed, rate) { Err(Failure::TooFast) } else { Ok(()) }
     }
 
-    /// Copies the free nodes closer than h to the projectile; returns how many.
-    fn gather(&mut self) -> Result<usize, Failure> {
+    /// Copies the free nodes closer than h to the projectile.
+    fn gather(&mut self) -> Result<Gathered, Failure> {
         let h = self.scene.sheet.spacing;
         let search = Search::new(&self.model.solid, &self.state.body, h);
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
@@ -86,7 +118,7 @@ impl Sim<'_> {
         let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
         let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
         let mut count = 0;
-        let mut worst = self.state.sums.worst_penetration;
+        let mut deepest = 0.0;
         for j in 0..ny {
             let y0 = weave::rest_offset(j, nodes_y);
             let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
@@ -122,14 +154,10 @@ impl Sim<'_> {
                 candidate.write(slot);
                 *node = (j * nx + i) as u32;
                 count += 1;
-                worst = if -gap > worst { -gap } else { worst };
+                deepest = if -gap > deepest { -gap } else { deepest };
             }
         }
-        self.state.sums.worst_penetration = worst;
-        if count as u64 > self.state.sums.most_candidates {
-            self.state.sums.most_candidates = count as u64;
-        }
-        Ok(count)
+        Ok(Gathered { count, deepest })
     }
 
     /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
@@ -173,12 +201,7 @@ impl Sim<'_> {
                 let kind = self.scene.attachment.kind;
                 for (k, pull) in pulls.iter().enumerate() {
                     let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, k);
-                    for turn in self.scene.symmetry.images() {
-                        let image = symmetry::attachment_image(kind, at, turn);
-                        if let Some(sum) = self.state.sums.support.get_mut(image) {
-                            *sum += symmetry::turned(&(pull * share), turn);
-                        }
-                    }
+                    self.state.sums.pull_support(kind, at, &(pull * share), self.scene.symmetry);
                 }
             }
         }
@@ -199,8 +222,8 @@ impl Sim<'_> {
         }
     }
 
-    /// External load, contact impulses on the gathered nodes and on the body, and their sums.
-    fn touch(&mut self, count: usize, before: &Body) {
+    /// The external load on the body.
+    pub(crate) fn load_body(&mut self) {
         let dt = self.model.limits.dt;
         let (force, torque) = (self.state.force, self.state.torque);
         if self.scene.drive == Drive::Free {
@@ -211,11 +234,12 @@ impl Sim<'_> {
                 body.angular_velocity += twist.component_mul(&self.model.inertia.inverse_moments);
             }
         }
-        if count > 0 {
-            self.solve_contact(count, before);
-        } else {
-            self.state.sums.contacts = 0;
-        }
+    }
+
+    /// The external load's work and impulse.
+    pub(crate) fn book_load(&mut self, before: &Body) {
+        let dt = self.model.limits.dt;
+        let (force, torque) = (self.state.force, self.state.torque);
         if self.scene.drive == Drive::Free {
             let mean = (before.velocity + self.state.body.velocity) * 0.5;
             let mut work = force.dot(&mean) * dt;
@@ -228,7 +252,8 @@ impl Sim<'_> {
         }
     }
 
-    fn solve_contact(&mut self, count: usize, before: &Body) {
+    /// Adds the speed that the sweep left to every candidate's phi/dt.
+    fn complete_approach(&mut self, count: usize) {
         // At least 1, so that no division by zero has to be compiled in.
         let nx = self.layout.nodes_x.max(1);
         for c in 0..count {
@@ -239,21 +264,27 @@ impl Sim<'_> {
             candidate.approach += candidate.normal.dot(&Vector::from(v)) * self.model.unit_speed;
             candidate.write(slot);
         }
+    }
+
+    /// The impulses of the first `count` candidates, whose approach is known.
+    pub(crate) fn solve_contact(&mut self, count: usize) -> Solved {
         let slots = self.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
-        let solved =
-            contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass, self.scene.symmetry);
+        contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass, self.scene.symmetry)
+    }
+
+    /// The body's rates after contact, and what the solve took.
+    pub(crate) fn take_solved(&mut self, solved: &Solved) {
         self.state.body.velocity = solved.velocity;
         self.state.body.angular_velocity = solved.angular_velocity;
         if solved.sweeps as u64 > self.state.sums.most_sweeps {
             self.state.sums.most_sweeps = solved.sweeps as u64;
         }
         self.state.sums.unconverged += u64::from(!solved.converged);
-        self.book_contact(count, before);
     }
 
     /// Moves the touched nodes and books impulse, angular impulse, work and loss. Work is impulse times the mean of the rates
     /// before and after, for a free and a prescribed body alike: the two then agree to second order.
-    fn book_contact(&mut self, count: usize, before: &Body) {
+    pub(crate) fn book_contact(&mut self, count: usize, before: &Body) {
         let nx = self.layout.nodes_x.max(1);
         let body = self.state.body;
         let mean_velocity = (before.velocity + body.velocity) * 0.5;
@@ -271,12 +302,14 @@ impl Sim<'_> {
             }
             let (impulse, normal) = (candidate.impulse, candidate.normal);
             let (i, j) = (node as usize % nx, node as usize / nx);
-            let (_, free) = self.node(i, j);
+            let (reached, free) = self.node(i, j);
             let kick = normal * (impulse / self.model.unit_impulse);
             let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
-            let u = candidate.displacement;
-            self.set_node(i, j, [u[0] + v[0], u[1] + v[1], u[2] + v[2]], v);
-            self.widen(j, u[1] + v[1]);
+            let from = candidate.displacement;
+            // The theta rule has put the node in its place already.
+            let u = if self.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
+            self.set_node(i, j, u, v);
+            self.widen(j, u[1]);
             if let Some(flags) = self.blocks.flags.get_mut(node as usize / 32) {
                 *flags |= 1 << (node % 32);
             }
@@ -325,7 +358,7 @@ impl Sim<'_> {
         let dt = self.model.limits.dt;
         let state = &mut self.state;
         match (self.scene.drive, target) {
-            (Drive::Free, _) => state.body.drift(&self.model.solid, &self.model.inertia, dt),
+            (Drive::Free, _) => state.body.drift(&self.model.solid, &self.model.inertia, self.scene.rotation_rule, dt),
             (Drive::Prescribed, Some((position, orientation))) => {
                 state.body.position = position;
                 state.body.orientation = orientation;

@@ -5,7 +5,7 @@
 //! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
 
 use crate::error::{Code, Error};
-use crate::scene::{Scene, Shape};
+use crate::scene::{Integrator, Scene, Shape};
 use crate::sweep::Axis;
 use crate::symmetry::Line;
 
@@ -17,6 +17,9 @@ pub const HOT_PLANES: usize = 8;
 pub const HISTORY_PLANES: usize = 2;
 /// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
 pub const YARN_PLANES: usize = 4;
+/// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
+/// at the guess (3 each).
+pub const ITERATE_PLANES: usize = 12;
 /// Planes of the row that carries vertical forces upwards.
 pub const CARRY_PLANES: usize = 3;
 /// Eight columns of P planes.
@@ -43,6 +46,8 @@ pub struct Layout {
     pub stochastic: bool,
     /// true if connection to the supports is watched.
     pub track_detachment: bool,
+    /// true if the theta rule steps the nodes.
+    pub implicit: bool,
     /// Greatest number of contact candidates.
     pub candidates: usize,
     reals: usize,
@@ -70,16 +75,19 @@ impl Layout {
         let chunks = x.stored().div_ceil(CHUNK);
         let stochastic = scene.yarn.stochastic;
         let track_detachment = scene.track_detachment;
+        let implicit = matches!(scene.integrator, Integrator::Theta(_));
         let candidates = candidate_capacity(scene).min(nodes);
 
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
-        let image_row = (y.stored() - nodes_y) * HOT_PLANES;
+        let iterate = if implicit { ITERATE_PLANES } else { 0 };
+        let planes = planes + iterate;
+        let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let scratch = chunks
             .checked_mul(CHUNK * CARRY_PLANES)?
             .checked_add(nodes_x.checked_mul(3)?)?
             .checked_add(nodes_y.checked_mul(2)?)?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS)?)?;
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
         let reals = rows.checked_add(scratch)?.checked_add(ALIGN_REALS - 1)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
@@ -92,7 +100,7 @@ impl Layout {
             .checked_mul(6)?
             .checked_add(segments)?
             .checked_add(flags)?
-            .checked_add(crate::snapshot::FRAME_WORDS)?;
+            .checked_add(crate::snapshot::frame_words(implicit))?;
 
         // No block may exceed what a slice can hold.
         for (count, bytes) in [(reals, 8), (words, 4), (image_words, 8)] {
@@ -108,6 +116,7 @@ impl Layout {
             chunks,
             stochastic,
             track_detachment,
+            implicit,
             candidates,
             reals,
             words,

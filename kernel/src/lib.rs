@@ -57,6 +57,8 @@ pub mod snapshot;
 pub mod state;
 pub mod sweep;
 pub mod symmetry;
+#[cfg(feature = "implicit")]
+mod theta;
 pub mod weave;
 pub mod yarn;
 
@@ -68,7 +70,7 @@ pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Projectile, Scene, Shape, Sheet, StepCheck, StepLimits, Symmetry,
-    TimeStep, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Integrator, Projectile, RotationRule, Scene, Shape, Sheet, StepCheck,
+    StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};

@@ -156,6 +156,41 @@ pub enum TimeStep {
     Seconds(f64),
 }
 
+/// How the nodes are stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// Velocity Verlet, explicit: the default.
+    Verlet,
+    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature `implicit`).
+    Theta(ThetaRule),
+}
+
+/// Settings of the theta rule.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThetaRule {
+    /// Weight of the forces at the step's end, in [0.5, 1]; 0.5 is of second order.
+    pub theta: f64,
+    /// The iteration ends when no node moves by more than this, in node spacings, > 0.
+    pub tolerance: f64,
+    /// Iterations after which a step fails, >= 1.
+    pub max_iterations: u32,
+}
+
+impl Default for ThetaRule {
+    fn default() -> ThetaRule {
+        ThetaRule { theta: 0.5, tolerance: 1e-10, max_iterations: 500 }
+    }
+}
+
+/// How the projectile turns between impulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RotationRule {
+    /// Implicit midpoint rule: keeps kinetic energy and angular momentum.
+    Midpoint,
+    /// The paper's theta rule (its equations 14-16) with this theta, in [0.5, 1]; does not conserve (feature `implicit`).
+    Theta(f64),
+}
+
 /// Whether the step is checked against the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -187,6 +222,10 @@ pub struct Scene {
     pub time_step: TimeStep,
     /// Whether the time step is checked.
     pub step_check: StepCheck,
+    /// How the nodes are stepped.
+    pub integrator: Integrator,
+    /// How the projectile turns.
+    pub rotation_rule: RotationRule,
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one.
     pub force_window: f64,
     /// Watch whether the nodes in contact are still connected to a support (4 bytes per node).
@@ -260,6 +299,8 @@ impl Scene {
             seed: 1,
             time_step: TimeStep::Fraction(STEP_DEFAULT_FRACTION),
             step_check: StepCheck::Refuse,
+            integrator: Integrator::Verlet,
+            rotation_rule: RotationRule::Midpoint,
             force_window: 1e-6,
             track_detachment: true,
             track_support: true,
@@ -403,7 +444,30 @@ impl Scene {
                 }
             }
         }
+        self.check_integrator()?;
         positive("force_window", self.force_window)
+    }
+
+    fn check_integrator(&self) -> Result<(), Error> {
+        let built = |field| if cfg!(feature = "implicit") { Ok(()) } else { Err(Error::plain(Code::NotBuilt, field)) };
+        let weight = |field, theta: f64| {
+            finite(field, theta)?;
+            let limit = if theta < 0.5 { 0.5 } else { 1.0 };
+            if (0.5..=1.0).contains(&theta) { Ok(()) } else { Err(Error::new(Code::OutOfRange, field, theta, limit)) }
+        };
+        if let Integrator::Theta(rule) = self.integrator {
+            built("integrator")?;
+            weight("integrator.theta", rule.theta)?;
+            positive("integrator.tolerance", rule.tolerance)?;
+            if rule.max_iterations < 1 {
+                return Err(Error::new(Code::OutOfRange, "integrator.max_iterations", 0.0, 1.0));
+            }
+        }
+        if let RotationRule::Theta(theta) = self.rotation_rule {
+            built("rotation_rule")?;
+            weight("rotation_rule.theta", theta)?;
+        }
+        Ok(())
     }
 
     fn check_sheet(&self) -> Result<(), Error> {
@@ -588,6 +652,17 @@ mod tests {
         assert_eq!(error.limit, limits.step_max);
         scene.step_check = StepCheck::None;
         assert!(scene.step_limits().is_ok());
+    }
+
+    #[test]
+    #[cfg(not(feature = "implicit"))]
+    fn a_build_without_the_theta_rule_refuses_it() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.integrator = Integrator::Theta(ThetaRule::default());
+        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "integrator"));
+        scene.integrator = Integrator::Verlet;
+        scene.rotation_rule = RotationRule::Theta(0.5);
+        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "rotation_rule"));
     }
 
     #[test]

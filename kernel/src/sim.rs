@@ -80,6 +80,10 @@ pub struct Counters {
     pub candidate_capacity: u64,
     /// Deepest penetration met, m.
     pub worst_penetration: f64,
+    /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
+    pub iterations: u64,
+    /// Most iterations of one step.
+    pub most_iterations: u64,
 }
 
 /// What a host sees first.
@@ -328,8 +332,8 @@ impl<'a> Sim<'a> {
             self.set_node(i, j, u, v);
         }
         self.rebuild_derived();
-        // The stored velocity belongs to t_{-1/2}: back by half a kick with the forces at t_0.
-        for k in 0..self.layout.nodes() {
+        // The explicit scheme stores the velocity at t_{-1/2}: back by half a kick with the forces at t_0.
+        for k in 0..if self.layout.implicit { 0 } else { self.layout.nodes() } {
             let (i, j) = (k % nx, k / nx);
             if !self.is_fixed(i, j) {
                 let (u, v) = self.node(i, j);
@@ -427,7 +431,7 @@ impl<'a> Sim<'a> {
     }
 
     /// The projectile, host's frame: pose at t_n, rates at t_{n-1/2} (constant between impulses; on a path the means over the
-    /// last step).
+    /// last step; with the theta rule the rates at t_n).
     pub fn projectile(&self) -> Result<Motion, Failure> {
         self.sound()?;
         Ok(path::out_of_sheet(&self.model.pose, &self.state.body.motion()))
@@ -492,6 +496,8 @@ impl<'a> Sim<'a> {
             most_candidates: sums.most_candidates,
             candidate_capacity: self.layout.candidates as u64,
             worst_penetration: sums.worst_penetration,
+            iterations: sums.iterations,
+            most_iterations: sums.most_iterations,
         }
     }
 
@@ -530,12 +536,14 @@ impl<'a> Sim<'a> {
         self.copy_nodes("out", out, |sim, i, j| sim.model.pose.point_out(sim.position(i, j).into()))
     }
 
-    /// Velocities at t_n, m/s, 3 per node, host's axes: the stored half-step velocities and half a kick.
+    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a kick, or those
+    /// that the theta rule stores.
     pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
         self.sound()?;
         self.copy_nodes("out", out, |sim, i, j| {
             let (_, v) = sim.node(i, j);
-            let a = if sim.is_fixed(i, j) { [0.0; 3] } else { sim.acceleration(i, j) };
+            let stored = sim.layout.implicit || sim.is_fixed(i, j);
+            let a = if stored { [0.0; 3] } else { sim.acceleration(i, j) };
             let unit = sim.model.unit_speed;
             let v = [(v[0] + 0.5 * a[0]) * unit, (v[1] + 0.5 * a[1]) * unit, (v[2] + 0.5 * a[2]) * unit];
             sim.model.pose.vector_out(v)

@@ -10,7 +10,7 @@
 use crate::error::{Code, Error};
 use crate::layout;
 use crate::pose::Vector;
-use crate::scene::{Draw, Scene, Symmetry};
+use crate::scene::{Draw, Integrator, RotationRule, Scene, Symmetry};
 use crate::sim::Sim;
 use crate::state::{COUNT_MAX, State, Visitor};
 
@@ -20,8 +20,13 @@ pub const FORMAT: u64 = 1;
 const HEADER_WORDS: usize = 4;
 /// Words of the scalar state (tested against the traversal).
 const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
+/// Words of the scalar state that only the theta rule has.
+const IMPLICIT_WORDS: usize = 2;
+
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
-pub const FRAME_WORDS: usize = HEADER_WORDS + STATE_WORDS + 1;
+pub fn frame_words(implicit: bool) -> usize {
+    HEADER_WORDS + STATE_WORDS + if implicit { IMPLICIT_WORDS } else { 0 } + 1
+}
 
 /// A running 64-bit hash over words, FNV-1a with a fold; each step is a bijection, so changing one word always shows.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +105,16 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     if scene.symmetry != Symmetry::default() {
         let Symmetry { mirror_x, mirror_y } = scene.symmetry;
         hash.word(0x2_0000 + 2 * u64::from(mirror_y) + u64::from(mirror_x));
+    }
+    if let Integrator::Theta(rule) = scene.integrator {
+        hash.word(0x3_0000);
+        hash.real(rule.theta);
+        hash.real(rule.tolerance);
+        hash.word(rule.max_iterations as u64);
+    }
+    if let RotationRule::Theta(theta) = scene.rotation_rule {
+        hash.word(0x4_0000);
+        hash.real(theta);
     }
     hash.value()
 }
@@ -188,7 +203,7 @@ impl Sim<'_> {
             writer.word(word);
         }
         let mut state = self.state;
-        state.visit(&mut writer);
+        state.visit(self.layout.implicit, &mut writer);
         self.each_word(&mut |word| writer.word(word));
         let checksum = writer.hash.value();
         writer.word(checksum);
@@ -224,7 +239,7 @@ impl Sim<'_> {
         let mut reader = Reader { chunks: body.iter(), sound: true };
         (0..HEADER_WORDS).for_each(|_| _ = reader.word());
         let mut state = self.state;
-        state.visit(&mut reader);
+        state.visit(self.layout.implicit, &mut reader);
         if !reader.sound || !plausible(&state) || !self.arrays_sound(&mut reader) {
             return Err(Error::plain(Code::ImageInvalid, "image"));
         }
@@ -232,7 +247,7 @@ impl Sim<'_> {
         // Second pass: take them.
         let mut reader = Reader { chunks: body.iter(), sound: true };
         (0..HEADER_WORDS).for_each(|_| _ = reader.word());
-        self.state.visit(&mut reader);
+        self.state.visit(self.layout.implicit, &mut reader);
         self.read_arrays(&mut reader);
         self.rebuild_derived();
         Ok(())
@@ -246,7 +261,7 @@ impl Sim<'_> {
             hash.word(word);
         }
         let mut state = self.state;
-        state.visit(&mut hash);
+        state.visit(self.layout.implicit, &mut hash);
         self.each_word(&mut |word| hash.word(word));
         hash.value()
     }
@@ -369,8 +384,10 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        let mut counter = Counter(0);
-        State::at_start(Body::of(&motion)).visit(&mut counter);
-        assert_eq!(counter.0, STATE_WORDS);
+        for (implicit, words) in [(false, STATE_WORDS), (true, STATE_WORDS + IMPLICIT_WORDS)] {
+            let mut counter = Counter(0);
+            State::at_start(Body::of(&motion)).visit(implicit, &mut counter);
+            assert_eq!(counter.0, words);
+        }
     }
 }

@@ -4,6 +4,8 @@ use crate::outcome::{FirstContact, Latch, Watch};
 use crate::path::Track;
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::scene::{AttachmentKind, Symmetry};
+use crate::symmetry;
 use crate::weave::ATTACHMENTS;
 use nalgebra::Quaternion;
 
@@ -40,6 +42,10 @@ pub struct Sums {
     pub most_sweeps: u64,
     /// Most candidates of one step.
     pub most_candidates: u64,
+    /// Iterations of the theta rule, all steps together.
+    pub iterations: u64,
+    /// Most iterations of one step.
+    pub most_iterations: u64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -64,6 +70,8 @@ impl Default for Sums {
             unconverged: 0,
             most_sweeps: 0,
             most_candidates: 0,
+            iterations: 0,
+            most_iterations: 0,
             first_energy: 0.0,
             first_momentum: Vector::zeros(),
         }
@@ -107,7 +115,8 @@ impl State {
     }
 
     /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading and the digest.
-    pub fn visit(&mut self, visitor: &mut impl Visitor) {
+    /// `implicit`: with what only the theta rule has.
+    pub fn visit(&mut self, implicit: bool, visitor: &mut impl Visitor) {
         visitor.count(&mut self.step);
         visit_body(&mut self.body, visitor);
         visitor.vector(&mut self.force);
@@ -117,11 +126,24 @@ impl State {
         visit_body(&mut self.track.start, visitor);
         visit_body(&mut self.track.end, visitor);
         self.sums.visit(visitor);
+        if implicit {
+            visitor.count(&mut self.sums.iterations);
+            visitor.count(&mut self.sums.most_iterations);
+        }
         visit_watch(&mut self.watch, visitor);
     }
 }
 
 impl Sums {
+    /// Adds a pull of the sheet, in units of m h/dt, to an attachment and its images to theirs.
+    pub fn pull_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
+        for turn in symmetry.images() {
+            if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, turn)) {
+                *sum += symmetry::turned(pull, turn);
+            }
+        }
+    }
+
     fn visit(&mut self, visitor: &mut impl Visitor) {
         visitor.vector(&mut self.impulse);
         visitor.vector(&mut self.angular_impulse);

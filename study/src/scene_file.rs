@@ -3,6 +3,7 @@
 //! ```toml
 //! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder"
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
+//! integrator = "verlet"                # or { theta = {} }, with theta, tolerance, max_iterations inside
 //!
 //! [attachment]
 //! kind = "four_corners"
@@ -12,7 +13,7 @@
 //! ```
 
 use crate::Result;
-use fabric::{AttachmentKind, Draw, Drive, Scene, Shape, StepCheck, TimeStep};
+use fabric::{AttachmentKind, Draw, Drive, Integrator, RotationRule, Scene, Shape, StepCheck, ThetaRule, TimeStep};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -35,6 +36,8 @@ struct SceneFile {
     seed: Option<u64>,
     time_step: Option<TimeStepFile>,
     step_check: Option<StepCheckName>,
+    integrator: Option<IntegratorFile>,
+    rotation_rule: Option<RotationFile>,
     force_window: Option<f64>,
     track_detachment: Option<bool>,
     track_support: Option<bool>,
@@ -151,6 +154,28 @@ enum TimeStepFile {
     Seconds(f64),
 }
 
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum IntegratorFile {
+    Verlet,
+    Theta(#[serde(default)] ThetaFile),
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ThetaFile {
+    theta: Option<f64>,
+    tolerance: Option<f64>,
+    max_iterations: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum RotationFile {
+    Midpoint,
+    Theta(f64),
+}
+
 /// Reads a scene. The kernel's own checks come later, when a simulation is made of it.
 pub fn read(path: &Path) -> Result<Scene> {
     let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -209,6 +234,8 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut scene.seed, file.seed);
     set(&mut scene.time_step, file.time_step.map(time_step));
     set(&mut scene.step_check, file.step_check.map(step_check));
+    set(&mut scene.integrator, file.integrator.map(integrator));
+    set(&mut scene.rotation_rule, file.rotation_rule.map(rotation_rule));
     set(&mut scene.force_window, file.force_window);
     set(&mut scene.track_detachment, file.track_detachment);
     set(&mut scene.track_support, file.track_support);
@@ -259,6 +286,26 @@ fn step_check(name: StepCheckName) -> StepCheck {
     }
 }
 
+fn integrator(value: IntegratorFile) -> Integrator {
+    match value {
+        IntegratorFile::Verlet => Integrator::Verlet,
+        IntegratorFile::Theta(file) => {
+            let mut rule = ThetaRule::default();
+            set(&mut rule.theta, file.theta);
+            set(&mut rule.tolerance, file.tolerance);
+            set(&mut rule.max_iterations, file.max_iterations);
+            Integrator::Theta(rule)
+        }
+    }
+}
+
+fn rotation_rule(value: RotationFile) -> RotationRule {
+    match value {
+        RotationFile::Midpoint => RotationRule::Midpoint,
+        RotationFile::Theta(theta) => RotationRule::Theta(theta),
+    }
+}
+
 fn time_step(value: TimeStepFile) -> TimeStep {
     match value {
         TimeStepFile::Fraction(fraction) => TimeStep::Fraction(fraction),
@@ -285,6 +332,18 @@ mod tests {
         expected.time_step = TimeStep::Seconds(1e-8);
         expected.attachment.kind = AttachmentKind::FourCorners;
         expected.projectile.velocity = [1.0, 2.0, 3.0];
+        assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn options_of_the_theta_rule_and_of_symmetry() {
+        let text = "preset = \"sheet_3in_sphere\"\nintegrator = { theta = { tolerance = 1e-8 } }\n\
+                    rotation_rule = { theta = 0.5 }\n[symmetry]\nmirror_x = true\n[yarn]\ndraw = \"yarn\"\n";
+        let mut expected = Scene::sheet_3in_sphere();
+        expected.integrator = Integrator::Theta(ThetaRule { tolerance: 1e-8, ..ThetaRule::default() });
+        expected.rotation_rule = RotationRule::Theta(0.5);
+        expected.symmetry.mirror_x = true;
+        expected.yarn.draw = Draw::Yarn;
         assert_eq!(parse(text).unwrap(), expected);
     }
 

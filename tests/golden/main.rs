@@ -59,6 +59,16 @@ fn damage_law_with_offset() {
 }
 
 #[test]
+fn quarter_under_a_cylinder() {
+    assert_pin(digest_after(&scenes::quarter_under_a_cylinder(), 2500, true), pins::QUARTER_UNDER_A_CYLINDER);
+}
+
+#[test]
+fn drawn_yarns_by_the_theta_rule() {
+    assert_pin(digest_after(&scenes::drawn_yarns_by_the_theta_rule(), 1200, true), pins::DRAWN_YARNS_BY_THE_THETA_RULE);
+}
+
+#[test]
 fn loaded_sphere_on_a_prepared_sheet() {
     let scene = scenes::uniform_sphere();
     let mut memory = Buffers::of(&scene);

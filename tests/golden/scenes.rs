@@ -1,6 +1,9 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
-use fabric::{AttachmentKind, Drive, Motion, Path, Scene, Shape, Sim, TimeStep};
+use fabric::{
+    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Symmetry, ThetaRule,
+    TimeStep,
+};
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
 pub fn uniform_sphere() -> Scene {
@@ -50,6 +53,27 @@ pub fn damage_law_with_offset() -> Scene {
     scene.time_step = TimeStep::Seconds(2.5e-8);
     scene.projectile.velocity = [0.0, 0.0, 300.0];
     (scene.track_detachment, scene.track_support) = (false, false);
+    scene
+}
+
+/// A quarter of an even and odd sheet, two sides held, under the flat cylinder.
+pub fn quarter_under_a_cylinder() -> Scene {
+    let mut scene = Scene::sheet_10in_cylinder();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (62, 61);
+    scene.yarn.stochastic = false;
+    scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+    scene.projectile.velocity = [0.0, 0.0, 150.0];
+    scene
+}
+
+/// One draw per yarn, theta rule for sheet and cylinder.
+pub fn drawn_yarns_by_the_theta_rule() -> Scene {
+    let mut scene = tumbling_cylinder_on_corners();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (33, 30);
+    scene.attachment.kind = AttachmentKind::FourSides;
+    scene.yarn.draw = Draw::Yarn;
+    scene.integrator = Integrator::Theta(ThetaRule { tolerance: 1e-9, ..ThetaRule::default() });
+    scene.rotation_rule = RotationRule::Theta(0.5);
     scene
 }
 

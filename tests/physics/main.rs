@@ -15,3 +15,4 @@ mod rotation;
 mod stability;
 mod starts;
 mod symmetry;
+mod theta;

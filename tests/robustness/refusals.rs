@@ -1,7 +1,8 @@
 //! Every refusal: its code, the field it names, and that nothing was written.
 
 use fabric::{
-    AttachmentKind, Code, Drive, Error, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
+    AttachmentKind, Code, Drive, Error, Integrator, Layout, Memory, Motion, Path, RotationRule, Scene, Shape, Sim,
+    StepCheck, ThetaRule, TimeStep,
 };
 use fabric_tests::{Buffers, positions, small_sheet};
 
@@ -137,6 +138,25 @@ fn numbers_out_of_their_range_are_refused() {
     scene.attachment.kind = AttachmentKind::FourCorners;
     scene.attachment.disc_inset = -1e-9;
     refused(&scene, Code::OutOfRange, "attachment.disc_inset");
+}
+
+#[test]
+fn settings_of_the_theta_rule_are_checked() {
+    let by_theta = |theta, tolerance, max_iterations| {
+        let mut scene = base();
+        scene.integrator = Integrator::Theta(ThetaRule { theta, tolerance, max_iterations });
+        scene
+    };
+    for theta in [0.499, 1.001, -1.0] {
+        refused(&by_theta(theta, 1e-10, 10), Code::OutOfRange, "integrator.theta");
+        let mut scene = base();
+        scene.rotation_rule = RotationRule::Theta(theta);
+        refused(&scene, Code::OutOfRange, "rotation_rule.theta");
+    }
+    refused(&by_theta(f64::NAN, 1e-10, 10), Code::NotFinite, "integrator.theta");
+    refused(&by_theta(0.5, 0.0, 10), Code::NotPositive, "integrator.tolerance");
+    refused(&by_theta(0.5, f64::INFINITY, 10), Code::NotFinite, "integrator.tolerance");
+    refused(&by_theta(0.5, 1e-10, 0), Code::OutOfRange, "integrator.max_iterations");
 }
 
 #[test]

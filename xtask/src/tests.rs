@@ -19,8 +19,9 @@ const TEST: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", || cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])),
     ("unit, physics, golden and robustness tests", || {
-        cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro"])
+        cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro,fabric-kernel/implicit"])
     }),
+    ("kernel without its features", || cargo(&["test", "--quiet", "--package", "fabric-kernel"])),
     ("C header", crate::chosts::header_check),
     ("C and C++ hosts", crate::chosts::run),
     ("FMUs", fmu),

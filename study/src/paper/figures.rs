@@ -33,11 +33,6 @@ pub fn picture_points(effort: Effort) -> Vec<Point> {
     ATTACHMENTS.iter().map(point).collect()
 }
 
-/// Times of the pictures, s.
-pub fn picture_times(effort: Effort) -> &'static [f64] {
-    if effort == Effort::Smoke { &sheets::SMOKE_TIMES } else { &sheets::TIMES }
-}
-
 /// A series of ensemble means with 95 % intervals over the impact.
 fn means(runs: &Runs, name: &str, points: &[Point], value: impl Fn(&Record) -> f64 + Copy) -> Series {
     let mut series = Series::new(name, Style::Marked, Vec::new());
@@ -214,7 +209,7 @@ pub fn uniform_against_stochastic(out: &Path, runs: &Runs, effort: Effort, numbe
 /// Figs 10 and 12: deformed sheets.
 pub fn pictures(page: &mut Page, out: &Path, effort: Effort) -> Result<()> {
     for point in picture_points(effort) {
-        let job = point.job(effort, 0, picture_times(effort));
+        let job = point.job(effort, 0, sheets::times(effort, point.attachment));
         page.heading(&format!("{}, seed 1", point.name()));
         let (mut views, mut maps) = (Vec::new(), Vec::new());
         for &time in job.pictures {

@@ -34,7 +34,8 @@ impl Figure {
 
 /// Text as HTML.
 pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    // A number stays with its per cent sign.
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace(" %", "\u{a0}%")
 }
 
 /// The page under construction.

@@ -145,8 +145,9 @@ impl Study<'_> {
     fn jobs(&self, points: &[Point]) -> Vec<Job> {
         let mut jobs = Vec::new();
         if self.wants(&[Chosen::Fig10, Chosen::Fig12]) {
-            let times = figures::picture_times(self.effort);
-            jobs.extend(figures::picture_points(self.effort).iter().map(|point| point.job(self.effort, 0, times)));
+            let times = |point: &Point| sheets::times(self.effort, point.attachment);
+            let points = figures::picture_points(self.effort);
+            jobs.extend(points.iter().map(|point| point.job(self.effort, 0, times(point))));
         }
         for point in points {
             jobs.extend((0..point.runs).map(|k| point.job(self.effort, k, &[])));
@@ -180,10 +181,12 @@ pub fn run(options: &Options) -> Result<bool> {
     let mut page = Page::new(TITLE);
     introduction(&mut page, effort, &runs);
     let claims = study.claims(&micro, &runs);
-    page.section("Claims and answers");
-    page.text(RULE);
-    claims::table(&mut page, &claims);
-    claims::print(&claims);
+    if !claims.is_empty() {
+        page.section("Claims and answers");
+        page.text(RULE);
+        claims::table(&mut page, &claims);
+        claims::print(&claims);
+    }
     micro_section(&mut page, &study, &micro, out)?;
     macro_sections(&mut page, &study, &runs, out)?;
     figures::write(out, &runs, &points)?;

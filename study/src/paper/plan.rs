@@ -116,7 +116,7 @@ impl Effort {
     pub fn energies(self) -> &'static [f64] {
         match self {
             Effort::Full => &ENERGIES,
-            Effort::Quick => &[5.0, 10.0, 20.0, 160.0],
+            Effort::Quick => &[10.0, 20.0, 160.0],
             Effort::Smoke => &[20.0, 160.0],
         }
     }
@@ -179,7 +179,7 @@ impl Effort {
         };
         Some(format!(
             "{shape}Left out against the full study: impact energies {} J on the 3 in sheet, velocities {} m/s on the 10 in sheet; \
-             in the map of the open question energies {} J and all washers but the first {}. Runs per point: {} instead of 10 on \
+             in the map of the open question energies {} J, one draw per yarn, and all washers but the first {}. Runs per point: {} instead of 10 on \
              the 3 in sheet, {} instead of 3 on the 10 in sheet.",
             list(self.energies(), &ENERGIES),
             list(self.velocities(), &VELOCITIES),

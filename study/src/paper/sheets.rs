@@ -1,13 +1,25 @@
 //! Pictures of deformed sheets (Figs 10 and 12): the state of a sheet as it is kept on disk, and small raster images of it.
 
+use super::plan::Effort;
 use crate::{Result, event, run};
-use fabric::{Motion, Scene, Sim};
+use fabric::{AttachmentKind, Motion, Scene, Sim};
 use std::path::{Path, PathBuf};
 
-/// Times of the pictures, s.
-pub const TIMES: [f64; 3] = [100e-6, 200e-6, 300e-6];
+/// Times of the pictures of clamped sheets, s.
+const CLAMPED_TIMES: [f64; 3] = [150e-6, 250e-6, 350e-6];
+/// The same for sheets held at their corners, which tear later, s.
+const CORNER_TIMES: [f64; 3] = [200e-6, 600e-6, 1000e-6];
 /// The same for the tiny sheets of a smoke test, s.
-pub const SMOKE_TIMES: [f64; 3] = [5e-6, 10e-6, 20e-6];
+const SMOKE_TIMES: [f64; 3] = [5e-6, 10e-6, 20e-6];
+
+/// Times of the pictures of a sheet, s.
+pub fn times(effort: Effort, attachment: AttachmentKind) -> &'static [f64] {
+    match (effort, attachment) {
+        (Effort::Smoke, _) => &SMOKE_TIMES,
+        (_, AttachmentKind::FourCorners) => &CORNER_TIMES,
+        _ => &CLAMPED_TIMES,
+    }
+}
 
 /// A sheet at one time.
 pub struct Sheet {
@@ -153,8 +165,11 @@ impl Sheet {
     pub fn side_view(&self, scene: &Scene) -> Result<Vec<u8>> {
         let half = scene.half_size()[0];
         let scale = 0.94 * WIDTH as f64 / (2.0 * half);
-        // Room below for the projectile at rest, above for the deepest dome.
-        let (below, above) = (0.30 * half, 0.62 * half);
+        // Room for the projectile and for the dome.
+        let outline = run::outline(scene, &self.motion);
+        let heights = || outline.iter().flatten().map(|point| point[2]);
+        let below = heights().fold(0.0, f64::min).abs() + 0.05 * half;
+        let above = heights().fold(self.deflection(), f64::max) + 0.05 * half;
         let mut image = Image::new(WIDTH, ((below + above) * scale) as usize);
         let at = |x: f64, z: f64| (0.5 * WIDTH as f64 + scale * x, scale * (above - z));
         let point = |node: usize| at(self.positions[node][0] as f64, self.positions[node][2] as f64);
@@ -168,7 +183,7 @@ impl Sheet {
                 image.line(point(a), point(b), damage_colour(alpha), 0.9, true);
             }
         }
-        for line in run::outline(scene, &self.motion) {
+        for line in &outline {
             for pair in line.windows(2) {
                 image.line(at(pair[0][0], pair[0][2]), at(pair[1][0], pair[1][2]), BODY, 1.0, true);
             }

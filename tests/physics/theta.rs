@@ -1,0 +1,198 @@
+//! The theta rule with contact: against velocity Verlet, and its own balances. Its order is in `convergence.rs`.
+
+use fabric::{AttachmentKind, Failure, Integrator, RotationRule, Scene, Sim, StepCheck, Symmetry, ThetaRule, TimeStep};
+use fabric_tests::reference::{
+    V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, scale, sub, turn, turn_back,
+};
+use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed, tilted_cylinder, velocities};
+
+/// The scene stepped by the theta rule with theta = 1/2.
+fn by_theta(scene: Scene) -> Scene {
+    Scene { integrator: Integrator::Theta(ThetaRule::default()), ..scene }
+}
+
+/// N = 41, 3 J, 60 us, 0.4 dt_crit: both methods give the projectile 26.119 m/s, 0.1346 J lost.
+#[test]
+fn an_impact_agrees_with_velocity_verlet() {
+    let scene = small_sheet(41, speed(3.0, 8.4e-3));
+    let theta = by_theta(scene);
+    let (mut buffers, mut theta_buffers) = (Buffers::of(&scene), Buffers::of(&theta));
+    let (mut verlet, mut theta) = (buffers.sim(&scene), theta_buffers.sim(&theta));
+    let steps = (60e-6 / verlet.step_limits().dt) as u64;
+    verlet.advance(steps).unwrap();
+    theta.advance(steps).unwrap();
+    for sim in [&verlet, &theta] {
+        close(sim.projectile().unwrap().velocity[2], 26.119, 1e-4);
+        close(sim.contact().unwrap().work, 0.1346, 2e-3);
+        assert_eq!(sim.counters().unconverged, 0);
+    }
+    let counters = theta.counters();
+    let mean = counters.iterations as f64 / steps as f64;
+    assert!((6.0..8.0).contains(&mean) && counters.most_iterations <= 9, "{mean} {}", counters.most_iterations);
+    assert_eq!(verlet.counters().iterations, 0);
+}
+
+/// Linear and angular momentum of a free sheet and a tumbling cylinder, all at t_n.
+#[test]
+fn momentum_of_a_free_sheet_and_a_turning_cylinder_is_kept() {
+    let mut scene = by_theta(tilted_cylinder(31, 0.4, 60.0));
+    scene.attachment.kind = AttachmentKind::Free;
+    scene.projectile.angular_velocity = [200.0, -300.0, 900.0];
+    let (m, mass, inertia) = (scene.sheet.node_mass, scene.projectile.mass, moments(&scene));
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let sums = |sim: &Sim<'_>| -> (V3, V3) {
+        let body = sim.projectile().unwrap();
+        let w = turn_back(body.orientation, body.angular_velocity);
+        let spin = turn(body.orientation, [inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]]);
+        let first = (scale(body.velocity, mass), add(spin, cross(body.position, scale(body.velocity, mass))));
+        positions(sim)
+            .into_iter()
+            .zip(velocities(sim))
+            .fold(first, |(linear, angular), (x, v)| (add(linear, scale(v, m)), add(angular, cross(x, scale(v, m)))))
+    };
+    let first = sums(&sim);
+    sim.advance(600).unwrap();
+    let now = sums(&sim);
+    let (given, twisted) = (length(sim.contact().unwrap().impulse), length(sim.contact().unwrap().angular_impulse));
+    assert!(given > 1e-4 && twisted > 1e-7);
+    assert!(length(sub(now.0, first.0)) < 1e-12 * length(first.0));
+    assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * length(first.0));
+    // Forces act at both ends of a step on nodes that move in between: angular momentum is kept to second order.
+    assert!(length(sub(now.1, first.1)) < 1e-4 * twisted, "{:e}", length(sub(now.1, first.1)) / twisted);
+}
+
+/// KE_{n+1} - KE_n = sum over nodes of dt (F_n + F_{n+1})/2 . (v_n + v_{n+1})/2 - contact loss of the step, to rounding,
+/// forces from plain formulas; through failure.
+#[test]
+fn work_energy_identity_of_every_step() {
+    let mut scene = by_theta(small_sheet(21, 120.0));
+    scene.yarn.stochastic = true;
+    scene.time_step = TimeStep::Fraction(0.25);
+    let (m, fixed) = (scene.sheet.node_mass, fixed_nodes(&scene));
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let dt = sim.step_limits().dt;
+    let look = |sim: &Sim<'_>| {
+        let x = positions(sim);
+        let pulls = forces(&scene, &x, &damage(sim));
+        (velocities(sim), pulls, sim.projectile().unwrap(), sim.contact().unwrap())
+    };
+    let mut before = look(&sim);
+    for _ in 0..1400 {
+        sim.step().unwrap();
+        let now = look(&sim);
+        let (mut gain, mut work, mut kinetic) = (0.0, 0.0, 0.0);
+        for k in (0..fixed.len()).filter(|&k| !fixed[k]) {
+            let (v, w) = (now.0[k], before.0[k]);
+            gain += 0.5 * m * (dot(v, v) - dot(w, w));
+            kinetic += 0.5 * m * dot(v, v);
+            work += 0.25 * dt * dot(add(now.1[k], before.1[k]), add(v, w));
+        }
+        let (energy, energy_before) = (projectile_energy(&scene, &now.2), projectile_energy(&scene, &before.2));
+        let off = gain + energy - energy_before - work + (now.3.loss - before.3.loss);
+        assert!(off.abs() < 1e-12 * (kinetic + energy), "{off:e}");
+        assert!((energy_before - energy - (now.3.work - before.3.work)).abs() < 1e-12 * energy);
+        before = now;
+    }
+    assert!(sim.counters().failed_segments > 20, "{}", sim.counters().failed_segments);
+}
+
+/// Half and quarter models of the theta rule, without contact: bit by bit the whole sheet.
+#[test]
+fn a_quarter_moves_as_the_whole_sheet() {
+    for nodes in [14, 15] {
+        let mut scene = by_theta(small_sheet(nodes, 0.0));
+        scene.projectile.position = [0.0, 0.0, -1.0];
+        let quarter = Scene { symmetry: Symmetry { mirror_x: true, mirror_y: true }, ..scene };
+        let run = |scene: &Scene| {
+            let mut buffers = Buffers::of(scene);
+            let mut sim = buffers.sim(scene);
+            let x = positions(&sim);
+            let half = scene.half_size()[0];
+            let wave = |x: f64| if x.abs() < 0.99 * half { (1.5 * x / half).cos() } else { 0.0 };
+            let v: Vec<f64> = x.iter().flat_map(|x| [0.0, 0.0, 1200.0 * wave(x[0]) * wave(x[1])]).collect();
+            sim.set_motion(&x.concat(), &v).unwrap();
+            sim.advance(120).unwrap();
+            (positions(&sim), velocities(&sim), sim.counters().failed_segments, sim.support().unwrap().total)
+        };
+        let (whole, part) = (run(&scene), run(&quarter));
+        let columns = nodes.div_ceil(2) as usize;
+        for (k, (x, v)) in part.0.iter().zip(&part.1).enumerate() {
+            let at = k / columns * nodes as usize + k % columns;
+            assert!((*x, *v) == (whole.0[at], whole.1[at]));
+        }
+        assert!(whole.2 > 0);
+        assert_eq!(part.2, whole.2);
+        close(part.3[2], whole.3[2], 1e-12);
+    }
+}
+
+/// A step of dt_crit does not converge for long: a failure, with the state of the step's start.
+#[test]
+fn without_convergence_the_state_is_kept() {
+    let mut scene = by_theta(small_sheet(21, 100.0));
+    scene.time_step = TimeStep::Fraction(1.0);
+    scene.step_check = StepCheck::None;
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let mut digest = sim.digest();
+    let failure = loop {
+        match sim.step() {
+            Ok(()) => digest = sim.digest(),
+            Err(failure) => break failure,
+        }
+        assert!(sim.step_count() < 2000, "should fail");
+    };
+    assert_eq!(failure, Failure::NotConverged);
+    assert_eq!(sim.digest(), digest);
+    assert_eq!(sim.step(), Err(Failure::NotConverged), "latched");
+    assert!(sim.step_count() > 10);
+    sim.reset();
+    assert!(sim.step().is_ok());
+}
+
+/// Saved, loaded elsewhere and stepped on: the same bits; an image of the other integrator is refused.
+#[test]
+fn an_image_goes_on_with_the_same_bits() {
+    let mut scene = by_theta(small_sheet(21, 110.0));
+    scene.yarn.stochastic = true;
+    let (mut buffers, mut others) = (Buffers::of(&scene), Buffers::of(&scene));
+    let (mut sim, mut other) = (buffers.sim(&scene), others.sim(&scene));
+    sim.advance(600).unwrap();
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).unwrap();
+    other.load(&image).unwrap();
+    sim.advance(200).unwrap();
+    other.advance(200).unwrap();
+    assert_eq!(sim.digest(), other.digest());
+    assert!(sim.counters().failed_segments > 0);
+    let verlet = Scene { integrator: Integrator::Verlet, ..scene };
+    let mut verlet_buffers = Buffers::of(&verlet);
+    assert!(verlet_buffers.sim(&verlet).load(&image).is_err());
+}
+
+/// The rule for the projectile's rotation is chosen by itself. On a flight of a cylinder, whose transverse rates turn by a
+/// linear law, theta = 1/2 is the midpoint rule and theta = 1 differs from it by first order in dt.
+#[test]
+fn the_rotation_rule_is_an_option_of_either_integrator() {
+    let mut scene = tilted_cylinder(21, 0.4, 50.0);
+    scene.projectile.position[2] = -1.0;
+    scene.projectile.angular_velocity = [2e5, 1e5, 3e5];
+    let spin = |rule: RotationRule, division: f64| {
+        let mut scene = scene;
+        scene.rotation_rule = rule;
+        scene.time_step = TimeStep::Fraction(0.4 / division);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.advance(1000 * division as u64).unwrap();
+        sim.projectile().unwrap().angular_velocity
+    };
+    let differ = |theta, division| {
+        length(sub(spin(RotationRule::Theta(theta), division), spin(RotationRule::Midpoint, division))) / 3e5
+    };
+    assert!(differ(0.5, 1.0) < 1e-12);
+    let (coarse, fine) = (differ(1.0, 1.0), differ(1.0, 2.0));
+    let order = (coarse / fine).log2();
+    assert!((0.9..1.1).contains(&order), "{coarse:e} {fine:e}");
+}
