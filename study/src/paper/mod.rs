@@ -168,6 +168,10 @@ pub fn run(options: &Options) -> Result<bool> {
     };
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    if options.smoke && jobs::path_of_runs(out).exists() {
+        // A smoke test that takes kept runs would test nothing.
+        std::fs::remove_file(jobs::path_of_runs(out))?;
+    }
     let study = Study { options, effort };
     let micro = micro::compute(effort.yarns())?;
     println!(
