@@ -24,6 +24,7 @@ const APART: f64 = 10e-6;
 
 /// One quantity that a claim speaks of.
 struct Check {
+    /// What it is; empty if the claim says so.
     name: String,
     ours: Estimate,
     range: [f64; 2],
@@ -36,7 +37,8 @@ impl Check {
     }
 
     fn text(&self) -> String {
-        format!("{}: {}", self.name, self.ours.text(self.digits))
+        let ours = self.ours.text(self.digits);
+        if self.name.is_empty() { ours } else { format!("{}: {ours}", self.name) }
     }
 }
 
@@ -113,7 +115,7 @@ fn within(centre: f64, tolerance: f64) -> [f64; 2] {
 /// Claims about the micro scale (P1, P2, and Fig. 3 of P3).
 pub fn of_micro(micro: &Micro) -> Vec<Claim> {
     let one = |part, claim: &str, ours: Estimate, centre: f64, tolerance: f64, digits| {
-        let check = Check { name: "ours".into(), ours, range: within(centre, tolerance), digits };
+        let check = Check { name: String::new(), ours, range: within(centre, tolerance), digits };
         Claim::all(part, claim, &format!("{centre} ± {tolerance}"), vec![check], "")
     };
     let sudden = vec![

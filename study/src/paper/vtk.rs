@@ -1,7 +1,7 @@
 //! A run as a series that ParaView opens: run.pvd lists for each time the sheet and the projectile as VTK PolyData.
 //!
 //! The sheet: positions (m), one line a segment with its alpha and stretch as cell data; failed segments are kept, so that the
-//! cells are the same at all times (hide them with a threshold on alpha). The projectile: a mesh of its surface.
+//! cells are the same at all times (hide them with a threshold on alpha; their stretch is a mere distance of two nodes). The projectile: a mesh of its surface.
 //! Reference: VTK file formats, XML, inline binary data (a count of bytes and the little-endian data, in base64).
 
 use super::plan::{self, Effort, Yarn};
