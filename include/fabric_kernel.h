@@ -23,7 +23,7 @@
 #include <stdint.h>
 
 // Version of this interface: changes whenever a structure or a function does.
-#define FK_ABI_VERSION 1
+#define FK_ABI_VERSION 2
 
 // Success.
 #define FK_OK 0
@@ -109,6 +109,15 @@
 // The image holds values that no simulation can have.
 #define FK_IMAGE_INVALID -27
 
+// A face's normal is not of unit length (to 1e-6).
+#define FK_BAD_NORMAL -28
+
+// The faces of a polyhedron do not enclose a body.
+#define FK_UNBOUNDED_FACES -29
+
+// One moment of inertia is greater than the other two together.
+#define FK_IMPOSSIBLE_MOMENTS -30
+
 // Mirror planes with something they would change.
 #define FK_NOT_SYMMETRIC -31
 
@@ -133,6 +142,9 @@
 // Preset of the paper's 10 in sheet (350 x 350) with two sides held and the 37 g cylinder.
 #define FK_PRESET_SHEET_10IN_CYLINDER 1
 
+// Preset of the 10 in sheet with four sides held and a third of a small turbine disc, rim first, as a polyhedron.
+#define FK_PRESET_TURBINE_DISC_SECTOR 2
+
 // First and last column fixed.
 #define FK_TWO_SIDES 0
 
@@ -150,6 +162,18 @@
 
 // Flat-ended cylinder along the body's z axis.
 #define FK_CYLINDER 1
+
+// Cylinder along the body's z axis with a hemisphere at its +z end.
+#define FK_HEMISPHERICAL_CYLINDER 2
+
+// Box with its edges along the body's axes.
+#define FK_BOX 3
+
+// Convex polyhedron by its faces.
+#define FK_POLYHEDRON 4
+
+// Largest number of faces of a polyhedron.
+#define FK_MAX_FACES 16
 
 // Velocity Verlet, explicit.
 #define FK_VERLET 0
@@ -266,11 +290,11 @@ typedef struct fk_scene {
     double yarn_alpha_fail;
     // 1: each segment draws its own constants; 0: all take the means.
     uint32_t yarn_stochastic;
-    // FK_SPHERE or FK_CYLINDER.
+    // FK_SPHERE, FK_CYLINDER, FK_HEMISPHERICAL_CYLINDER, FK_BOX or FK_POLYHEDRON.
     uint32_t projectile_shape;
-    // Radius, m, >= sheet_spacing.
+    // Radius, m, >= sheet_spacing (not read for a box or a polyhedron).
     double projectile_radius;
-    // Length of the cylinder, m, >= 2 sheet_spacing (not read for a sphere).
+    // Whole length of a cylinder, m, >= 2 sheet_spacing, with a hemispherical end >= the radius too (read for these only).
     double projectile_length;
     // Mass, kg, >= node mass; 0 = unknown, only with FK_DRIVE_PRESCRIBED.
     double projectile_mass;
@@ -300,6 +324,18 @@ typedef struct fk_scene {
     uint32_t track_support;
     // Most nodes under the projectile at once; 0 = automatic.
     uint32_t contact_capacity;
+    // Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing.
+    double projectile_size[3];
+    // Polyhedron: principal moments of inertia about the centre of mass along the body's axes, kg m^2, > 0, none greater
+    // than the other two together. Other shapes are homogeneous. Not read if the mass is unknown.
+    double projectile_moments[3];
+    // Polyhedron: number of faces, 4 to FK_MAX_FACES.
+    uint32_t projectile_face_count;
+    // 0.
+    uint32_t reserved;
+    // Polyhedron: of each face the outward unit normal and its distance from the centre of mass, m, >= sheet_spacing; body
+    // axes. Beyond projectile_face_count not read.
+    double projectile_faces[FK_MAX_FACES][4];
     // 1: mirror plane x = 0 through the sheet's middle; only x <= 0 is modelled. Sums stay those of the whole sheet,
     // read-outs of nodes and segments cover the part. For uniform yarn, a free projectile and a centred, untilted hit.
     uint32_t mirror_x;

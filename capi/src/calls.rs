@@ -199,6 +199,7 @@ pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64,
         let preset = match preset {
             FK_PRESET_SHEET_3IN_SPHERE => Scene::sheet_3in_sphere(),
             FK_PRESET_SHEET_10IN_CYLINDER => Scene::sheet_10in_cylinder(),
+            FK_PRESET_TURBINE_DISC_SECTOR => Scene::turbine_disc_sector(),
             other => return Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
         };
         // SAFETY: not null, aligned, and the caller says it has the structure's size.
@@ -756,6 +757,9 @@ mod tests {
             FK_IMAGE_MALFORMED,
             FK_IMAGE_OF_ANOTHER_SCENE,
             FK_IMAGE_INVALID,
+            FK_BAD_NORMAL,
+            FK_UNBOUNDED_FACES,
+            FK_IMPOSSIBLE_MOMENTS,
             FK_NOT_SYMMETRIC,
             FK_NOT_BUILT,
             FK_NON_FINITE,
@@ -768,7 +772,12 @@ mod tests {
 
     #[test]
     fn a_scene_survives_the_round_trip() {
-        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
+        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder(), Scene::turbine_disc_sector()] {
+            assert_eq!(fk_scene::of(&scene).scene(), Ok(scene));
+        }
+        for shape in [fabric::Shape::HemisphericalCylinder, fabric::Shape::Box] {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.projectile.shape, scene.projectile.size) = (shape, [0.01, 0.02, 0.03]);
             assert_eq!(fk_scene::of(&scene).scene(), Ok(scene));
         }
     }

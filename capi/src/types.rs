@@ -3,12 +3,12 @@
 
 use core::ffi::c_char;
 use fabric::{
-    Attachment, AttachmentKind, Code, Draw, Drive, Error, Integrator, Motion, Projectile, RotationRule, Scene, Shape,
-    Sheet, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Code, Draw, Drive, Error, Faces, Integrator, Motion, Projectile, RotationRule, Scene,
+    Shape, Sheet, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 
 /// Version of this interface: changes whenever a structure or a function does.
-pub const FK_ABI_VERSION: u32 = 1;
+pub const FK_ABI_VERSION: u32 = 2;
 
 /// Success.
 pub const FK_OK: i32 = 0;
@@ -66,6 +66,12 @@ pub const FK_IMAGE_MALFORMED: i32 = -25;
 pub const FK_IMAGE_OF_ANOTHER_SCENE: i32 = -26;
 /// The image holds values that no simulation can have.
 pub const FK_IMAGE_INVALID: i32 = -27;
+/// A face's normal is not of unit length (to 1e-6).
+pub const FK_BAD_NORMAL: i32 = -28;
+/// The faces of a polyhedron do not enclose a body.
+pub const FK_UNBOUNDED_FACES: i32 = -29;
+/// One moment of inertia is greater than the other two together.
+pub const FK_IMPOSSIBLE_MOMENTS: i32 = -30;
 /// Mirror planes with something they would change.
 pub const FK_NOT_SYMMETRIC: i32 = -31;
 /// The scene asks for something this library was built without.
@@ -83,6 +89,8 @@ pub const FK_NOT_CONVERGED: i32 = -53;
 pub const FK_PRESET_SHEET_3IN_SPHERE: u32 = 0;
 /// Preset of the paper's 10 in sheet (350 x 350) with two sides held and the 37 g cylinder.
 pub const FK_PRESET_SHEET_10IN_CYLINDER: u32 = 1;
+/// Preset of the 10 in sheet with four sides held and a third of a small turbine disc, rim first, as a polyhedron.
+pub const FK_PRESET_TURBINE_DISC_SECTOR: u32 = 2;
 /// First and last column fixed.
 pub const FK_TWO_SIDES: u32 = 0;
 /// The whole edge fixed.
@@ -95,6 +103,14 @@ pub const FK_FREE_SHEET: u32 = 3;
 pub const FK_SPHERE: u32 = 0;
 /// Flat-ended cylinder along the body's z axis.
 pub const FK_CYLINDER: u32 = 1;
+/// Cylinder along the body's z axis with a hemisphere at its +z end.
+pub const FK_HEMISPHERICAL_CYLINDER: u32 = 2;
+/// Box with its edges along the body's axes.
+pub const FK_BOX: u32 = 3;
+/// Convex polyhedron by its faces.
+pub const FK_POLYHEDRON: u32 = 4;
+/// Largest number of faces of a polyhedron.
+pub const FK_MAX_FACES: usize = 16;
 /// Velocity Verlet, explicit.
 pub const FK_VERLET: u32 = 0;
 /// The projectile turns by the implicit midpoint rule, which keeps energy and angular momentum.
@@ -190,11 +206,11 @@ pub struct fk_scene {
     pub yarn_alpha_fail: f64,
     /// 1: each segment draws its own constants; 0: all take the means.
     pub yarn_stochastic: u32,
-    /// FK_SPHERE or FK_CYLINDER.
+    /// FK_SPHERE, FK_CYLINDER, FK_HEMISPHERICAL_CYLINDER, FK_BOX or FK_POLYHEDRON.
     pub projectile_shape: u32,
-    /// Radius, m, >= sheet_spacing.
+    /// Radius, m, >= sheet_spacing (not read for a box or a polyhedron).
     pub projectile_radius: f64,
-    /// Length of the cylinder, m, >= 2 sheet_spacing (not read for a sphere).
+    /// Whole length of a cylinder, m, >= 2 sheet_spacing, with a hemispherical end >= the radius too (read for these only).
     pub projectile_length: f64,
     /// Mass, kg, >= node mass; 0 = unknown, only with FK_DRIVE_PRESCRIBED.
     pub projectile_mass: f64,
@@ -224,6 +240,18 @@ pub struct fk_scene {
     pub track_support: u32,
     /// Most nodes under the projectile at once; 0 = automatic.
     pub contact_capacity: u32,
+    /// Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing.
+    pub projectile_size: [f64; 3],
+    /// Polyhedron: principal moments of inertia about the centre of mass along the body's axes, kg m^2, > 0, none greater
+    /// than the other two together. Other shapes are homogeneous. Not read if the mass is unknown.
+    pub projectile_moments: [f64; 3],
+    /// Polyhedron: number of faces, 4 to FK_MAX_FACES.
+    pub projectile_face_count: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Polyhedron: of each face the outward unit normal and its distance from the centre of mass, m, >= sheet_spacing; body
+    /// axes. Beyond projectile_face_count not read.
+    pub projectile_faces: [[f64; 4]; FK_MAX_FACES],
     /// 1: mirror plane x = 0 through the sheet's middle; only x <= 0 is modelled. Sums stay those of the whole sheet,
     /// read-outs of nodes and segments cover the part. For uniform yarn, a free projectile and a centred, untilted hit.
     pub mirror_x: u32,
@@ -477,6 +505,11 @@ impl fk_scene {
             track_detachment: u32::from(scene.track_detachment),
             track_support: u32::from(scene.track_support),
             contact_capacity: scene.contact_capacity,
+            projectile_size: body.size,
+            projectile_moments: body.moments,
+            projectile_face_count: body.faces.count,
+            reserved: 0,
+            projectile_faces: body.faces.planes,
             mirror_x: u32::from(scene.symmetry.mirror_x),
             mirror_y: u32::from(scene.symmetry.mirror_y),
             yarn_draw: yarn.draw as u32,
@@ -507,6 +540,9 @@ impl fk_scene {
         let shape = match self.projectile_shape {
             FK_SPHERE => Shape::Sphere,
             FK_CYLINDER => Shape::Cylinder,
+            FK_HEMISPHERICAL_CYLINDER => Shape::HemisphericalCylinder,
+            FK_BOX => Shape::Box,
+            FK_POLYHEDRON => Shape::Polyhedron,
             other => return Err(unknown("projectile.shape", other)),
         };
         let time_step = match self.step_kind {
@@ -580,6 +616,9 @@ impl fk_scene {
                 shape,
                 radius: self.projectile_radius,
                 length: self.projectile_length,
+                size: self.projectile_size,
+                faces: Faces { count: self.projectile_face_count, planes: self.projectile_faces },
+                moments: self.projectile_moments,
                 mass: self.projectile_mass,
                 position: self.projectile_position,
                 velocity: self.projectile_velocity,

@@ -2,6 +2,7 @@
 
 use crate::table::{COUNT, Id, Kind, OFFSETS, SLOTS, STARTS, VARIABLES, Variable};
 use fabric::pose::{self, Vector};
+use fabric::projectile::into_body;
 use fabric::shape::Solid;
 use fabric::{AttachmentKind, Drive, Motion, Scene, Shape, TimeStep};
 
@@ -116,9 +117,9 @@ impl Parameters {
         let scene = self.scene();
         let sheet = pose::normalised(scene.sheet.orientation);
         let body = pose::normalised(scene.projectile.orientation);
-        let axis = pose::rotate(&(sheet.conjugate() * body), &Vector::new(0.0, 0.0, 1.0));
-        let [_, _, half_depth] = Solid::of(&scene.projectile).half_extents(&axis);
-        let place = pose::Pose::of_sheet(&scene.sheet).point_out([0.0, 0.0, -(half_depth + STAND_OFF)]);
+        let ahead = into_body(&(sheet.conjugate() * body), &Vector::new(0.0, 0.0, 1.0));
+        let nose = Solid::of(&scene.projectile).support(&ahead);
+        let place = pose::Pose::of_sheet(&scene.sheet).point_out([0.0, 0.0, -(nose + STAND_OFF)]);
         if !place.iter().all(|x| x.is_finite()) {
             return; // the orientation or the size is to blame, and the kernel will say so
         }
@@ -158,10 +159,16 @@ impl Parameters {
         yarn.stochastic = self.flag(Id::Stochastic);
         let motion = self.motion();
         let body = &mut scene.projectile;
-        body.shape = if count(Id::Shape) == 0 { Shape::Sphere } else { Shape::Cylinder };
+        body.shape = match count(Id::Shape) {
+            0 => Shape::Sphere,
+            1 => Shape::Cylinder,
+            2 => Shape::HemisphericalCylinder,
+            _ => Shape::Box,
+        };
         body.radius = self.scalar(Id::Radius);
         body.length = self.scalar(Id::Length);
         body.mass = self.scalar(Id::Mass);
+        body.size = self.vector(Id::Size);
         body.position = motion.position;
         body.velocity = motion.velocity;
         body.orientation = motion.orientation;
@@ -213,6 +220,10 @@ pub fn of_scene(scene: &Scene, id: Id) -> Option<[f64; 4]> {
         Id::Seed => scene.seed as f64,
         Id::ForceWindow => scene.force_window,
         Id::TrackDetachment => f64::from(u8::from(scene.track_detachment)),
+        Id::Size => {
+            let [a, b, c] = body.size;
+            return Some([a, b, c, 0.0]);
+        }
         Id::SheetOrientation => return Some(sheet.orientation),
         Id::SheetPosition => {
             let [x, y, z] = sheet.position;
@@ -246,6 +257,19 @@ mod tests {
         parameters.set(Id::Preset, 0, 1.0);
         parameters.place_projectile();
         assert!((parameters.vector(Id::Position)[2] + 7.35e-3).abs() < 1e-15);
+        // The nose of a hemispherical cylinder, whose centre of mass is not in its middle.
+        parameters.set(Id::Shape, 0, 2.0);
+        parameters.set(Id::Length, 0, 6.35e-3);
+        parameters.place_projectile();
+        assert!((parameters.vector(Id::Position)[2] + 1e-3 + 0.625 * 6.35e-3).abs() < 1e-15);
+        // A box on its edge.
+        parameters.set(Id::Shape, 0, 3.0);
+        let eighth = core::f64::consts::PI / 8.0;
+        parameters.set(Id::Orientation, 0, fabric::math::cos(eighth));
+        parameters.set(Id::Orientation, 1, fabric::math::sin(eighth));
+        parameters.place_projectile();
+        let diagonal = 0.0127 * core::f64::consts::FRAC_1_SQRT_2;
+        assert!((parameters.vector(Id::Position)[2] + 1e-3 + diagonal).abs() < 1e-15);
         let scene = parameters.scene();
         assert_eq!(scene.sheet, Scene::sheet_3in_sphere().sheet);
         assert_eq!(scene.yarn, Scene::sheet_3in_sphere().yarn);

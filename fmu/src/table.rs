@@ -23,6 +23,7 @@ pub enum Id {
     Radius,
     Length,
     Mass,
+    Size,
     NodesX,
     NodesY,
     Spacing,
@@ -229,7 +230,12 @@ pub const PRESET: Choice = Choice {
 /// The projectile's form.
 pub const SHAPE: Choice = Choice {
     name: "Shape",
-    items: &[("sphere", "sphere; feels no torque"), ("cylinder", "flat-ended cylinder along the body's z axis")],
+    items: &[
+        ("sphere", "sphere; feels no torque"),
+        ("cylinder", "flat-ended cylinder along the body's z axis"),
+        ("hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end"),
+        ("box", "box with its edges along the body's axes"),
+    ],
 };
 
 /// Which nodes are held.
@@ -389,8 +395,8 @@ pub const VARIABLES: &[Variable] = &[
         "Where parameters come from that the host does not set. A parameter that the host sets counts over any preset",
     ),
     parameter(Id::Shape, "projectile.shape", 210, Kind::Choice(&SHAPE), &[1.0], "Form of the projectile"),
-    real(Id::Radius, "projectile.radius", 211, "m", &[6.35e-3], "Radius, at least sheet.spacing").nominal(1e-2),
-    real(Id::Length, "projectile.length", 212, "m", &[0.0381], "Length along the axis (not read for a sphere)")
+    real(Id::Radius, "projectile.radius", 211, "m", &[6.35e-3], "Radius, at least sheet.spacing (not read for a box)").nominal(1e-2),
+    real(Id::Length, "projectile.length", 212, "m", &[0.0381], "Whole length along the axis (read for the cylinders only)")
         .nominal(1e-2),
     real(
         Id::Mass,
@@ -401,6 +407,16 @@ pub const VARIABLES: &[Variable] = &[
         "Mass, at least that of a node. Mode host_driven: 0 if not known; then there is no interface.residual and no \
          acceleration from the mean force",
     )
+    .nominal(1e-2),
+    real(
+        Id::Size,
+        "projectile.size",
+        214,
+        "m",
+        &[0.0127; 3],
+        "Edge lengths of a box, each at least twice sheet.spacing (read for a box only)",
+    )
+    .shaped(&[3])
     .nominal(1e-2),
     parameter(Id::NodesX, "sheet.nodes_x", 220, Kind::Integer, &[350.0], "Nodes along x, at least 2").range(0.0, LARGEST),
     parameter(Id::NodesY, "sheet.nodes_y", 221, Kind::Integer, &[350.0], "Nodes along y, at least 2").range(0.0, LARGEST),

@@ -77,21 +77,19 @@ impl Candidate {
 }
 
 /// The body as the search for candidates sees it.
-pub struct Search {
-    solid: Solid,
+pub struct Search<'s> {
+    solid: &'s Solid,
     body: Body,
-    axis: Vector,
     half: [f64; 3],
     margin: f64,
 }
 
-impl Search {
+impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
-    pub fn new(solid: &Solid, body: &Body, margin: f64) -> Search {
-        let axis = projectile::out_of_body(&body.orientation, &Vector::new(0.0, 0.0, 1.0));
+    pub fn new(solid: &'s Solid, body: &Body, margin: f64) -> Search<'s> {
         // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
-        let half = solid.half_extents(&axis).map(|extent| extent + margin * (1.0 + 1e-9));
-        Search { solid: *solid, body: *body, axis, half, margin }
+        let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
+        Search { solid, body: *body, half, margin }
     }
 
     /// Whether any of the y values from `low` to `high`, m, lies in the body's box.
@@ -122,11 +120,6 @@ impl Search {
         let gap = self.solid.gap(&r_body);
         (gap.distance < self.margin)
             .then(|| (gap.distance, projectile::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
-    }
-
-    /// The body's axis in the sheet's frame.
-    pub fn axis(&self) -> Vector {
-        self.axis
     }
 }
 

@@ -64,6 +64,12 @@ pub enum Code {
     ImageOfAnotherScene = -26,
     /// The image has a correct checksum but holds values no simulation can have.
     ImageInvalid = -27,
+    /// A normal is not of unit length (to 1e-6).
+    BadNormal = -28,
+    /// The faces of a polyhedron do not enclose a body.
+    UnboundedFaces = -29,
+    /// Moments of inertia that no body has: one is greater than the other two together.
+    ImpossibleMoments = -30,
     /// Mirror planes with something they would change: random yarn, a prescribed body, a hit or load off the planes.
     NotSymmetric = -31,
     /// The scene asks for something this build was made without.
@@ -80,7 +86,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 33] = [
+    pub const ALL: [Code; 36] = [
         Code::NullPointer,
         Code::ShortBuffer,
         Code::Misaligned,
@@ -108,6 +114,9 @@ impl Code {
         Code::ImageMalformed,
         Code::ImageOfAnotherScene,
         Code::ImageInvalid,
+        Code::BadNormal,
+        Code::UnboundedFaces,
+        Code::ImpossibleMoments,
         Code::NotSymmetric,
         Code::NotBuilt,
         Code::NonFinite,
@@ -151,6 +160,9 @@ impl Code {
             Code::ImageMalformed => c"snapshot image malformed or altered",
             Code::ImageOfAnotherScene => c"snapshot image of another scene or version",
             Code::ImageInvalid => c"snapshot image holds impossible values",
+            Code::BadNormal => c"not a unit normal",
+            Code::UnboundedFaces => c"faces do not enclose a body",
+            Code::ImpossibleMoments => c"moments of inertia that no body has",
             Code::NotSymmetric => c"not symmetric about the mirror planes",
             Code::NotBuilt => c"this build was made without it",
             Code::NonFinite => c"a non-finite number appeared in the state",

@@ -396,7 +396,7 @@ impl Sim<'_> {
             body: &self.state.body,
             work: self.state.sums.work,
             impulses: self.state.sums.impulses,
-            radius: self.scene.projectile.radius,
+            radius: self.model.solid.radius(),
             reach: self.model.solid.reach(),
             half_size: self.scene.half_size(),
         };

@@ -6,6 +6,7 @@
 
 use crate::error::{Code, Error};
 use crate::scene::{Integrator, Scene, Shape};
+use crate::shape::Solid;
 use crate::sweep::Axis;
 use crate::symmetry::Line;
 
@@ -201,7 +202,12 @@ fn candidate_capacity(scene: &Scene) -> usize {
     let (radius, length) = (body.radius / h + 1.0, body.length / h + 2.0);
     let surface = match body.shape {
         Shape::Sphere => 2.0 * core::f64::consts::TAU * radius * radius,
-        Shape::Cylinder => core::f64::consts::TAU * radius * (radius + length),
+        // A convex body has no more surface than what encloses it: the cylinder, or the box of the polyhedron's extents.
+        Shape::Cylinder | Shape::HemisphericalCylinder => core::f64::consts::TAU * radius * (radius + length),
+        Shape::Box | Shape::Polyhedron => {
+            let [a, b, c] = Solid::of(body).edges().map(|edge| edge / h + 2.0);
+            2.0 * (a * b + b * c + c * a)
+        }
     };
     // A float-to-integer cast saturates; the caller takes the smaller of this and the number of nodes.
     (4.0 * surface * scene.symmetry.share()) as usize

@@ -47,7 +47,9 @@ pub mod math;
 mod model;
 pub mod outcome;
 pub mod path;
+pub mod polyhedron;
 pub mod pose;
+pub mod prism;
 pub mod projectile;
 pub mod random;
 pub mod scene;
@@ -70,7 +72,7 @@ pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Integrator, Projectile, RotationRule, Scene, Shape, Sheet, StepCheck,
-    StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, MAX_FACES, Projectile, RotationRule, Scene, Shape,
+    Sheet, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};

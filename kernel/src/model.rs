@@ -53,8 +53,8 @@ impl Model {
         Model {
             limits,
             pose: Pose::of_sheet(&scene.sheet),
-            solid,
             inertia: Inertia::of(&solid, scene.projectile.mass, scene.drive == Drive::Free),
+            solid,
             law,
             critical: law.critical_excess(),
             node_mass,

@@ -105,7 +105,7 @@ pub struct Sight<'a> {
     pub work: f64,
     /// Nodal impulses so far.
     pub impulses: u64,
-    /// Radius of the projectile, m.
+    /// Radius of the projectile, m ([`crate::shape::Solid::radius`]).
     pub radius: f64,
     /// Distance from the centre to the farthest surface point, m.
     pub reach: f64,

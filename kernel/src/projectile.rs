@@ -241,7 +241,7 @@ mod tests {
     #[test]
     fn axisymmetric_precession_rate() {
         // Body-frame precession of the transverse rate at (I_a - I_t)/I_t times the axial spin.
-        let solid = Solid { shape: crate::scene::Shape::Cylinder, radius: 6.35e-3, half_length: 0.01905 };
+        let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
         let moments = Vector::from(solid.inertia(0.037));
         let rate = (moments.z - moments.x) / moments.x;
         assert!((rate + 0.846153846).abs() < 1e-9);

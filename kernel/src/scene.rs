@@ -6,6 +6,7 @@
 use crate::error::{Code, Error};
 use crate::math;
 use crate::random::{self, Purpose};
+use crate::shape::{self, Solid};
 use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 
@@ -114,6 +115,41 @@ pub enum Shape {
     Sphere = 0,
     /// A flat-ended cylinder of `radius` and `length` along its body z axis.
     Cylinder = 1,
+    /// A cylinder of `radius` and total `length` with a hemisphere at its body +z end and a flat at the other.
+    HemisphericalCylinder = 2,
+    /// A box of edge lengths `size` along the body axes.
+    Box = 3,
+    /// A convex polyhedron: `faces` and `moments`. See [`crate::prism`] for prisms and disc sectors.
+    Polyhedron = 4,
+}
+
+/// Largest number of faces of a polyhedron.
+pub const MAX_FACES: usize = 16;
+
+/// The faces of a convex polyhedron {x : n_k.x <= b_k for all k}, in body axes, from the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Faces {
+    /// Number of faces, 4 ..= [`MAX_FACES`] for a polyhedron.
+    pub count: u32,
+    /// Of each face the outward unit normal (3) and its distance b from the centre of mass, m, > 0. Beyond `count` not read.
+    pub planes: [[f64; 4]; MAX_FACES],
+}
+
+impl Faces {
+    /// No faces: what the other shapes carry.
+    pub const NONE: Faces = Faces { count: 0, planes: [[0.0; 4]; MAX_FACES] };
+
+    /// These faces. Of more than [`MAX_FACES`] the rest is left out and `count` says so, which [`Scene::check`] refuses.
+    pub fn of(planes: &[[f64; 4]]) -> Faces {
+        let mut faces = Faces { count: u32::try_from(planes.len()).unwrap_or(u32::MAX), ..Faces::NONE };
+        faces.planes.iter_mut().zip(planes).for_each(|(place, plane)| *place = *plane);
+        faces
+    }
+
+    /// The faces in use.
+    pub fn in_use(&self) -> &[[f64; 4]] {
+        self.planes.get(..self.count as usize).unwrap_or(&self.planes)
+    }
 }
 
 /// The rigid projectile and its motion at the start.
@@ -121,10 +157,18 @@ pub enum Shape {
 pub struct Projectile {
     /// Form.
     pub shape: Shape,
-    /// Radius, m, >= the node spacing.
+    /// Radius, m, >= the node spacing (not read for a box or a polyhedron).
     pub radius: f64,
-    /// Length along the axis, m, > 0 (not read for a sphere).
+    /// Length along the axis, m, at least two node spacings, and at least the radius with a hemispherical end (read for
+    /// the two cylinders only).
     pub length: f64,
+    /// Edge lengths of a box along the body axes, m, each at least two node spacings (read for a box only).
+    pub size: [f64; 3],
+    /// Faces of a polyhedron, none nearer to the centre of mass than the node spacing (read for a polyhedron only).
+    pub faces: Faces,
+    /// Principal moments of inertia of a polyhedron about its centre of mass, kg m^2, > 0, none greater than the other two
+    /// together; the body axes are the principal axes (read for a polyhedron of known mass only; other shapes are homogeneous).
+    pub moments: [f64; 3],
     /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved by the host.
     pub mass: f64,
     /// Centre of mass at the start, m.
@@ -289,6 +333,9 @@ impl Scene {
                 shape: Shape::Sphere,
                 radius,
                 length: 2.0 * radius,
+                size: [2.0 * radius; 3],
+                faces: Faces::NONE,
+                moments: [0.0; 3],
                 mass: 8.4e-3,
                 position: [0.0, 0.0, -radius],
                 velocity: [0.0, 0.0, 100.0],
@@ -526,17 +573,7 @@ impl Scene {
 
     fn check_projectile(&self) -> Result<(), Error> {
         let body = &self.projectile;
-        positive("projectile.radius", body.radius)?;
-        if body.radius < self.sheet.spacing {
-            return Err(Error::new(Code::ProjectileTooSmall, "projectile.radius", body.radius, self.sheet.spacing));
-        }
-        if body.shape == Shape::Cylinder {
-            positive("projectile.length", body.length)?;
-            if body.length < 2.0 * self.sheet.spacing {
-                let limit = 2.0 * self.sheet.spacing;
-                return Err(Error::new(Code::ProjectileTooSmall, "projectile.length", body.length, limit));
-            }
-        }
+        shape::check(body, self.sheet.spacing)?;
         finite("projectile.mass", body.mass)?;
         if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
             positive("projectile.mass", body.mass)?;
@@ -580,8 +617,10 @@ impl Scene {
             return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
         }
         // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.
-        let offset = crate::pose::Pose::of_sheet(&self.sheet).point_in(self.projectile.position);
-        let reach = self.projectile.radius;
+        let pose = crate::pose::Pose::of_sheet(&self.sheet);
+        let offset = pose.point_in(self.projectile.position);
+        let orientation = crate::pose::normalised(pose.orientation_in(self.projectile.orientation));
+        let reach = Solid::of(&self.projectile).reach_in_plane(&orientation);
         for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
             if gap <= radius {

@@ -1,23 +1,47 @@
-//! Signed distance and outward normal of each projectile shape, in the body's frame.
+//! Signed distance and outward normal of each projectile shape, in the body's frame, and its mass properties.
 //!
 //! Method: the gap function of a convex body is convex, 1-Lipschitz and zero on the surface; the contact law's
-//! non-penetration rests on that. Sphere and flat-ended cylinder (axis = body z): true distance.
+//! non-penetration rests on that, and on nothing else. Sphere, flat-ended cylinder and cylinder with a hemispherical end
+//! (axis = body z): true distance. Box and polyhedron: the greatest distance from a face's plane ([`crate::polyhedron`]).
+//! The body's origin is its centre of mass, its axes are principal axes.
 //! Limits: the radius must be at least the node spacing, or nodes do not see the body.
 //! Reference: I. Quilez, "Distance functions" (the cylinder's two-dimensional distance to a rectangle).
 
+use crate::error::{Code, Error};
 use crate::math;
+use crate::polyhedron::{self, Polyhedron};
 use crate::pose::Vector;
-use crate::scene::{Projectile, Shape};
+use crate::projectile::into_body;
+use crate::scene::{self, Faces, Projectile, Shape};
+use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solid {
-    /// Form.
-    pub shape: Shape,
-    /// Radius, m.
-    pub radius: f64,
-    /// Half the length along the axis, m (the radius for a sphere).
-    pub half_length: f64,
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)] // Made once for a simulation, and there is no heap.
+pub enum Solid {
+    /// Sphere.
+    Sphere {
+        /// Radius, m.
+        radius: f64,
+    },
+    /// Flat-ended cylinder along z.
+    Cylinder {
+        /// Radius, m.
+        radius: f64,
+        /// Half the length, m.
+        half_length: f64,
+    },
+    /// Cylinder along z with a hemisphere at its +z end.
+    HemisphericalCylinder {
+        /// Radius of cylinder and hemisphere, m.
+        radius: f64,
+        /// Length of the cylindrical part, m, >= 0.
+        shank: f64,
+        /// z of the hemisphere's centre from the centre of mass, m. The flat end is at z = nose - shank.
+        nose: f64,
+    },
+    /// Box or polyhedron.
+    Polyhedron(Polyhedron),
 }
 
 /// Gap of a point: signed distance (negative inside) and outward unit normal.
@@ -29,96 +53,306 @@ pub struct Gap {
     pub normal: Vector,
 }
 
+/// Refuses dimensions that are not numbers, too small for the node spacing, or of no body. `moments` only of known mass.
+pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
+    let too_small = |field, value, limit| Err(Error::new(Code::ProjectileTooSmall, field, value, limit));
+    match body.shape {
+        Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => {
+            scene::positive("projectile.radius", body.radius)?;
+            if body.radius < spacing {
+                return too_small("projectile.radius", body.radius, spacing);
+            }
+        }
+        Shape::Box => {
+            for edge in body.size {
+                scene::positive("projectile.size", edge)?;
+                if edge < 2.0 * spacing {
+                    return too_small("projectile.size", edge, 2.0 * spacing);
+                }
+            }
+        }
+        Shape::Polyhedron => {
+            polyhedron::check(&body.faces, spacing)?;
+            if body.mass != 0.0 {
+                check_moments(body.moments)?;
+            }
+        }
+    }
+    if matches!(body.shape, Shape::Cylinder | Shape::HemisphericalCylinder) {
+        scene::positive("projectile.length", body.length)?;
+        if body.length < 2.0 * spacing {
+            return too_small("projectile.length", body.length, 2.0 * spacing);
+        }
+        if body.shape == Shape::HemisphericalCylinder && body.length < body.radius {
+            return Err(Error::new(Code::OutOfRange, "projectile.length", body.length, body.radius));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses moments that are not positive, and any greater than the other two together (beyond rounding).
+fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
+    moments.iter().try_for_each(|&moment| scene::positive("projectile.moments", moment))?;
+    let sum = moments[0] + moments[1] + moments[2];
+    for moment in moments {
+        let others = sum - moment;
+        if moment > others * (1.0 + 1e-9) {
+            return Err(Error::new(Code::ImpossibleMoments, "projectile.moments", moment, others));
+        }
+    }
+    Ok(())
+}
+
 impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
-        let half_length = match body.shape {
-            Shape::Sphere => body.radius,
-            Shape::Cylinder => 0.5 * body.length,
-        };
-        Solid { shape: body.shape, radius: body.radius, half_length }
+        let radius = body.radius;
+        match body.shape {
+            Shape::Sphere => Solid::Sphere { radius },
+            Shape::Cylinder => Solid::Cylinder { radius, half_length: 0.5 * body.length },
+            Shape::HemisphericalCylinder => {
+                let shank = body.length - radius;
+                Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
+            }
+            Shape::Box => {
+                let [a, b, c] = body.size;
+                let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
+                Solid::Polyhedron(Polyhedron::new(&box_faces(body.size), gyration))
+            }
+            Shape::Polyhedron => {
+                // A body of unknown mass has no known moments.
+                let known = body.mass > 0.0;
+                let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
+                Solid::Polyhedron(Polyhedron::new(&body.faces, gyration))
+            }
+        }
+    }
+
+    /// The radius that "exited" measures travel by, m: for a box half the least edge, for a polyhedron the least distance of
+    /// a face from the centre of mass.
+    pub fn radius(&self) -> f64 {
+        match self {
+            Solid::Sphere { radius } | Solid::Cylinder { radius, .. } | Solid::HemisphericalCylinder { radius, .. } => {
+                *radius
+            }
+            Solid::Polyhedron(body) => body.least_distance(),
+        }
     }
 
     /// Distance from the centre of mass to the farthest surface point, m.
     pub fn reach(&self) -> f64 {
-        match self.shape {
-            Shape::Sphere => self.radius,
-            Shape::Cylinder => math::sqrt(self.radius * self.radius + self.half_length * self.half_length),
+        match self {
+            Solid::Sphere { radius } => *radius,
+            Solid::Cylinder { radius, half_length } => math::sqrt(radius * radius + half_length * half_length),
+            Solid::HemisphericalCylinder { radius, shank, nose } => {
+                let end = nose - shank;
+                let rim = math::sqrt(radius * radius + end * end);
+                if nose + radius > rim { nose + radius } else { rim }
+            }
+            Solid::Polyhedron(body) => body.reach(),
         }
+    }
+
+    /// Radius of the circle in the sheet's plane that the body covers, seen along the sheet's normal, m. `orientation`: the
+    /// body's in the sheet's frame. Cylinders count as upright, as in the paper.
+    pub fn reach_in_plane(&self, orientation: &Quaternion<f64>) -> f64 {
+        match self {
+            Solid::Polyhedron(body) => body.reach_across(&into_body(orientation, &Vector::new(0.0, 0.0, 1.0))),
+            _ => self.radius(),
+        }
+    }
+
+    /// Edge lengths of the box along the body axes that holds the solid, m.
+    pub fn edges(&self) -> [f64; 3] {
+        let [x, y, z] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
+        [x, y, z].map(|axis| self.support(&axis) + self.support(&-axis))
     }
 
     /// Whether contact forces can turn the body. A sphere's pass through its centre.
     pub fn feels_torque(&self) -> bool {
-        self.shape != Shape::Sphere
+        !matches!(self, Solid::Sphere { .. })
     }
 
-    /// Principal moments of inertia of the homogeneous solid about its centre, kg m^2, for a given mass.
+    /// Principal moments of inertia about the centre of mass, kg m^2, for a given mass. Homogeneous but for a polyhedron,
+    /// whose radii of gyration are those of the projectile it was made of.
     pub fn inertia(&self, mass: f64) -> [f64; 3] {
-        let r2 = self.radius * self.radius;
-        match self.shape {
-            Shape::Sphere => [0.4 * mass * r2; 3],
-            Shape::Cylinder => {
-                let length = 2.0 * self.half_length;
+        match self {
+            Solid::Sphere { radius } => [0.4 * mass * (radius * radius); 3],
+            Solid::Cylinder { radius, half_length } => {
+                let (r2, length) = (radius * radius, 2.0 * half_length);
                 let transverse = mass * (3.0 * r2 + length * length) / 12.0;
                 [transverse, transverse, 0.5 * mass * r2]
             }
+            Solid::HemisphericalCylinder { radius, shank, nose } => {
+                // Parts: a cylinder with its centre at nose - shank/2, and a hemisphere with its own at nose + 3R/8, whose
+                // transverse moment about that centre is (2/5 - 9/64) m R^2 = 83/320 m R^2.
+                let r2 = radius * radius;
+                let whole = shank + 2.0 / 3.0 * radius;
+                let (rod, cap) = (mass * shank / whole, mass * (2.0 / 3.0 * radius) / whole);
+                let (rod_at, cap_at) = (nose - 0.5 * shank, nose + 0.375 * radius);
+                let transverse = rod * ((3.0 * r2 + shank * shank) / 12.0 + rod_at * rod_at)
+                    + cap * (83.0 / 320.0 * r2 + cap_at * cap_at);
+                [transverse, transverse, (0.5 * rod + 0.4 * cap) * r2]
+            }
+            Solid::Polyhedron(body) => body.gyration().map(|squared_radius| mass * squared_radius),
         }
     }
 
-    /// Half extents along the world axes of the box around the body, m; `axis` is the body's z axis in the world.
-    pub fn half_extents(&self, axis: &Vector) -> [f64; 3] {
-        match self.shape {
-            Shape::Sphere => [self.radius; 3],
-            Shape::Cylinder => [axis.x, axis.y, axis.z].map(|a| {
-                let a = if a < 0.0 { -a } else { a };
-                let across = 1.0 - a * a;
-                self.half_length * a + self.radius * math::sqrt(if across > 0.0 { across } else { 0.0 })
-            }),
+    /// How far the body reaches from its centre of mass along a unit direction given in body axes, m.
+    pub fn support(&self, direction: &Vector) -> f64 {
+        let along = if direction.z < 0.0 { -direction.z } else { direction.z };
+        let across = 1.0 - along * along;
+        let across = math::sqrt(if across > 0.0 { across } else { 0.0 });
+        match self {
+            Solid::Sphere { radius } => *radius,
+            Solid::Cylinder { radius, half_length } => half_length * along + radius * across,
+            Solid::HemisphericalCylinder { radius, nose, .. } if direction.z > 0.0 => nose * along + radius,
+            Solid::HemisphericalCylinder { radius, shank, nose } => (shank - nose) * along + radius * across,
+            Solid::Polyhedron(body) => body.support(direction),
         }
+    }
+
+    /// Whether the plane through the centre of mass with this unit normal, in body axes, mirrors the body onto itself, its
+    /// inertia included (to 1e-9).
+    pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
+        let (along, across) = (normal.z * normal.z, normal.x * normal.x + normal.y * normal.y);
+        match self {
+            Solid::Sphere { .. } => true,
+            Solid::Cylinder { .. } => along <= 1e-18 || across <= 1e-18,
+            Solid::HemisphericalCylinder { .. } => along <= 1e-18,
+            Solid::Polyhedron(body) => body.is_mirrored_by(normal),
+        }
+    }
+
+    /// Half extents along the axes of the box about the centre of mass that holds the body, m, in the frame in which it has
+    /// this orientation.
+    pub fn half_extents(&self, orientation: &Quaternion<f64>) -> [f64; 3] {
+        let [x, y, z] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
+        [x, y, z].map(|axis| {
+            let direction = into_body(orientation, &axis);
+            let (ahead, behind) = (self.support(&direction), self.support(&-direction));
+            if ahead > behind { ahead } else { behind }
+        })
     }
 
     /// Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
-        match self.shape {
-            Shape::Sphere => {
-                let length = math::length([p.x, p.y, p.z]);
+        match self {
+            Solid::Sphere { radius } => {
                 // At the very centre every direction is as good: a fixed one keeps the bits.
-                let normal = if length > 0.0 { p / length } else { Vector::new(0.0, 0.0, -1.0) };
-                Gap { distance: length - self.radius, normal }
+                ball_gap(p, *radius, Vector::new(0.0, 0.0, -1.0))
             }
-            Shape::Cylinder => self.cylinder_gap(p),
+            Solid::Cylinder { radius, half_length } => {
+                let axial = Vector::new(0.0, 0.0, if p.z < 0.0 { -1.0 } else { 1.0 });
+                let beyond_end = (if p.z < 0.0 { -p.z } else { p.z }) - half_length;
+                rim_gap(p, *radius, beyond_end, axial)
+            }
+            Solid::HemisphericalCylinder { radius, shank, nose } => {
+                let from_nose = Vector::new(p.x, p.y, p.z - nose);
+                let beyond_end = -from_nose.z - shank;
+                let flat = Vector::new(0.0, 0.0, -1.0);
+                if from_nose.z <= 0.0 {
+                    return rim_gap(p, *radius, beyond_end, flat);
+                }
+                let cap = ball_gap(&from_nose, *radius, Vector::new(0.0, 0.0, 1.0));
+                if cap.distance > beyond_end { cap } else { Gap { distance: beyond_end, normal: flat } }
+            }
+            Solid::Polyhedron(body) => body.gap(p),
         }
     }
+}
 
-    fn cylinder_gap(&self, p: &Vector) -> Gap {
-        let from_axis = math::sqrt(p.x * p.x + p.y * p.y);
-        let radial = if from_axis > 0.0 {
-            Vector::new(p.x / from_axis, p.y / from_axis, 0.0)
-        } else {
-            Vector::new(1.0, 0.0, 0.0)
-        };
-        let axial = Vector::new(0.0, 0.0, if p.z < 0.0 { -1.0 } else { 1.0 });
-        let beyond_side = from_axis - self.radius;
-        let beyond_end = (if p.z < 0.0 { -p.z } else { p.z }) - self.half_length;
-        if beyond_side > 0.0 && beyond_end > 0.0 {
-            let distance = math::sqrt(beyond_side * beyond_side + beyond_end * beyond_end);
-            let normal = radial * (beyond_side / distance) + axial * (beyond_end / distance);
-            Gap { distance, normal }
-        } else if beyond_side > beyond_end {
-            Gap { distance: beyond_side, normal: radial }
-        } else {
-            Gap { distance: beyond_end, normal: axial }
-        }
+/// z of the hemisphere's centre from the centre of mass. From that centre, a cylinder of volume pi R^2 c has its own at
+/// -c/2 and a hemisphere of volume 2/3 pi R^3 at 3R/8.
+fn nose(radius: f64, shank: f64) -> f64 {
+    (0.5 * shank * shank - 0.25 * radius * radius) / (shank + 2.0 / 3.0 * radius)
+}
+
+/// The faces of a box in the order +x, -x, +y, -y, +z, -z.
+fn box_faces([a, b, c]: [f64; 3]) -> Faces {
+    Faces::of(&[
+        [1.0, 0.0, 0.0, 0.5 * a],
+        [-1.0, 0.0, 0.0, 0.5 * a],
+        [0.0, 1.0, 0.0, 0.5 * b],
+        [0.0, -1.0, 0.0, 0.5 * b],
+        [0.0, 0.0, 1.0, 0.5 * c],
+        [0.0, 0.0, -1.0, 0.5 * c],
+    ])
+}
+
+fn ball_gap(p: &Vector, radius: f64, normal_at_centre: Vector) -> Gap {
+    let length = math::length([p.x, p.y, p.z]);
+    let normal = if length > 0.0 { p / length } else { normal_at_centre };
+    Gap { distance: length - radius, normal }
+}
+
+/// Gap of a tube about z that ends in a flat `beyond_end` short of the point.
+fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
+    let from_axis = math::sqrt(p.x * p.x + p.y * p.y);
+    let radial =
+        if from_axis > 0.0 { Vector::new(p.x / from_axis, p.y / from_axis, 0.0) } else { Vector::new(1.0, 0.0, 0.0) };
+    let beyond_side = from_axis - radius;
+    if beyond_side > 0.0 && beyond_end > 0.0 {
+        let distance = math::sqrt(beyond_side * beyond_side + beyond_end * beyond_end);
+        let normal = radial * (beyond_side / distance) + axial * (beyond_end / distance);
+        Gap { distance, normal }
+    } else if beyond_side > beyond_end {
+        Gap { distance: beyond_side, normal: radial }
+    } else {
+        Gap { distance: beyond_end, normal: axial }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prism;
     use crate::scene::Scene;
+    use std::vec::Vec;
 
     fn cylinder() -> Solid {
         Solid::of(&Scene::sheet_10in_cylinder().projectile)
+    }
+
+    fn bullet(radius: f64, length: f64) -> Solid {
+        let base = Scene::sheet_3in_sphere().projectile;
+        Solid::of(&Projectile { shape: Shape::HemisphericalCylinder, radius, length, ..base })
+    }
+
+    fn cuboid(size: [f64; 3]) -> Solid {
+        Solid::of(&Projectile { shape: Shape::Box, size, ..Scene::sheet_3in_sphere().projectile })
+    }
+
+    /// A regular tetrahedron, whose moments are M e^2/20 with edge e = sqrt(24) times the radius of the inscribed sphere.
+    fn tetrahedron(inscribed: f64) -> Solid {
+        let n = math::sqrt(1.0 / 3.0);
+        let faces = [[n, n, n, inscribed], [n, -n, -n, inscribed], [-n, n, -n, inscribed], [-n, -n, n, inscribed]];
+        let (mass, base) = (0.02, Scene::sheet_3in_sphere().projectile);
+        let moments = [mass * 24.0 * inscribed * inscribed / 20.0; 3];
+        Solid::of(&Projectile { shape: Shape::Polyhedron, faces: Faces::of(&faces), moments, mass, ..base })
+    }
+
+    fn sector() -> Solid {
+        Solid::of(&prism::disc_sector(0.005, 0.02, 1.2, 0.008, 0.02).unwrap().projectile)
+    }
+
+    /// One of each shape; the hemispherical cylinder long, stubby, and with no shank at all. All within 30 mm.
+    fn all() -> [Solid; 8] {
+        [
+            Solid::of(&Scene::sheet_3in_sphere().projectile),
+            cylinder(),
+            bullet(6e-3, 0.03),
+            bullet(0.01, 0.014),
+            bullet(0.01, 0.01),
+            cuboid([0.01, 0.016, 0.024]),
+            tetrahedron(4e-3),
+            sector(),
+        ]
+    }
+
+    fn random_point(k: u64, half: f64) -> Vector {
+        let c = |m: u64| half * (2.0 * (crate::random::splitmix64(3 * k + m) >> 11) as f64 / (1u64 << 53) as f64 - 1.0);
+        Vector::new(c(0), c(1), c(2))
     }
 
     #[test]
@@ -128,6 +362,61 @@ mod tests {
         let rod = cylinder().inertia(0.037);
         assert!((rod[0] / 4.848781e-6 - 1.0).abs() < 1e-6);
         assert!((rod[2] / 7.459662e-7 - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn inertia_against_closed_forms() {
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-14, "{a:e} {b:e}");
+        // A hemisphere: 83/320 m R^2 across, 2/5 m R^2 along; its centre 3/8 R from the flat.
+        let Solid::HemisphericalCylinder { nose, shank, .. } = bullet(0.01, 0.01) else { panic!() };
+        assert_eq!(shank, 0.0);
+        close(nose, -0.375 * 0.01);
+        let half = bullet(0.01, 0.01).inertia(2.0);
+        close(half[0], 83.0 / 320.0 * 2.0 * 1e-4);
+        close(half[2], 0.4 * 2.0 * 1e-4);
+        // A long one is nearly a rod: m L^2/12.
+        let rod = bullet(1e-3, 100.0).inertia(3.0);
+        assert!((rod[0] / (3.0 * 100.0 * 100.0 / 12.0) - 1.0).abs() < 1e-4);
+        let edges = cuboid([3e-3, 4e-3, 12e-3]).inertia(12.0);
+        close(edges[0], 160e-6);
+        close(edges[1], 153e-6);
+        close(edges[2], 25e-6);
+        tetrahedron(5e-3).inertia(0.02).iter().for_each(|&moment| close(moment, 0.02 * 24.0 * 25e-6 / 20.0));
+    }
+
+    /// Centre of mass, and inertia tensor over the mass (xx yy zz yz zx xy), by the middles of 120 cells an edge of the
+    /// enclosing cube. The cells are turned so that no face of the body is in line with them.
+    fn integrals(solid: &Solid) -> (Vector, [f64; 6]) {
+        const CELLS: i32 = 120;
+        let step = 2.0 * solid.reach() / CELLS as f64;
+        let at = |k: i32| (k as f64 - 0.5 * CELLS as f64 + 0.5) * step;
+        let turn = Quaternion::new(0.8, 0.31, -0.23, 0.45).normalize();
+        let (mut cells, mut sum, mut second) = (0.0, Vector::zeros(), [0.0; 6]);
+        for (i, j, k) in (0..CELLS).flat_map(|i| (0..CELLS).flat_map(move |j| (0..CELLS).map(move |k| (i, j, k)))) {
+            let p = into_body(&turn, &Vector::new(at(i), at(j), at(k)));
+            if solid.gap(&p).distance < 0.0 {
+                let (xx, yy, zz) = (p.x * p.x, p.y * p.y, p.z * p.z);
+                let terms = [yy + zz, xx + zz, xx + yy, p.y * p.z, p.z * p.x, p.x * p.y];
+                second.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+                sum += p;
+                cells += 1.0;
+            }
+        }
+        (sum / cells, second.map(|sum| sum / cells))
+    }
+
+    /// The gap function and the mass properties tell of one body: origin in its centre of mass, axes principal.
+    #[test]
+    fn inertia_against_integrals_over_the_inside() {
+        for solid in all() {
+            let (centre, second) = integrals(&solid);
+            let reach = solid.reach();
+            assert!(centre.norm() < 1e-3 * reach, "{:e} of {reach:e}: {solid:?}", centre.norm());
+            for (moment, integral) in solid.inertia(1.0).iter().zip(second) {
+                assert!((moment / integral - 1.0).abs() < 2e-3, "{moment:e} {integral:e}: {solid:?}");
+            }
+            second[3..].iter().for_each(|product| assert!(product.abs() < 5e-4 * reach * reach));
+        }
     }
 
     #[test]
@@ -144,20 +433,88 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_convex_and_one_lipschitz() {
-        // Along random chords: the middle is no farther than the mean of the ends, and no slope exceeds 1.
-        for solid in [cylinder(), Solid::of(&Scene::sheet_3in_sphere().projectile)] {
-            let point = |k: u64| {
-                let c =
-                    |m: u64| (crate::random::splitmix64(3 * k + m) >> 11) as f64 / (1u64 << 53) as f64 * 0.06 - 0.03;
-                Vector::new(c(0), c(1), c(2))
+    fn hemispherical_cylinder_distances() {
+        let (r, shank) = (6e-3, 0.024);
+        let solid = bullet(r, r + shank);
+        let Solid::HemisphericalCylinder { nose, .. } = solid else { panic!() };
+        let at = |x, y, z| solid.gap(&Vector::new(x, y, nose + z)).distance;
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-17, "{a} {b}");
+        close(at(0.0, 0.0, r), 0.0);
+        close(at(0.0, 0.6 * r, 0.8 * r), 0.0);
+        close(at(r, 0.0, 0.0), 0.0);
+        close(at(0.0, -r, -0.7 * shank), 0.0);
+        close(at(0.0, 0.3 * r, -shank), 0.0);
+        close(at(3e-3, 0.0, 4e-3), -1e-3);
+        close(at(9e-3, 0.0, 12e-3), 9e-3);
+        close(at(0.0, r + 3e-3, -shank - 4e-3), 5e-3);
+        close(at(0.0, 0.0, -shank + 1e-3), -1e-3);
+        // Above the middle of a hemisphere's flat the flat is nearer than the dome.
+        let half = bullet(0.01, 0.01);
+        close(half.gap(&Vector::new(0.0, 0.0, -0.375 * 0.01 + 1e-3)).distance, -1e-3);
+    }
+
+    #[test]
+    fn box_distances_and_the_order_of_its_faces() {
+        let solid = cuboid([0.02, 0.016, 0.024]);
+        let at = |x, y, z| solid.gap(&Vector::new(x, y, z));
+        for sign in [-1.0, 1.0] {
+            for (x, y) in [(0.0, 0.0), (3e-3, -7e-3), (0.01, 8e-3)] {
+                assert_eq!(at(x, y, sign * 0.012).distance, 0.0);
+            }
+            assert_eq!(at(sign * 0.01, 1e-3, 2e-3).distance, 0.0);
+            assert_eq!(at(1e-3, sign * 8e-3, 2e-3).distance, 0.0);
+        }
+        assert_eq!(at(0.0, 0.0, 0.0).distance, -8e-3);
+        // Beyond an edge: the farther of the two planes. On ties the first face in the order +x -x +y -y +z -z.
+        assert!((at(0.013, 0.012, 0.0).distance - 4e-3).abs() < 1e-17);
+        assert_eq!(at(0.0, 0.0, 0.0).normal, Vector::new(0.0, 1.0, 0.0));
+        assert_eq!(cuboid([0.02; 3]).gap(&Vector::zeros()).normal, Vector::new(1.0, 0.0, 0.0));
+        assert_eq!(cuboid([0.02; 3]).gap(&Vector::new(-0.01, 0.01, 0.01)).normal, Vector::new(-1.0, 0.0, 0.0));
+    }
+
+    /// Where a ray from the centre leaves the body, found from its sphere, tube and planes, the gap is zero to rounding;
+    /// it is negative before and positive after.
+    #[test]
+    fn zero_set_along_rays() {
+        for k in 0..2000 {
+            let ray = random_point(k, 1.0).normalize();
+            let across = math::sqrt(ray.x * ray.x + ray.y * ray.y);
+            let surface = |solid: &Solid| match solid {
+                Solid::Sphere { radius } => *radius,
+                Solid::Cylinder { radius, half_length } => (radius / across).min(half_length / ray.z.abs()),
+                Solid::HemisphericalCylinder { radius, shank, nose } => {
+                    // The largest t at which t ray is in the tube or the ball, and not behind the flat.
+                    let along = nose * ray.z;
+                    let ball = along + math::sqrt(f64::max(along * along - nose * nose + radius * radius, 0.0));
+                    let tube = radius / across;
+                    let out = if tube * ray.z > *nose { ball } else { tube };
+                    if ray.z < 0.0 { out.min((nose - shank) / ray.z) } else { out }
+                }
+                Solid::Polyhedron(body) => body.exit(&ray),
             };
+            for solid in all() {
+                let t = surface(&solid);
+                let gap = solid.gap(&(ray * t)).distance;
+                assert!(gap.abs() < 1e-16, "{gap:e} at {t:e}: {solid:?}");
+                assert!(
+                    solid.gap(&(ray * (0.999 * t))).distance < 0.0 && solid.gap(&(ray * (1.001 * t))).distance > 0.0
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn gaps_are_convex_and_one_lipschitz() {
+        // A few roundings of the largest distance.
+        let rounding = 4.0 * 0.05 * 0.5 * f64::EPSILON;
+        // Along random chords: the middle is no farther than the mean of the ends, and no slope exceeds 1.
+        for solid in all() {
             for k in 0..20_000 {
-                let (a, b) = (point(2 * k), point(2 * k + 1));
+                let (a, b) = (random_point(2 * k, 0.03), random_point(2 * k + 1, 0.03));
                 let (da, db) = (solid.gap(&a).distance, solid.gap(&b).distance);
                 let middle = solid.gap(&((a + b) * 0.5));
-                assert!(middle.distance <= 0.5 * (da + db) + 1e-17);
-                assert!((da - db).abs() <= (a - b).norm() + 1e-17);
+                assert!(middle.distance <= 0.5 * (da + db) + rounding);
+                assert!((da - db).abs() <= (a - b).norm() + rounding);
                 assert!((middle.normal.norm() - 1.0).abs() < 1e-14);
             }
         }
@@ -165,21 +522,76 @@ mod tests {
 
     #[test]
     fn normal_is_the_gradient() {
-        let solid = cylinder();
         let step = 1e-8;
-        for p in [
-            Vector::new(0.004, 0.003, 0.021),
-            Vector::new(0.009, -0.002, 0.004),
-            Vector::new(-0.007, 0.005, -0.02),
-            Vector::new(0.001, 0.002, 0.0185),
-        ] {
-            let gap = solid.gap(&p);
-            for k in 0..3 {
-                let mut q = p;
-                q[k] += step;
-                let slope = (solid.gap(&q).distance - gap.distance) / step;
-                assert!((slope - gap.normal[k]).abs() < 1e-5);
+        for solid in all() {
+            let mut smooth = 0;
+            for k in 0..300 {
+                let p = random_point(k, 0.02);
+                let gap = solid.gap(&p);
+                let slopes: Vec<[f64; 2]> = (0..3)
+                    .map(|k| {
+                        [step, -step].map(|step| {
+                            let mut q = p;
+                            q[k] += step;
+                            (solid.gap(&q).distance - gap.distance) / step
+                        })
+                    })
+                    .collect();
+                // Within a step of a kink the two sides differ by more than the curvature gives.
+                if slopes.iter().all(|[ahead, behind]| (ahead - behind).abs() < 1e-4) {
+                    smooth += 1;
+                    assert!(slopes.iter().zip(gap.normal.iter()).all(|(s, n)| (s[0] - n).abs() < 1e-4), "{solid:?}");
+                }
             }
+            assert!(smooth > 290, "{smooth}");
+        }
+    }
+
+    #[test]
+    fn mirror_planes() {
+        let [sphere, rod, long, _, half, cuboid, tetrahedron, sector] = all();
+        let n = math::sqrt(0.5);
+        let [x, y, z] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
+        let (across, askew) = (Vector::new(n, -n, 0.0), Vector::new(0.0, 0.6, 0.8));
+        let of = |solid: &Solid| [x, y, z, across, askew].map(|normal| solid.is_mirrored_by(&normal));
+        assert_eq!(of(&sphere), [true; 5]);
+        assert_eq!(of(&rod), [true, true, true, true, false]);
+        assert_eq!(of(&long), [true, true, false, true, false]);
+        assert_eq!(of(&half), of(&long));
+        assert_eq!(of(&cuboid), [true, true, true, false, false]);
+        assert_eq!(of(&tetrahedron), [false, false, false, true, false]);
+        assert_eq!(of(&sector), [false, true, true, false, false]);
+        let square = super::tests::cuboid([0.01, 0.01, 0.02]);
+        assert_eq!(of(&square), [true, true, true, true, false]);
+        // Faces of a cube, but heavier to turn about one axis: only the planes across the axes are left.
+        let faces = box_faces([0.01; 3]);
+        let cube = |moments| {
+            let base = Scene::sheet_3in_sphere().projectile;
+            Solid::of(&Projectile { shape: Shape::Polyhedron, faces, moments, mass: 1.0, ..base })
+        };
+        assert_eq!(of(&cube([2e-5; 3])), [true, true, true, true, false]);
+        assert_eq!(of(&cube([2e-5, 3e-5, 2e-5])), [true, true, true, false, false]);
+    }
+
+    /// Reach and support bound the body, and points of the surface come near them.
+    #[test]
+    fn reach_and_support_are_the_farthest_points() {
+        for solid in all() {
+            let half = 1.01 * solid.reach();
+            let inside: Vec<Vector> =
+                (0..40_000).map(|k| random_point(k, half)).filter(|p| solid.gap(p).distance <= 0.0).collect();
+            for k in 0..50 {
+                let way = random_point(k, 1.0).normalize();
+                let farthest = inside.iter().map(|p| p.dot(&way)).fold(0.0, f64::max);
+                let support = solid.support(&way);
+                assert!(farthest <= support && farthest > 0.8 * support, "{farthest:e} {support:e} {solid:?}");
+                // The plane at the support touches the body: nothing of it is nearer to the point above than that.
+                let above = solid.gap(&(way * (support + 1e-3))).distance;
+                assert!(above > 0.0);
+            }
+            assert!(inside.iter().all(|p| p.norm() <= solid.reach()));
+            let [a, b, c] = solid.half_extents(&Quaternion::new(0.5, -0.5, 0.1, 0.7).normalize());
+            assert!(inside.iter().all(|p| p.norm() <= math::length([a, b, c])));
         }
     }
 }

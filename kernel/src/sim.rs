@@ -149,7 +149,7 @@ impl<'a> Sim<'a> {
         let motion = path::into_sheet(&model.pose, &start_motion(scene));
         model.check_speed(&motion)?;
         let mut body = Body::of(&motion);
-        scene.symmetry.settle(&mut body, scene.sheet.spacing)?;
+        scene.symmetry.settle(&model.solid, &mut body, scene.sheet.spacing)?;
         let state = State::at_start(body);
         refuse_overlap(scene, &model, &state.body)?;
         let mut sim = Sim {
@@ -175,7 +175,7 @@ impl<'a> Sim<'a> {
         let motion = path::into_sheet(&self.model.pose, &start_motion(&self.scene));
         let mut body = Body::of(&motion);
         // Accepted once, so accepted again.
-        let _ = self.scene.symmetry.settle(&mut body, self.scene.sheet.spacing);
+        let _ = self.scene.symmetry.settle(&self.model.solid, &mut body, self.scene.sheet.spacing);
         self.state = State::at_start(body);
         self.clear_state();
         self.start_audit();

@@ -10,7 +10,7 @@
 use crate::error::{Code, Error};
 use crate::layout;
 use crate::pose::Vector;
-use crate::scene::{Draw, Integrator, RotationRule, Scene, Symmetry};
+use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, Symmetry};
 use crate::sim::Sim;
 use crate::state::{COUNT_MAX, State, Visitor};
 
@@ -90,6 +90,14 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     hash.word(p.shape as u64);
     for value in [p.radius, p.length, p.mass] {
         hash.real(value);
+    }
+    match p.shape {
+        Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => {}
+        Shape::Box => p.size.iter().for_each(|&x| hash.real(x)),
+        Shape::Polyhedron => {
+            hash.word(p.faces.count as u64);
+            p.faces.in_use().iter().flatten().chain(&p.moments).for_each(|&x| hash.real(x));
+        }
     }
     hash.word(scene.drive as u64);
     hash.word(scene.seed);

@@ -11,8 +11,9 @@
 
 use crate::error::{Code, Error};
 use crate::pose::Vector;
-use crate::projectile::Body;
+use crate::projectile::{Body, into_body};
 use crate::scene::{AttachmentKind, Symmetry};
+use crate::shape::Solid;
 
 /// The nodes along one direction of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,8 +98,8 @@ impl Symmetry {
         (if self.mirror_x { 0.5 } else { 1.0 }) * (if self.mirror_y { 0.5 } else { 1.0 })
     }
 
-    /// Refuses a motion that a plane would change; takes away what rounding left of the components across the planes.
-    pub fn settle(self, body: &mut Body, spacing: f64) -> Result<(), Error> {
+    /// Refuses a body or a motion that a plane would change; takes away what rounding left of the components across the planes.
+    pub fn settle(self, solid: &Solid, body: &mut Body, spacing: f64) -> Result<(), Error> {
         let (force, torque) = (self.force_mask(), self.torque_mask());
         let close = |v: &Vector, mask: &Vector, scale: f64| {
             let across = v - v.component_mul(mask);
@@ -120,6 +121,11 @@ impl Symmetry {
         ] {
             if !sound {
                 return Err(Error::new(Code::NotSymmetric, field, size, 0.0));
+            }
+        }
+        for (mirrored, normal) in [(self.mirror_x, Vector::x()), (self.mirror_y, Vector::y())] {
+            if mirrored && !solid.is_mirrored_by(&into_body(&q, &normal)) {
+                return Err(Error::plain(Code::NotSymmetric, "projectile.shape"));
             }
         }
         body.position.component_mul_assign(&force);

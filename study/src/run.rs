@@ -7,7 +7,8 @@ use crate::plots::{Axes, Mark, Plot, Series, SheetPicture, Style};
 use crate::progress::Progress;
 use crate::{Result, report, scene_file};
 use clap::{Args, ValueEnum};
-use fabric::{Motion, Outcome, Scene, Shape, Sim, StepCheck};
+use fabric::shape::Solid;
+use fabric::{Motion, Outcome, Scene, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -218,7 +219,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     row("ended by", format!("{} at {:.1} us, step {}", summary.ended_by, 1e6 * summary.time, summary.steps));
     row("kinetic energy at the start", format!("{:.4} J", summary.initial_kinetic_energy));
     row("residual velocity x, y, z", format!("{} m/s", vector(summary.residual_velocity, 3)));
-    if sim.scene().projectile.shape == fabric::Shape::Cylinder {
+    if sim.scene().projectile.shape != fabric::Shape::Sphere {
         row("residual angular velocity", format!("{} rad/s", vector(summary.residual_angular_velocity, 2)));
     }
     for latched in &summary.outcomes {
@@ -349,21 +350,33 @@ fn plot_sheet(path: &Path, name: &str, sim: &Sim<'_>) -> Result<()> {
     .write(path)
 }
 
-/// Lines that show where the projectile is and how it is turned: three great circles of a sphere; both rims and eight
-/// generators of a cylinder.
+/// Lines that show where the projectile is and how it is turned: three great circles of a sphere; rims and eight generators
+/// of a cylinder, and two half circles over its hemisphere; the edges of a box or a polyhedron.
 pub(crate) fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
-    let (radius, half) = (scene.projectile.radius, 0.5 * scene.projectile.length);
-    let ring = |at: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
-        let angles = (0..=48).map(|k| std::f64::consts::TAU * k as f64 / 48.0);
-        angles.map(|angle| at(radius * angle.cos(), radius * angle.sin())).collect()
+    use std::f64::consts::TAU;
+    let arc = |part: f64, at: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
+        let angles = (0..=48).map(|k| part * TAU * k as f64 / 48.0);
+        angles.map(|angle| at(angle.cos(), angle.sin())).collect()
     };
-    let lines = match scene.projectile.shape {
-        Shape::Sphere => vec![ring(&|a, b| [a, b, 0.0]), ring(&|a, b| [a, 0.0, b]), ring(&|a, b| [0.0, a, b])],
-        Shape::Cylinder => {
-            let (top, bottom) = (ring(&|a, b| [a, b, half]), ring(&|a, b| [a, b, -half]));
-            let generators = (0..48).step_by(6).map(|k| vec![top[k], bottom[k]]);
-            generators.chain([top.clone(), bottom.clone()]).collect()
+    let rods = |r: f64, bottom: f64, top: f64| {
+        let rims = [bottom, top].map(|z| arc(1.0, &|a, b| [r * a, r * b, z]));
+        let generators: Vec<_> = (0..48).step_by(6).map(|k| vec![rims[0][k], rims[1][k]]).collect();
+        generators.into_iter().chain(rims).collect::<Vec<_>>()
+    };
+    let lines = match Solid::of(&scene.projectile) {
+        Solid::Sphere { radius: r } => vec![
+            arc(1.0, &|a, b| [r * a, r * b, 0.0]),
+            arc(1.0, &|a, b| [r * a, 0.0, r * b]),
+            arc(1.0, &|a, b| [0.0, r * a, r * b]),
+        ],
+        Solid::Cylinder { radius, half_length } => rods(radius, -half_length, half_length),
+        Solid::HemisphericalCylinder { radius: r, shank, nose } => {
+            let mut lines = rods(r, nose - shank, nose);
+            lines.push(arc(0.5, &|a, b| [r * a, 0.0, nose + r * b]));
+            lines.push(arc(0.5, &|a, b| [0.0, r * a, nose + r * b]));
+            lines
         }
+        Solid::Polyhedron(body) => body.edges().map(|ends| ends.map(Into::into).to_vec()).collect(),
     };
     let world = |line: Vec<[f64; 3]>| line.into_iter().map(|x| placed(x, motion)).collect();
     lines.into_iter().map(world).collect()

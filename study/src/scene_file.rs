@@ -1,7 +1,7 @@
 //! Scenes as TOML: a preset, and whatever differs from it. Keys are the field names of [`fabric::Scene`]; an unknown key is an error.
 //!
 //! ```toml
-//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder"
+//! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector"
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
 //! integrator = "verlet"                # or { theta = {} }, with theta, tolerance, max_iterations inside
 //!
@@ -11,10 +11,16 @@
 //! [projectile]
 //! velocity = [0.0, 0.0, 154.3]
 //! ```
+//!
+//! `faces` are rows `[n_x, n_y, n_z, b]`. A disc sector gets its faces, mass centre and moments from its dimensions:
+//! `disc_sector = { inner_radius = 0.015, outer_radius = 0.04, angle = 2.0944, thickness = 0.01 }` beside `mass`.
 
 use crate::Result;
-use fabric::{AttachmentKind, Draw, Drive, Integrator, RotationRule, Scene, Shape, StepCheck, ThetaRule, TimeStep};
+use fabric::{
+    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepCheck, ThetaRule, TimeStep, prism,
+};
 use serde::Deserialize;
+use serde::de::Error as _;
 use std::path::Path;
 
 /// A scene file. What is absent keeps the preset's value.
@@ -51,6 +57,7 @@ enum Preset {
     Sheet3inSphere,
     #[serde(rename = "sheet_10in_cylinder")]
     Sheet10inCylinder,
+    TurbineDiscSector,
 }
 
 #[derive(Default, Deserialize)]
@@ -103,11 +110,25 @@ struct ProjectileFile {
     shape: Option<ShapeName>,
     radius: Option<f64>,
     length: Option<f64>,
+    size: Option<[f64; 3]>,
+    faces: Option<Vec<[f64; 4]>>,
+    moments: Option<[f64; 3]>,
+    disc_sector: Option<DiscSectorFile>,
     mass: Option<f64>,
     position: Option<[f64; 3]>,
     velocity: Option<[f64; 3]>,
     orientation: Option<[f64; 4]>,
     angular_velocity: Option<[f64; 3]>,
+}
+
+/// A sector of a disc in place of `shape`, `faces` and `moments`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DiscSectorFile {
+    inner_radius: f64,
+    outer_radius: f64,
+    angle: f64,
+    thickness: f64,
 }
 
 #[derive(Deserialize)]
@@ -131,6 +152,9 @@ enum DrawName {
 enum ShapeName {
     Sphere,
     Cylinder,
+    HemisphericalCylinder,
+    Box,
+    Polyhedron,
 }
 
 #[derive(Deserialize)]
@@ -188,6 +212,7 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     let mut scene = match file.preset {
         Preset::Sheet3inSphere => Scene::sheet_3in_sphere(),
         Preset::Sheet10inCylinder => Scene::sheet_10in_cylinder(),
+        Preset::TurbineDiscSector => Scene::turbine_disc_sector(),
     };
     let sheet = &mut scene.sheet;
     set(&mut sheet.nodes_x, file.sheet.nodes_x);
@@ -220,11 +245,24 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut yarn.stochastic, file.yarn.stochastic);
     set(&mut yarn.draw, file.yarn.draw.map(draw));
 
+    let given = &file.projectile;
+    if given.disc_sector.is_some() && (given.shape.is_some() || given.faces.is_some() || given.moments.is_some()) {
+        return Err(toml::de::Error::custom("`disc_sector` stands in place of `shape`, `faces` and `moments`"));
+    }
     let body = &mut scene.projectile;
     set(&mut body.shape, file.projectile.shape.map(shape));
     set(&mut body.radius, file.projectile.radius);
     set(&mut body.length, file.projectile.length);
+    set(&mut body.size, file.projectile.size);
+    set(&mut body.faces, file.projectile.faces.map(|faces| Faces::of(&faces)));
+    set(&mut body.moments, file.projectile.moments);
     set(&mut body.mass, file.projectile.mass);
+    if let Some(sector) = file.projectile.disc_sector {
+        let made =
+            prism::disc_sector(sector.inner_radius, sector.outer_radius, sector.angle, sector.thickness, body.mass);
+        let made = made.map_err(toml::de::Error::custom)?.projectile;
+        (body.shape, body.faces, body.moments) = (made.shape, made.faces, made.moments);
+    }
     set(&mut body.position, file.projectile.position);
     set(&mut body.velocity, file.projectile.velocity);
     set(&mut body.orientation, file.projectile.orientation);
@@ -269,6 +307,9 @@ fn shape(name: ShapeName) -> Shape {
     match name {
         ShapeName::Sphere => Shape::Sphere,
         ShapeName::Cylinder => Shape::Cylinder,
+        ShapeName::HemisphericalCylinder => Shape::HemisphericalCylinder,
+        ShapeName::Box => Shape::Box,
+        ShapeName::Polyhedron => Shape::Polyhedron,
     }
 }
 
@@ -321,6 +362,7 @@ mod tests {
     fn a_preset_alone_is_that_preset() {
         assert_eq!(parse("preset = \"sheet_3in_sphere\"").unwrap(), Scene::sheet_3in_sphere());
         assert_eq!(parse("preset = \"sheet_10in_cylinder\"").unwrap(), Scene::sheet_10in_cylinder());
+        assert_eq!(parse("preset = \"turbine_disc_sector\"").unwrap(), Scene::turbine_disc_sector());
     }
 
     #[test]
@@ -345,6 +387,31 @@ mod tests {
         expected.symmetry.mirror_x = true;
         expected.yarn.draw = Draw::Yarn;
         assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn shapes_and_their_dimensions() {
+        let parsed = |shape: &str| parse(&format!("preset = \"sheet_3in_sphere\"\n[projectile]\n{shape}"));
+        let body = |text: &str| parsed(text).unwrap().projectile;
+        assert_eq!(body("shape = \"hemispherical_cylinder\"").shape, Shape::HemisphericalCylinder);
+        let cuboid = body("shape = \"box\"\nsize = [0.01, 0.02, 0.03]");
+        assert_eq!((cuboid.shape, cuboid.size), (Shape::Box, [0.01, 0.02, 0.03]));
+        let faces = "faces = [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]\nmoments = [1.0, 2.0, 3.0]";
+        let given = body(&format!("shape = \"polyhedron\"\n{faces}"));
+        assert_eq!(given.faces.in_use(), [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]);
+        assert_eq!((given.shape, given.moments), (Shape::Polyhedron, [1.0, 2.0, 3.0]));
+        let sector = "disc_sector = { inner_radius = 0.01, outer_radius = 0.03, angle = 1.0, thickness = 0.008 }";
+        let sector = format!("{sector}\nmass = 0.02");
+        let made = prism::disc_sector(0.01, 0.03, 1.0, 0.008, 0.02).unwrap().projectile;
+        let read = body(&sector);
+        assert_eq!((read.shape, read.faces, read.moments, read.mass), (made.shape, made.faces, made.moments, 0.02));
+        for (text, named) in [
+            (format!("{sector}\nshape = \"sphere\""), "disc_sector"),
+            (sector.replace("angle = 1.0", "angle = 3.2"), "disc_sector.angle: out of range"),
+            (sector.replace("angle = 1.0", "turn = 1.0"), "`turn`"),
+        ] {
+            assert!(parsed(&text).unwrap_err().to_string().contains(named), "{named}");
+        }
     }
 
     #[test]

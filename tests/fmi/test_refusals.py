@@ -39,6 +39,9 @@ REFUSED = [
     ({"projectile.mass": 1e-8}, "projectile.mass"),  # lighter than a node
     ({"projectile.radius": 5e-4}, "projectile.radius"),  # smaller than the spacing
     ({"projectile.shape": 1, "projectile.length": 0.0}, "projectile.length"),
+    ({"projectile.shape": 2, "projectile.length": 6e-3}, "projectile.length"),  # shorter than its hemisphere
+    ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),
+    ({"projectile.shape": 4}, "projectile.shape"),
     ({"projectile.position": [NAN, 0.0, 0.0]}, "projectile.position"),
     ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a free node lies inside the projectile"),
     ({"projectile.velocity": [0.0, INF, 0.0]}, "projectile.velocity"),

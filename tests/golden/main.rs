@@ -69,6 +69,21 @@ fn drawn_yarns_by_the_theta_rule() {
 }
 
 #[test]
+fn tumbling_bullet() {
+    assert_pin(digest_after(&scenes::tumbling_bullet(), 2000, true), pins::TUMBLING_BULLET);
+}
+
+#[test]
+fn box_on_a_corner() {
+    assert_pin(digest_after(&scenes::box_on_a_corner(), 1500, true), pins::BOX_ON_A_CORNER);
+}
+
+#[test]
+fn disc_sector() {
+    assert_pin(digest_after(&scenes::disc_sector(), 2000, true), pins::DISC_SECTOR);
+}
+
+#[test]
 fn loaded_sphere_on_a_prepared_sheet() {
     let scene = scenes::uniform_sphere();
     let mut memory = Buffers::of(&scene);

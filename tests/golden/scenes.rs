@@ -100,6 +100,38 @@ pub fn pre_damage_and_stretch(sim: &mut Sim<'_>) {
     sim.set_motion(&x, &v).expect("accepted");
 }
 
+/// A hemispherical cylinder that strikes askew, its nose ahead, and tumbles through.
+pub fn tumbling_bullet() -> Scene {
+    let mut scene = tumbling_cylinder_on_corners();
+    scene.attachment.kind = AttachmentKind::TwoSides;
+    let body = &mut scene.projectile;
+    body.shape = Shape::HemisphericalCylinder;
+    (body.radius, body.length) = (3.5e-3, 0.011);
+    scene
+}
+
+/// A box on one of its corners, without supports.
+pub fn box_on_a_corner() -> Scene {
+    let mut scene = free_plies_in_a_turned_frame();
+    (scene.sheet.position, scene.sheet.orientation) = ([0.0; 3], [1.0, 0.0, 0.0, 0.0]);
+    let body = &mut scene.projectile;
+    (body.shape, body.size) = (Shape::Box, [6e-3, 8e-3, 0.01]);
+    body.position = [1e-3, 5e-4, -7.1e-3];
+    body.velocity = [30.0, -20.0, 700.0];
+    body.orientation = [0.8, 0.48, 0.36, 0.0];
+    body.angular_velocity = [-900.0, 400.0, 1100.0];
+    scene
+}
+
+/// The preset's disc sector on a sheet of 121 x 121, faster and spinning about its disc's axis.
+pub fn disc_sector() -> Scene {
+    let mut scene = Scene::turbine_disc_sector();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 121);
+    scene.projectile.velocity = [20.0, 10.0, 400.0];
+    scene.projectile.angular_velocity = [200.0, -2000.0, 0.0];
+    scene
+}
+
 /// A cylinder of unknown mass, moved by the host.
 pub fn prescribed_cylinder() -> Scene {
     let mut scene = tumbling_cylinder_on_corners();

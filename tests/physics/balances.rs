@@ -35,22 +35,25 @@ fn a_free_sheet_keeps_momentum() {
 fn a_free_sheet_and_a_cylinder_keep_angular_momentum() {
     let mut scene = tilted_cylinder(31, 0.4, 60.0);
     scene.attachment.kind = AttachmentKind::Free;
-    let (m, mass, inertia) = (scene.sheet.node_mass, scene.projectile.mass, moments(&scene));
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
-    let total = |sim: &Sim<'_>| {
-        let body = sim.projectile().unwrap();
-        let w = turn_back(body.orientation, body.angular_velocity);
-        let spin = turn(body.orientation, [inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]]);
-        let place = sub(body.position, scale(body.velocity, 0.5 * sim.step_limits().dt));
-        let nodes = positions(sim).into_iter().zip(velocities(sim));
-        nodes.fold(add(spin, cross(place, scale(body.velocity, mass))), |sum, (x, v)| add(sum, cross(x, scale(v, m))))
-    };
-    let first = total(&sim);
+    let first = angular_momentum(&sim);
     sim.advance(2000).unwrap();
     let given = length(sim.contact().unwrap().angular_impulse);
-    let off = length(sub(total(&sim), first)) / given;
+    let off = length(sub(angular_momentum(&sim), first)) / given;
     assert!(given > 1e-7 && off < 1e-12, "{off:e} of {given:e} N m s");
+}
+
+/// Angular momentum of projectile and free nodes about the origin, N m s.
+pub(crate) fn angular_momentum(sim: &Sim<'_>) -> V3 {
+    let scene = sim.scene();
+    let (m, mass, inertia) = (scene.sheet.node_mass, scene.projectile.mass, moments(scene));
+    let body = sim.projectile().unwrap();
+    let w = turn_back(body.orientation, body.angular_velocity);
+    let spin = turn(body.orientation, [inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]]);
+    let place = sub(body.position, scale(body.velocity, 0.5 * sim.step_limits().dt));
+    let nodes = positions(sim).into_iter().zip(velocities(sim));
+    nodes.fold(add(spin, cross(place, scale(body.velocity, mass))), |sum, (x, v)| add(sum, cross(x, scale(v, m))))
 }
 
 /// Projectile + nodes + impulse on the supports, for every way to hold the sheet, through failure, in each component.
@@ -82,7 +85,7 @@ fn supports_take_what_projectile_and_sheet_lose() {
 
 /// Momentum of the nodes at t_{n-1/2}, from the way they make in the step to come: taken from a loaded copy, so that the
 /// simulation stays where it is.
-fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
+pub(crate) fn half_step_momentum(sim: &mut Sim<'_>, m: f64) -> V3 {
     // v_{n-1/2} of fixed nodes is 0; of the others v_n minus half a kick with the forces at t_n.
     let scene = *sim.scene();
     let dt = sim.step_limits().dt;
@@ -124,7 +127,7 @@ fn a_stretched_sheet_pulls_its_supports_with_the_yarn_force() {
 /// Half-step velocities come from positions, forces from plain formulas; only the loss is the kernel's, and the contact
 /// impulses on the nodes, m (v_{n+1/2} - v_{n-1/2}) - dt F_n, are checked against it: they act on candidates only, push
 /// outward, and are opposite to what the projectile and the kernel's sums received.
-fn work_energy_identity(scene: &Scene, steps: u64) -> f64 {
+pub(crate) fn work_energy_identity(scene: &Scene, steps: u64) -> f64 {
     let m = scene.sheet.node_mass;
     let mass = scene.projectile.mass;
     let fixed = fixed_nodes(scene);

@@ -1,26 +1,34 @@
 //! Contact: no node enters the projectile, impulses only push, and a solve never adds kinetic energy.
 
 use fabric::{Scene, Shape};
-use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, rest_positions, scale, sub, turn_back};
+use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, nose, rest_positions, scale, sub, turn_back};
 use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder};
 
-/// Outward distance of a point from the projectile's surface, m: sphere, and cylinder as the intersection of a slab and a
-/// tube (exact near the surface of either, too small beyond the rim, exact in sign everywhere).
-fn gap(scene: &Scene, body: &fabric::Motion, x: V3) -> f64 {
+/// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs, tubes and balls
+/// (exact near the surface of one of them, too small beyond edges and rims, exact in sign everywhere).
+pub(crate) fn gap(scene: &Scene, body: &fabric::Motion, x: V3) -> f64 {
     let r = sub(x, body.position);
+    let local = turn_back(body.orientation, r);
+    let side = local[0].hypot(local[1]) - scene.projectile.radius;
     match scene.projectile.shape {
         Shape::Sphere => length(r) - scene.projectile.radius,
-        _ => {
-            let local = turn_back(body.orientation, r);
-            let side = local[0].hypot(local[1]) - scene.projectile.radius;
-            let end = local[2].abs() - 0.5 * scene.projectile.length;
-            side.max(end)
+        Shape::Cylinder => side.max(local[2].abs() - 0.5 * scene.projectile.length),
+        Shape::HemisphericalCylinder => {
+            let z = local[2] - nose(scene);
+            let cap = length([local[0], local[1], z]) - scene.projectile.radius;
+            let end = -z - (scene.projectile.length - scene.projectile.radius);
+            end.max(if z > 0.0 { cap } else { side })
+        }
+        Shape::Box => (0..3).map(|k| local[k].abs() - 0.5 * scene.projectile.size[k]).fold(f64::NEG_INFINITY, f64::max),
+        Shape::Polyhedron => {
+            let faces = scene.projectile.faces.in_use().iter();
+            faces.map(|&[a, b, c, distance]| dot([a, b, c], local) - distance).fold(f64::NEG_INFINITY, f64::max)
         }
     }
 }
 
 /// Steps a scene and checks every step; returns the deepest penetration met, m.
-fn checked_run(scene: &Scene, steps: u64) -> f64 {
+pub(crate) fn checked_run(scene: &Scene, steps: u64) -> f64 {
     let m = scene.sheet.node_mass;
     let fixed = fixed_nodes(scene);
     let mut buffers = Buffers::of(scene);

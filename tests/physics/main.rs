@@ -12,6 +12,7 @@ mod oscillator;
 mod outcomes;
 mod prescribed;
 mod rotation;
+mod shapes;
 mod stability;
 mod starts;
 mod symmetry;

@@ -84,7 +84,7 @@ fn without_contact_every_bit_is_that_of_the_whole_sheet() {
 #[test]
 fn a_centred_hit_is_that_of_the_whole_sheet() {
     for nodes in [40, 41] {
-        for shape in [Shape::Sphere, Shape::Cylinder] {
+        for shape in [Shape::Sphere, Shape::Cylinder, Shape::Box] {
             for kind in [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::FourCorners] {
                 let mut scene = match shape {
                     Shape::Sphere => small_sheet(nodes, 25.0),
@@ -92,6 +92,10 @@ fn a_centred_hit_is_that_of_the_whole_sheet() {
                 };
                 scene.attachment.kind = kind;
                 (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2.5e-3, 2e-3);
+                if shape == Shape::Box {
+                    scene.projectile.shape = shape;
+                    scene.projectile.size = [9e-3, 7e-3, 0.0381];
+                }
                 let quarter = Scene { symmetry: QUARTER, ..scene };
                 let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&quarter));
                 let (mut whole, mut part) = (buffers.sim(&scene), part_buffers.sim(&quarter));
@@ -158,7 +162,12 @@ fn the_books_of_a_quarter_close_through_failure() {
 #[test]
 fn what_a_plane_would_change_is_refused() {
     type Change = fn(&mut Scene);
-    let cases: [(&str, Change); 6] = [
+    let cases: [(&str, Change); 7] = [
+        ("projectile.shape", |s| {
+            s.projectile.faces = Scene::turbine_disc_sector().projectile.faces;
+            s.projectile.moments = Scene::turbine_disc_sector().projectile.moments;
+            s.projectile.shape = Shape::Polyhedron;
+        }),
         ("yarn.stochastic", |s| s.yarn.stochastic = true),
         ("drive", |s| s.drive = Drive::Prescribed),
         ("projectile.position", |s| s.projectile.position[0] = 1e-6),

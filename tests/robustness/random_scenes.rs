@@ -1,6 +1,6 @@
 //! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
 
-use fabric::{AttachmentKind, Drive, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep};
+use fabric::{AttachmentKind, Drive, Faces, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep};
 use fabric_tests::small_sheet;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -30,7 +30,17 @@ prop_compose! {
         velocity in (component(), component(), near(100.0)),
         rates in [component(), component(), component()],
         kind in 0..4usize,
-        choices in (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>()),
+        shape in prop::sample::select(vec![
+            Shape::Sphere,
+            Shape::Cylinder,
+            Shape::HemisphericalCylinder,
+            Shape::Box,
+            Shape::Polyhedron,
+        ]),
+        size in [near(0.01), near(0.01), near(0.01)],
+        cut in (near(0.6), near(0.8), near(6e-3), 0u32..18),
+        moments in [near(1e-7), near(1e-7), near(1.5e-7)],
+        choices in (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>()),
         discs in (near(1e-3), near(8e-4)),
         capacity in prop_oneof![3 => Just(0u32), 1 => 0u32..20],
         seed in any::<u64>(),
@@ -46,9 +56,21 @@ prop_compose! {
         let p = &mut scene.projectile;
         (p.radius, p.length, p.mass, p.position[2]) = body;
         (p.velocity, p.angular_velocity) = (velocity.into(), rates);
-        p.shape = if choices.1 { Shape::Cylinder } else { Shape::Sphere };
-        scene.drive = if choices.2 { Drive::Prescribed } else { Drive::Free };
-        (scene.track_detachment, scene.track_support) = (choices.3, choices.4);
+        (p.shape, p.size, p.moments) = (shape, size, moments);
+        // A box with an edge cut off, and now and then another count of faces.
+        let [a, b, c] = size.map(|edge| 0.5 * edge);
+        p.faces = Faces::of(&[
+            [1.0, 0.0, 0.0, a],
+            [-1.0, 0.0, 0.0, a],
+            [0.0, 1.0, 0.0, b],
+            [0.0, -1.0, 0.0, b],
+            [0.0, 0.0, 1.0, c],
+            [0.0, 0.0, -1.0, c],
+            [cut.0, cut.1, 0.0, cut.2],
+        ]);
+        p.faces.count = if cut.3 < 14 { 6 + cut.3 % 2 } else { cut.3 };
+        scene.drive = if choices.1 { Drive::Prescribed } else { Drive::Free };
+        (scene.track_detachment, scene.track_support) = (choices.2, choices.3);
         let kinds =
             [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
         scene.attachment.kind = kinds[kind];

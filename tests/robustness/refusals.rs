@@ -1,8 +1,8 @@
 //! Every refusal: its code, the field it names, and that nothing was written.
 
 use fabric::{
-    AttachmentKind, Code, Drive, Error, Integrator, Layout, Memory, Motion, Path, RotationRule, Scene, Shape, Sim,
-    StepCheck, ThetaRule, TimeStep,
+    AttachmentKind, Code, Drive, Error, Faces, Integrator, Layout, Memory, Motion, Path, RotationRule, Scene, Shape,
+    Sim, StepCheck, ThetaRule, TimeStep,
 };
 use fabric_tests::{Buffers, positions, small_sheet};
 
@@ -30,12 +30,28 @@ fn base() -> Scene {
     scene
 }
 
+/// Makes the projectile a cube by its faces.
+fn cube(scene: &mut Scene) {
+    let b = 6.35e-3;
+    let body = &mut scene.projectile;
+    body.shape = Shape::Polyhedron;
+    body.faces = Faces::of(&[
+        [1.0, 0.0, 0.0, b],
+        [-1.0, 0.0, 0.0, b],
+        [0.0, 1.0, 0.0, b],
+        [0.0, -1.0, 0.0, b],
+        [0.0, 0.0, 1.0, b],
+        [0.0, 0.0, -1.0, b],
+    ]);
+    body.moments = [body.mass * 4.0 * b * b / 6.0; 3];
+}
+
 /// A change of one field.
 type Change = fn(&mut Scene, f64);
 
 /// Every real field of a scene, by the name that errors use.
 #[rustfmt::skip]
-const REAL_FIELDS: [(&str, Change); 33] = [
+const REAL_FIELDS: [(&str, Change); 41] = [
     ("sheet.spacing", |s, x| s.sheet.spacing = x),
     ("sheet.node_mass", |s, x| s.sheet.node_mass = x),
     ("sheet.yarn_area", |s, x| s.sheet.yarn_area = x),
@@ -54,6 +70,14 @@ const REAL_FIELDS: [(&str, Change); 33] = [
     ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x),
     ("projectile.radius", |s, x| s.projectile.radius = x),
     ("projectile.length", |s, x| { s.projectile.shape = Shape::Cylinder; s.projectile.length = x; }),
+    ("projectile.radius", |s, x| { s.projectile.shape = Shape::HemisphericalCylinder; s.projectile.radius = x; }),
+    ("projectile.length", |s, x| { s.projectile.shape = Shape::HemisphericalCylinder; s.projectile.length = x; }),
+    ("projectile.size", |s, x| { s.projectile.shape = Shape::Box; s.projectile.size[0] = x; }),
+    ("projectile.size", |s, x| { s.projectile.shape = Shape::Box; s.projectile.size[2] = x; }),
+    ("projectile.faces", |s, x| { cube(s); s.projectile.faces.planes[0][3] = x; }),
+    ("projectile.faces", |s, x| { cube(s); s.projectile.faces.planes[5][3] = x; }),
+    ("projectile.moments", |s, x| { cube(s); s.projectile.moments[0] = x; }),
+    ("projectile.moments", |s, x| { cube(s); s.projectile.moments[2] = x; }),
     ("projectile.mass", |s, x| s.projectile.mass = x),
     ("projectile.position", |s, x| s.projectile.position[0] = x),
     ("projectile.position", |s, x| s.projectile.position[1] = x),
@@ -92,6 +116,9 @@ fn numbers_that_must_be_positive_are_refused_at_zero_and_below() {
         "yarn.damage_a",
         "projectile.radius",
         "projectile.length",
+        "projectile.size",
+        "projectile.faces",
+        "projectile.moments",
         "projectile.mass",
         "attachment.disc_radius",
         "dt",
@@ -244,6 +271,98 @@ fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
     scene.step_check = StepCheck::None;
     let mut memory = Buffers::of(&scene);
     assert!(Sim::new(&scene, memory.memory()).is_ok());
+}
+
+/// Boxes, hemispherical cylinders and polyhedra: sound as they are, refused with one thing wrong.
+#[test]
+fn shapes_that_are_none_or_too_small_are_refused() {
+    type Make = fn(&mut Scene);
+    let bullet = |scene: &mut Scene| {
+        scene.projectile.shape = Shape::HemisphericalCylinder;
+        scene.projectile.position[2] = -0.02;
+    };
+    let cuboid = |scene: &mut Scene| scene.projectile.shape = Shape::Box;
+    let sound: [Make; 3] = [bullet, cuboid, cube];
+    for make in sound {
+        let mut scene = base();
+        make(&mut scene);
+        let mut memory = Buffers::of(&scene);
+        assert!(Sim::new(&scene, memory.memory()).is_ok());
+        // A start inside: the flat face or the nose ahead is nearer to the centre than a tenth of the size.
+        scene.projectile.position[2] = 0.0;
+        refused(&scene, Code::InitialOverlap, "projectile.position");
+    }
+    let n = (1.0f64 / 3.0).sqrt();
+    let cases: [(Code, &str, Make, Change, f64); 20] = [
+        (Code::ProjectileTooSmall, "projectile.radius", bullet, |s, x| s.projectile.radius = x, 7.2e-4),
+        (Code::OutOfRange, "projectile.length", bullet, |s, x| s.projectile.length = x, 6.34e-3),
+        (Code::ProjectileTooSmall, "projectile.length", bullet, |s, x| s.projectile.length = x, 1.4e-3),
+        (Code::ProjectileTooSmall, "projectile.size", cuboid, |s, x| s.projectile.size[0] = x, 1.45e-3),
+        (Code::ProjectileTooSmall, "projectile.size", cuboid, |s, x| s.projectile.size[1] = x, 1e-9),
+        (Code::ProjectileTooSmall, "projectile.faces", cube, |s, x| s.projectile.faces.planes[2][3] = x, 7.2e-4),
+        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 0.0),
+        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 3.0),
+        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 17.0),
+        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 4e9),
+        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[1][0] = x, 0.0),
+        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[1][0] = x, -1.00001),
+        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[4][1] = x, 0.1),
+        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[4][1] = x, 1e300),
+        (Code::UnboundedFaces, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 5.0),
+        (Code::UnboundedFaces, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 4.0),
+        // The same face twice, and the one against it missing.
+        (Code::UnboundedFaces, "projectile.faces", cube, |s, x| s.projectile.faces.planes[5][2] = x, 1.0),
+        (Code::ImpossibleMoments, "projectile.moments", cube, |s, x| s.projectile.moments[0] *= x, 2.001),
+        (Code::ImpossibleMoments, "projectile.moments", cube, |s, x| s.projectile.moments[1] *= x, 1e300),
+        (Code::ImpossibleMoments, "projectile.moments", cube, |s, x| s.projectile.moments[2] *= x, 1e9),
+    ];
+    for (code, field, make, change, value) in cases {
+        let mut scene = base();
+        make(&mut scene);
+        change(&mut scene, value);
+        refused(&scene, code, field);
+    }
+    // Moments of a body of unknown mass are not read; normals with seven digits are good enough.
+    let mut scene = base();
+    cube(&mut scene);
+    (scene.drive, scene.projectile.mass, scene.projectile.moments) = (Drive::Prescribed, 0.0, [f64::NAN; 3]);
+    scene.projectile.faces =
+        Faces::of(&[[n, n, n, 2e-3], [n, -n, -n, 2e-3], [-n, n, -n, 2e-3], [-0.5773503, -0.5773503, 0.5773503, 2e-3]]);
+    let mut memory = Buffers::of(&scene);
+    assert_eq!(Sim::new(&scene, memory.memory()).err(), None);
+}
+
+/// Dimensions that a shape does not have are not read.
+#[test]
+fn dimensions_of_other_shapes_are_not_read() {
+    let mut scene = base();
+    let nonsense = [f64::NAN; 3];
+    let faces = Faces { count: u32::MAX, planes: [[f64::NAN; 4]; fabric::MAX_FACES] };
+    (scene.projectile.size, scene.projectile.faces, scene.projectile.moments) = (nonsense, faces, nonsense);
+    let mut memory = Buffers::of(&scene);
+    memory.sim(&scene).advance(100).unwrap();
+    cube(&mut scene);
+    (scene.projectile.radius, scene.projectile.length, scene.projectile.size) = (f64::NAN, -1.0, nonsense);
+    let mut memory = Buffers::of(&scene);
+    memory.sim(&scene).advance(100).unwrap();
+}
+
+/// The corner discs keep clear of what a box or a polyhedron covers as it lies, corners included.
+#[test]
+fn corner_discs_under_a_box_are_refused() {
+    let mut scene = Scene::sheet_3in_sphere();
+    scene.attachment.kind = AttachmentKind::FourCorners;
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (13e-3, 10e-3);
+    scene.projectile.shape = Shape::Box;
+    scene.projectile.size = [0.03, 0.03, 0.01];
+    scene.projectile.position[2] = -0.02;
+    // Discs at (+-24.7, +-24.7) mm, 34.9 mm from the centre, leave 24.9 mm; the corners lie at 21.2 mm.
+    assert!(scene.check().is_ok());
+    scene.attachment.disc_radius = 14e-3;
+    assert_eq!(scene.check().unwrap_err().code, Code::DiscTouchesProjectile);
+    // On its edge the box covers 30 x 22 mm or so, and less across the corners.
+    scene.projectile.size = [0.03, 0.01, 0.03];
+    scene.check().unwrap();
 }
 
 /// m = 1e-20 kg asks for a step of 1e-14 s: refused with the usual one, accepted with that.

@@ -114,6 +114,38 @@ fn images_of_other_scenes_are_refused() {
     sim.load(&image).unwrap();
 }
 
+/// What a shape has is part of the scene's identity, what it has not is not.
+#[test]
+fn images_of_other_dimensions_are_refused() {
+    let mut sector = scene();
+    sector.projectile = fabric::prism::disc_sector(0.0, 0.012, 1.0, 6e-3, 0.01).unwrap().projectile;
+    sector.projectile.position = [0.0, 0.0, -4e-3];
+    let mut cuboid = sector;
+    cuboid.projectile.shape = fabric::Shape::Box;
+    cuboid.projectile.position = [0.0, 0.0, -7e-3];
+    let changes: [fn(&mut Scene); 5] = [
+        |s| s.projectile.size[1] = s.projectile.size[1].next_up(),
+        |s| s.projectile.faces.planes[3][0] = s.projectile.faces.planes[3][0].next_up(),
+        |s| s.projectile.faces.planes[9][3] = s.projectile.faces.planes[9][3].next_up(),
+        |s| s.projectile.moments[2] = s.projectile.moments[2].next_up(),
+        |s| s.projectile.faces.count += 1,
+    ];
+    for (scene, read) in [(cuboid, [true, false, false, false, false]), (sector, [false, true, true, true, true])] {
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.advance(300).unwrap();
+        let image = image_of(&sim);
+        for (change, read) in changes.iter().zip(read) {
+            let mut other = scene;
+            other.projectile.faces.planes[other.projectile.faces.count as usize] = [0.6, 0.8, 0.0, 0.1];
+            change(&mut other);
+            let mut memory = Buffers::of(&other);
+            let loaded = memory.sim(&other).load(&image).map_err(|error| error.code);
+            assert_eq!(loaded, if read { Err(Code::ImageOfAnotherScene) } else { Ok(()) });
+        }
+    }
+}
+
 #[test]
 fn forged_images_are_refused_or_harmless() {
     let scene = scene();

@@ -124,14 +124,34 @@ pub fn forces(scene: &Scene, positions: &[V3], alpha: &[f64]) -> Vec<V3> {
 /// Principal moments of inertia of the scene's projectile, kg m^2.
 pub fn moments(scene: &Scene) -> V3 {
     let body = &scene.projectile;
-    let r2 = body.radius * body.radius;
+    let (m, r2) = (body.mass, body.radius * body.radius);
     match body.shape {
-        fabric::Shape::Sphere => [0.4 * body.mass * r2; 3],
-        _ => {
-            let across = body.mass * (3.0 * r2 + body.length * body.length) / 12.0;
-            [across, across, 0.5 * body.mass * r2]
+        fabric::Shape::Sphere => [0.4 * m * r2; 3],
+        fabric::Shape::Cylinder => {
+            let across = m * (3.0 * r2 + body.length * body.length) / 12.0;
+            [across, across, 0.5 * m * r2]
         }
+        fabric::Shape::HemisphericalCylinder => {
+            // About the middle of the hemisphere's flat, where the parts meet, then moved to the centre of mass.
+            let shank = body.length - body.radius;
+            let rod = m * shank / (shank + 2.0 * body.radius / 3.0);
+            let there = rod * (0.25 * r2 + shank * shank / 3.0) + (m - rod) * 0.4 * r2;
+            let across = there - m * nose(scene) * nose(scene);
+            [across, across, 0.5 * rod * r2 + 0.4 * (m - rod) * r2]
+        }
+        fabric::Shape::Box => {
+            let [a, b, c] = body.size.map(|edge| edge * edge);
+            [b + c, c + a, a + b].map(|sum| m * sum / 12.0)
+        }
+        fabric::Shape::Polyhedron => body.moments,
     }
+}
+
+/// Distance of the hemisphere's centre from the centre of mass of a hemispherical cylinder, along its axis, m.
+pub fn nose(scene: &Scene) -> f64 {
+    let (r, shank) = (scene.projectile.radius, scene.projectile.length - scene.projectile.radius);
+    let (rod, cap) = (shank, 2.0 * r / 3.0);
+    (rod * 0.5 * shank - cap * 0.375 * r) / (rod + cap)
 }
 
 /// Kinetic energy of the projectile, J.

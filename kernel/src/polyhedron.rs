@@ -1,0 +1,323 @@
+//! Convex polyhedra by half-spaces: {x : n_k.x <= b_k for all k}.
+//!
+//! Method: gap phi = max_k (n_k.x - b_k), the lowest k on a tie. As the greatest of planes of slope 1 it is convex and
+//! 1-Lipschitz, and it is zero on the surface and nowhere else; over the faces and inside it is the true distance, beyond
+//! edges and corners it is smaller. The vertices, wanted for extents only, are the points where three planes meet and that
+//! lie outside none.
+//! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel.
+
+use crate::error::{Code, Error};
+use crate::math;
+use crate::pose::Vector;
+use crate::scene::{self, Faces, MAX_FACES};
+use crate::shape::Gap;
+
+/// Largest number of vertices: Euler's formula, 2 F - 4.
+pub const MAX_VERTICES: usize = 2 * MAX_FACES - 4;
+
+/// A product of directions below this counts as zero.
+const PARALLEL: f64 = 1e-6;
+/// Points nearer than this part of their distance from the centre of mass are one.
+const SAME: f64 = 1e-9;
+
+/// Outward unit normal and distance from the centre of mass, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Face {
+    normal: Vector,
+    distance: f64,
+}
+
+impl Face {
+    /// The plane with its normal at unit length. An exactly unit normal changes no bit.
+    fn of([x, y, z, distance]: [f64; 4]) -> Face {
+        let squared = x * x + y * y + z * z;
+        let scale = if squared == 1.0 { 1.0 } else { 1.0 / math::sqrt(squared) };
+        Face { normal: Vector::new(x, y, z) * scale, distance: distance * scale }
+    }
+
+    fn gap(&self, p: &Vector) -> f64 {
+        self.normal.dot(p) - self.distance
+    }
+}
+
+/// A polyhedron with its vertices and its inertia per mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyhedron {
+    faces: [Face; MAX_FACES],
+    face_count: usize,
+    vertices: [Vector; MAX_VERTICES],
+    /// Vertices found; more than there are places only if the faces are refused.
+    vertex_count: usize,
+    reach: f64,
+    gyration: [f64; 3],
+}
+
+impl Polyhedron {
+    /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
+    pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
+        let nothing = Face { normal: Vector::zeros(), distance: 0.0 };
+        let mut body = Polyhedron {
+            faces: [nothing; MAX_FACES],
+            face_count: faces.in_use().len(),
+            vertices: [Vector::zeros(); MAX_VERTICES],
+            vertex_count: 0,
+            reach: 0.0,
+            gyration,
+        };
+        body.faces.iter_mut().zip(faces.in_use()).for_each(|(face, plane)| *face = Face::of(*plane));
+        body.find_vertices();
+        body
+    }
+
+    fn faces(&self) -> &[Face] {
+        self.faces.get(..self.face_count).unwrap_or(&self.faces)
+    }
+
+    /// The vertices, m.
+    pub fn vertices(&self) -> &[Vector] {
+        self.vertices.get(..self.vertex_count).unwrap_or(&self.vertices)
+    }
+
+    /// The two ends of every edge, m: vertices that lie on two faces together.
+    pub fn edges(&self) -> impl Iterator<Item = [Vector; 2]> {
+        let near = SAME * self.reach;
+        let on_both = move |a: &Vector, b: &Vector| {
+            self.faces().iter().filter(|face| face.gap(a) > -near && face.gap(b) > -near).count() >= 2
+        };
+        let pairs = self.vertices().iter().enumerate();
+        let pairs = pairs.flat_map(move |(k, a)| self.vertices().iter().skip(k + 1).map(move |b| [*a, *b]));
+        pairs.filter(move |[a, b]| on_both(a, b))
+    }
+
+    fn find_vertices(&mut self) {
+        // A copy, because vertices are added on the way.
+        let all = self.faces;
+        let faces = all.get(..self.face_count).unwrap_or(&all);
+        for (i, a) in faces.iter().enumerate() {
+            for (j, b) in faces.iter().enumerate().skip(i + 1) {
+                for c in faces.iter().skip(j + 1) {
+                    if let Some(vertex) = meeting_point(a, b, c) {
+                        self.take_vertex(vertex);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Keeps a point where three planes meet, unless it lies outside another or is known.
+    fn take_vertex(&mut self, vertex: Vector) {
+        let length = math::length([vertex.x, vertex.y, vertex.z]);
+        let near = SAME * length;
+        let outside = self.faces().iter().any(|face| face.gap(&vertex) > near);
+        let known = self.vertices().iter().any(|other| {
+            let apart = vertex - other;
+            math::length([apart.x, apart.y, apart.z]) <= near
+        });
+        if outside || known {
+            return;
+        }
+        if let Some(place) = self.vertices.get_mut(self.vertex_count) {
+            *place = vertex;
+        }
+        self.vertex_count += 1;
+        self.reach = if length > self.reach { length } else { self.reach };
+    }
+
+    /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
+    fn is_unbounded(&self) -> bool {
+        let mut any_edge = false;
+        for (i, a) in self.faces().iter().enumerate() {
+            for b in self.faces().iter().skip(i + 1) {
+                let along = a.normal.cross(&b.normal);
+                let length = math::length([along.x, along.y, along.z]);
+                if length <= PARALLEL {
+                    continue;
+                }
+                any_edge = true;
+                let along = along / length;
+                let free = |way: &Vector| self.faces().iter().all(|face| face.normal.dot(way) <= PARALLEL);
+                if free(&along) || free(&-along) {
+                    return true;
+                }
+            }
+        }
+        !any_edge
+    }
+
+    /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits inside.
+    pub fn least_distance(&self) -> f64 {
+        self.faces().iter().map(|face| face.distance).reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+    }
+
+    /// Distance of the farthest vertex from the centre of mass, m.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Greatest distance of a vertex from the line through the centre of mass along a unit direction, m.
+    pub fn reach_across(&self, direction: &Vector) -> f64 {
+        self.vertices().iter().fold(0.0, |greatest, vertex| {
+            let across = direction.cross(vertex);
+            let distance = math::length([across.x, across.y, across.z]);
+            if distance > greatest { distance } else { greatest }
+        })
+    }
+
+    /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and is across a
+    /// principal axis.
+    pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
+        let turned = normal.component_mul(&Vector::from(self.gyration)).cross(normal);
+        let largest = self.gyration.iter().fold(0.0, |a, &b| if b > a { b } else { a });
+        let close = |v: &Vector, scale: f64| math::length([v.x, v.y, v.z]) <= SAME * scale;
+        close(&turned, largest)
+            && self.faces().iter().all(|face| {
+                let image = face.normal - normal * (2.0 * face.normal.dot(normal));
+                let same = |other: &Face| {
+                    let farther = other.distance - face.distance;
+                    close(&(other.normal - image), 1.0) && close(&Vector::new(farther, 0.0, 0.0), face.distance)
+                };
+                self.faces().iter().any(same)
+            })
+    }
+
+    /// Principal moments of inertia over the mass, m^2.
+    pub fn gyration(&self) -> [f64; 3] {
+        self.gyration
+    }
+
+    /// How far the body reaches along a unit direction, m.
+    pub fn support(&self, direction: &Vector) -> f64 {
+        self.vertices().iter().fold(0.0, |farthest, vertex| {
+            let along = vertex.dot(direction);
+            if along > farthest { along } else { farthest }
+        })
+    }
+
+    /// Gap of a point in the body's frame.
+    pub fn gap(&self, p: &Vector) -> Gap {
+        let mut gap = Gap { distance: f64::NEG_INFINITY, normal: Vector::zeros() };
+        for face in self.faces() {
+            let distance = face.gap(p);
+            if distance > gap.distance {
+                gap = Gap { distance, normal: face.normal };
+            }
+        }
+        gap
+    }
+}
+
+/// The point on three planes; None if two of them, or all three, are nearly parallel to one line.
+fn meeting_point(a: &Face, b: &Face, c: &Face) -> Option<Vector> {
+    let (bc, ca, ab) = (b.normal.cross(&c.normal), c.normal.cross(&a.normal), a.normal.cross(&b.normal));
+    let volume = a.normal.dot(&bc);
+    let parallel = (-PARALLEL..=PARALLEL).contains(&volume);
+    (!parallel).then(|| (bc * a.distance + ca * b.distance + ab * c.distance) / volume)
+}
+
+/// Refuses faces that are too few, too many, not finite, without a unit normal, not about the centre of mass, nearer to it
+/// than the node spacing, or that enclose nothing.
+pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
+    const FIELD: &str = "projectile.faces";
+    if faces.count < 4 || faces.count as usize > MAX_FACES {
+        let limit = if faces.count < 4 { 4 } else { MAX_FACES };
+        return Err(Error::new(Code::OutOfRange, FIELD, faces.count as f64, limit as f64));
+    }
+    for &[x, y, z, distance] in faces.in_use() {
+        scene::finite3(FIELD, [x, y, z])?;
+        let off = math::length([x, y, z]) - 1.0;
+        if !(-1e-6..=1e-6).contains(&off) {
+            return Err(Error::new(Code::BadNormal, FIELD, off + 1.0, 1.0));
+        }
+        scene::positive(FIELD, distance)?;
+        if distance < spacing {
+            return Err(Error::new(Code::ProjectileTooSmall, FIELD, distance, spacing));
+        }
+    }
+    let body = Polyhedron::new(faces, [0.0; 3]);
+    if body.is_unbounded() {
+        return Err(Error::plain(Code::UnboundedFaces, FIELD));
+    }
+    // Only planes that meet almost, but not quite, in one point give more.
+    if body.vertex_count < 4 || body.vertex_count > MAX_VERTICES {
+        return Err(Error::new(Code::UnboundedFaces, FIELD, body.vertex_count as f64, MAX_VERTICES as f64));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    impl Polyhedron {
+        /// Distance from the centre of mass at which a ray leaves: the nearest plane that it meets from inside.
+        pub(crate) fn exit(&self, ray: &Vector) -> f64 {
+            let met = self.faces().iter().filter(|face| face.normal.dot(ray) > 0.0);
+            met.map(|face| face.distance / face.normal.dot(ray)).fold(f64::INFINITY, f64::min)
+        }
+    }
+
+    fn octahedron() -> Vec<[f64; 4]> {
+        let n = math::sqrt(1.0 / 3.0);
+        let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        [n, -n].into_iter().flat_map(|x| signs.map(|[y, z]| [x, n * y, n * z, 0.01])).collect()
+    }
+
+    fn counts(planes: &[[f64; 4]]) -> (usize, usize) {
+        let body = Polyhedron::new(&Faces::of(planes), [0.0; 3]);
+        (body.vertices().len(), body.edges().count())
+    }
+
+    #[test]
+    fn vertices_and_edges_of_regular_bodies() {
+        let cube: Vec<[f64; 4]> = (0..3)
+            .flat_map(|k| {
+                [1.0, -1.0].map(|sign| {
+                    let mut plane = [0.0, 0.0, 0.0, 0.01];
+                    plane[k] = sign;
+                    plane
+                })
+            })
+            .collect();
+        assert_eq!(counts(&cube), (8, 12));
+        // Four faces meet at each vertex of an octahedron; two planes that only touch at a vertex make no edge.
+        assert_eq!(counts(&octahedron()), (6, 12));
+        let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
+        assert!((body.reach() - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
+        assert!((body.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
+        assert_eq!(body.least_distance(), 0.01);
+        // A plane that cuts nothing off adds nothing.
+        let idle = [&cube[..], &[[0.6, 0.8, 0.0, 0.03]]].concat();
+        assert_eq!(counts(&idle), (8, 12));
+        // Octahedron and cube together: a truncated cube, 14 faces; at 0.75 of the corner distance a cuboctahedron.
+        let both = |cut: f64| {
+            let cut = octahedron().into_iter().map(move |[x, y, z, _]| [x, y, z, cut * 0.01 * math::sqrt(3.0)]);
+            cube.iter().copied().chain(cut).collect::<Vec<_>>()
+        };
+        assert_eq!(counts(&both(0.8)), (24, 36));
+        assert_eq!(counts(&both(2.0 / 3.0)), (12, 24));
+    }
+
+    #[test]
+    fn bodies_without_an_end_are_found() {
+        let unbounded = |planes: &[[f64; 4]]| Polyhedron::new(&Faces::of(planes), [0.0; 3]).is_unbounded();
+        let all = octahedron();
+        assert!(!unbounded(&all));
+        // A tube along z, a tube closed at one end, a slab, faces that all look one way.
+        let tube = [[1.0, 0.0, 0.0, 0.01], [-1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.01], [0.0, -1.0, 0.0, 0.01]];
+        assert!(unbounded(&tube));
+        assert!(unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01]]].concat()));
+        assert!(!unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01], [0.0, 0.0, -1.0, 0.01]]].concat()));
+        assert!(unbounded(&[tube[0], tube[1], tube[0], tube[1]]));
+        assert!(unbounded(&all[..4]));
+        // Without one of its faces an octahedron is still closed by the others; without two that meet, it is not.
+        assert!(!unbounded(&all[1..]));
+        assert!(unbounded(&all[2..]));
+    }
+
+    #[test]
+    fn a_normal_off_by_a_rounding_is_put_right_with_its_distance() {
+        let face = Face::of([0.6 * 1.0000001, 0.8 * 1.0000001, 0.0, 0.01 * 1.0000001]);
+        assert!((face.normal.norm() - 1.0).abs() < 1e-15 && (face.distance - 0.01).abs() < 1e-17);
+    }
+}
