@@ -19,9 +19,9 @@ pub const TWOFOLD: [f64; 2] = [1.5, 2.5];
 const FIXED_TIME: f64 = 400e-6;
 
 /// Impact energies for the washers that are not the preset ones, J.
-const OTHER_ENERGIES: [f64; 3] = [7.5, 10.0, 15.0];
+const OTHER_ENERGIES: [f64; 2] = [10.0, 15.0];
 /// Washers with which one draw per yarn is tried.
-const PER_YARN_WASHERS: [usize; 2] = [0, 3];
+const PER_YARN_WASHERS: [usize; 1] = [0];
 
 /// When the absorbed energy is read.
 const READINGS: [Reading; 3] = [
@@ -35,7 +35,7 @@ fn point(effort: Effort, washer: usize, yarn: Yarn, energy: f64) -> Point {
     Point { washer, ..plan::small(effort, FourCorners, yarn, energy) }
 }
 
-/// Energies of the map for one washer: all of them for the preset, the three about the limit for the others.
+/// Energies of the map for one washer: all of them for the preset, the two about the limit for the others.
 fn energies(effort: Effort, washer: usize) -> Vec<f64> {
     let all = effort.map_energies().iter().copied();
     all.filter(|energy| washer == 0 || effort != Effort::Full || OTHER_ENERGIES.contains(energy)).collect()
@@ -46,7 +46,7 @@ pub fn points(effort: Effort) -> Vec<Point> {
     let mut points = Vec::new();
     for washer in 0..effort.washers() {
         for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::Woven] {
-            // One draw per yarn: for the preset washers and a quarter disc.
+            // One draw per yarn: for the preset washers.
             if yarn != Yarn::Woven || (effort != Effort::Quick && PER_YARN_WASHERS.contains(&washer)) {
                 points.extend(energies(effort, washer).iter().map(|&energy| point(effort, washer, yarn, energy)));
             }
