@@ -169,7 +169,7 @@ pub fn show(page: &mut Page, out: &Path, runs: &Runs, effort: Effort) -> Result<
     if effort == Effort::Full {
         page.text(&format!(
             "Left out: energies other than {} J for washers that are not the preset ones, and one draw per yarn for all washers but \
-             the preset ones and the smaller quarter disc.",
+             the preset ones.",
             OTHER_ENERGIES.map(|energy| energy.to_string()).join(", ")
         ));
     }
