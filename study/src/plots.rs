@@ -138,7 +138,10 @@ impl Plot<'_> {
                 } else {
                     y.widened_by_part(0.06)
                 };
-                let marked = self.series.iter().any(|series| matches!(series.style, Style::Marked | Style::Points));
+                let marked = self
+                    .series
+                    .iter()
+                    .any(|series| matches!(series.style, Style::Marked | Style::Points | Style::Dots));
                 let x = x.widened_by_part(if marked { 0.03 } else { 0.0 });
                 let bottom_top = (y.start, y.end);
                 let mut chart = builder.build_cartesian_2d(x, y).map_err(text)?;

@@ -79,7 +79,8 @@ pub fn figure_13(out: &Path, runs: &Runs, effort: Effort) -> Result<Figure> {
     .write(&out.join("figure_13.svg"))?;
     let caption = format!(
         "Fig. 13. The paper does not say how this sheet is held, so all three attachments are shown. Mean of {} seeds with 95 % \
-         interval; 0 where the projectile is arrested.",
+         interval; 0 where the projectile is arrested. Where a run ended by its step limit (column \"timeouts\"), the torn sheet still \
+         clings to the cylinder and slows it a little more.",
         effort.runs(Sheet::Large)
     );
     Figure::svg(out, "figure_13.svg", caption)

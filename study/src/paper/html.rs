@@ -35,7 +35,7 @@ impl Figure {
 /// Text as HTML.
 pub fn escape(text: &str) -> String {
     // A number stays with its per cent sign.
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace(" %", "\u{a0}%")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace(" %", "\u{a0}%").replace('\n', "<br>")
 }
 
 /// The page under construction.
@@ -57,6 +57,7 @@ figcaption { color: #46505c; font-size: 0.93rem; }
 table { border-collapse: collapse; font-size: 0.87rem; margin: 0.8rem 0; }
 th, td { text-align: right; padding: 0.25rem 0.6rem; border-bottom: 1px solid #e3e7eb; vertical-align: top; }
 th { background: #f3f5f8; font-weight: 600; } td:first-child, th:first-child, td.text, th.text { text-align: left; }
+td.lines { min-width: 21rem; }
 td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.cannotbetold { background: #fdf4d3; }
 ";
 
@@ -113,6 +114,8 @@ impl Page {
                         "agrees" | "does not" | "cannot be told" => {
                             format!(" class=\"text {}\"", cell.replace(' ', ""))
                         }
+                        // Lists need room, so that their lines do not break.
+                        list if list.contains('\n') => " class=\"text lines\"".to_string(),
                         _ => class(k).to_string(),
                     };
                     format!("<td{class}>{}</td>", escape(cell))

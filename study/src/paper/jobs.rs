@@ -5,12 +5,12 @@ use super::sheets;
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
-use crate::{Result, event};
+use crate::{Result, event, report};
 use fabric::snapshot::Hash;
 use fabric::{AttachmentKind, Draw, Outcome, Scene, Sim, Symmetry, TimeStep};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -110,6 +110,16 @@ impl Record {
     /// Energy absorbed when the last contact lost its supports; at the end if it never did.
     pub fn at_detached(&self) -> f64 {
         self.detached.map_or(self.absorbed, |(_, work)| work)
+    }
+
+    /// Part of the failed segments that lie near an attachment; NaN if none failed.
+    pub fn share_at_attachments(&self) -> f64 {
+        self.failed_at.0 as f64 / self.failed as f64
+    }
+
+    /// Part of the failed segments that lie near the centre; NaN if none failed.
+    pub fn share_at_centre(&self) -> f64 {
+        self.failed_at.1 as f64 / self.failed as f64
     }
 
     /// Energy absorbed at a time, s; at the end if the run was over before.
@@ -460,12 +470,19 @@ impl Runs {
         self.records.values().map(|record| record.cpu).fold(0.0, |sum, cpu| sum + cpu)
     }
 
-    /// Names of the runs that the step limit ended, sorted.
-    pub fn timeouts(&self) -> Vec<&str> {
-        let ended = self.records.values().filter(|record| record.timeout);
-        let mut names: Vec<&str> = ended.map(|record| record.name.as_str()).collect();
-        names.sort_unstable();
-        names
+    /// Points with runs that the step limit ended, with their number, sorted.
+    pub fn timeouts(&self) -> Vec<String> {
+        let mut counts = BTreeMap::new();
+        for record in self.records.values().filter(|record| record.timeout) {
+            let point = record.name.rsplit_once(", run ").map_or(record.name.as_str(), |(point, _)| point);
+            *counts.entry(point).or_insert(0) += 1;
+        }
+        counts.into_iter().map(|(point, count)| format!("{point} ({count})")).collect()
+    }
+
+    /// Median over all runs of the part of the impact energy by which the balance does not close.
+    pub fn median_audit(&self) -> f64 {
+        report::median(&self.records.values().map(|record| record.audit.abs()).collect::<Vec<_>>())
     }
 
     /// Largest part of the impact energy by which a balance does not close.
