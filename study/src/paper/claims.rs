@@ -296,11 +296,10 @@ fn of_places(reader: &Reader<'_>) -> Vec<Claim> {
     )];
     let number = |record: &Record| record.torn.iter().flatten().count() as f64;
     let torn = HISTORY_ENERGIES.map(|e| reader.mean(FourCorners, e, "corners torn", number, [0.0, 4.0]).text());
-    let gaps: [(&str, &str, fn(&Record) -> f64); 2] = [
-        ("Corners do not fail all at once", "first and last", |record| gap(record, usize::MAX)),
-        ("Corners fail one by one", "first and second", |record| gap(record, 1)),
-    ];
-    for (claim, which, value) in gaps {
+    let gaps: [Reading; 2] =
+        [("first and last", |record| gap(record, usize::MAX)), ("first and second", |record| gap(record, 1))];
+    let sayings = ["Corners do not fail all at once", "Corners fail one by one"];
+    for ((which, value), claim) in gaps.into_iter().zip(sayings) {
         let apart = [1e6 * APART, f64::INFINITY];
         claims.push(Claim::all(
             "P3",
