@@ -10,7 +10,7 @@
 use crate::event::{Summary, mask_of};
 use crate::machine::{self, Clock};
 use crate::memory::Buffers;
-use crate::plots::{Plot, Series, Style};
+use crate::plots::{Axes, Plot, Series, Style};
 use crate::progress::Progress;
 use crate::{Result, bench, report};
 use clap::Args;
@@ -355,26 +355,21 @@ fn nodes(smoke: bool) -> &'static str {
 fn plot_smooth(path: &Path, rows: &[SmoothRow]) -> Result<()> {
     let mut series: Vec<Series> = SMOOTH
         .iter()
-        .map(|case| Series {
-            name: case.name.to_string(),
-            style: Style::Marked,
-            points: rows
-                .iter()
-                .filter(|row| row.case == case.name)
-                .map(|row| (1e3 * row.seconds, row.position_error_m))
-                .collect(),
+        .map(|case| {
+            let rows = rows.iter().filter(|row| row.case == case.name);
+            Series::new(case.name, Style::Marked, rows.map(|row| (1e3 * row.seconds, row.position_error_m)).collect())
         })
         .collect();
     // Twice the time, a quarter of the error.
     if let (Some(&(x0, y0)), Some(&(x1, _))) = (series[0].points.first(), series[0].points.last()) {
         let points = vec![(x0, 2.0 * y0), (x1, 2.0 * y0 * (x0 / x1) * (x0 / x1))];
-        series.push(Series { name: "order 2".to_string(), style: Style::Dashed, points });
+        series.push(Series::new("order 2", Style::Dashed, points));
     }
     Plot {
         title: "Smooth phase: error over run time, velocity Verlet, 0.7 to 1/32 dt_crit",
         x: "run time (ms)",
         y: "largest position error (m)",
-        logarithmic: true,
+        axes: Axes::Logarithmic,
         series,
         marks: Vec::new(),
     }
@@ -382,15 +377,12 @@ fn plot_smooth(path: &Path, rows: &[SmoothRow]) -> Result<()> {
 }
 
 fn plot_events(path: &Path, rows: &[EventRow], floor: &Floor, smoke: bool) -> Result<()> {
-    let line = |name: &str, value: &dyn Fn(&EventRow) -> f64| Series {
-        name: name.to_string(),
-        style: Style::Marked,
-        points: rows.iter().map(|row| (row.seconds_per_run, value(row))).collect(),
+    let line = |name: &str, value: &dyn Fn(&EventRow) -> f64| {
+        Series::new(name, Style::Marked, rows.iter().map(|row| (row.seconds_per_run, value(row))).collect())
     };
-    let level = |name: &str, value: f64| Series {
-        name: name.to_string(),
-        style: Style::Dashed,
-        points: [rows.first(), rows.last()].into_iter().flatten().map(|row| (row.seconds_per_run, value)).collect(),
+    let level = |name: &str, value: f64| {
+        let ends = [rows.first(), rows.last()].into_iter().flatten();
+        Series::new(name, Style::Dashed, ends.map(|row| (row.seconds_per_run, value)).collect())
     };
     let (absorbed, velocity) =
         rows.last().map_or((f64::NAN, f64::NAN), |row| (row.absorbed_j, row.residual_velocity_m_per_s));
@@ -401,7 +393,7 @@ fn plot_events(path: &Path, rows: &[EventRow], floor: &Floor, smoke: bool) -> Re
         title: &format!("{EVENT_ENERGY} J on four sides, {} nodes: error over run time, {steps}", nodes(smoke)),
         x: "run time (s)",
         y: "error (%)",
-        logarithmic: true,
+        axes: Axes::Logarithmic,
         series: vec![
             line("absorbed energy", &|row| 100.0 * row.absorbed_error),
             line("residual velocity", &|row| 100.0 * row.residual_velocity_error),
