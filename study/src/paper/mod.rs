@@ -83,8 +83,8 @@ enum Chosen {
 
 const TITLE: &str = "Powell and Zohdi (2009), reproduced";
 
-const RULE: &str = "Rule of the verdicts: a claim is read as a range that a quantity must lie in (column \"read as\", fixed before the \
-    run). \"Agrees\" if the whole 95 % interval lies inside the range, \"does not\" if none of it does, otherwise \"cannot be told\". A claim \
+const RULE: &str = "Rule of the verdicts: a claim is read as a range that a quantity must lie in (column \"read as\"; the \
+    rows on where and in which order sheets fail were worded after first results). \"Agrees\" if the whole 95 % interval lies inside the range, \"does not\" if none of it does, otherwise \"cannot be told\". A claim \
     about several energies or attachments agrees if all do, and does not if one does not. The intervals are not corrected for \
     their number: of twenty true claims about one quantity each, one may come out wrong.";
 
