@@ -178,7 +178,7 @@ impl Job {
             text.push("one draw per yarn".to_string());
         }
         if s.symmetry != Symmetry::default() {
-            text.push(format!("mirrored {:?}", (s.symmetry.mirror_x, s.symmetry.mirror_y)));
+            text.push(format!("mirrored {:?}, or until detached", (s.symmetry.mirror_x, s.symmetry.mirror_y)));
         }
         let mut hash = Hash::default();
         text.join("\n").bytes().for_each(|byte| hash.word(byte as u64));
@@ -197,7 +197,11 @@ impl Job {
         let clock = Clock::start();
         let mut buffers = Buffers::of(&self.scene)?;
         let mut sim = buffers.sim(&self.scene)?;
-        let mask = event::mask_of(&[Outcome::Arrested, Outcome::Exited]);
+        let mut mask = event::mask_of(&[Outcome::Arrested, Outcome::Exited]);
+        if self.scene.symmetry != Symmetry::default() {
+            // Torn off evenly at all corners, the sheet wraps the sphere and flies with it: the run is over.
+            mask |= Outcome::Detached.bit();
+        }
         let dt = sim.step_limits().dt;
         let every = |pause: f64| ((pause / dt).round() as u64).max(1);
         let mut history = vec![sample(&sim)?];
