@@ -163,8 +163,8 @@ pub fn show(page: &mut Page, out: &Path, runs: &Runs, effort: Effort) -> Result<
          stochastic, under every combination of these readings, with its 95 % interval; in brackets how many of the uniform and of \
          the stochastic runs were arrested. Where runs are arrested their absorbed energy is capped at the impact energy, so the \
          ratio alone understates a difference; the ballistic limits are compared as well. A sheet that has not torn off by the \
-         end of its run is read at the end; the reading at 400 µs takes the end of runs that were over before. Torn off evenly, mirror-symmetric \
-         sheets drape about the sphere and stay with it: their runs end after about 1 ms at the latest.",
+         end of its run is read at the end; the reading at 400 µs takes the end of runs that were over before. Mirror-symmetric \
+         sheets are read when detached at the latest: torn off evenly at all corners, they wrap the sphere and fly with it.",
     );
     if effort == Effort::Full {
         page.text(&format!(

@@ -279,8 +279,6 @@ impl Point {
         }
         if self.yarn == Yarn::Symmetric {
             scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
-            // The sheet drapes about the sphere: every node may touch it.
-            scene.contact_capacity = scene.sheet.nodes_x * scene.sheet.nodes_y;
         }
         scene
     }
