@@ -319,9 +319,15 @@ impl Row {
 
 /// A table of points: absorbed energy with interval and range, residual velocity, peaks, arrests.
 pub fn table(page: &mut Page, runs: &Runs, points: &[Point]) {
+    let name = points.first().map_or(String::new(), |point| {
+        let sheet = if point.sheet == Sheet::Small { "3 in" } else { "10 in" };
+        format!("{sheet}, {} yarn", point.yarn.name())
+    });
     let heading = [
-        "point",
+        name.as_str(),
         "runs",
+        "arrested",
+        "timeouts",
         "absorbed, detached (J)",
         "range",
         "absorbed, end (J)",
@@ -330,8 +336,6 @@ pub fn table(page: &mut Page, runs: &Runs, points: &[Point]) {
         "peak fabric kinetic (J)",
         "peak strain (J)",
         "failed",
-        "arrested",
-        "timeouts",
     ];
     let rows: Vec<Vec<String>> = points
         .iter()
@@ -344,9 +348,15 @@ pub fn table(page: &mut Page, runs: &Runs, points: &[Point]) {
                 format!("{low:.2} to {high:.2}")
             };
             let row = Row::of(runs, point);
+            let impact = match point.impact {
+                Impact::Energy(energy) => format!("{energy} J"),
+                Impact::Velocity(velocity) => format!("{velocity} m/s"),
+            };
             vec![
-                point.name(),
+                format!("{}, {impact}", attachment_name(point.attachment)),
                 row.runs.to_string(),
+                row.arrested.to_string(),
+                row.timeouts.to_string(),
                 mean(Record::at_detached),
                 spread(Record::at_detached),
                 mean(|record| record.absorbed),
@@ -355,8 +365,6 @@ pub fn table(page: &mut Page, runs: &Runs, points: &[Point]) {
                 mean(|record| record.peak_kinetic),
                 mean(|record| record.peak_strain),
                 format!("{:.0}", row.failed_segments),
-                row.arrested.to_string(),
-                row.timeouts.to_string(),
             ]
         })
         .collect();

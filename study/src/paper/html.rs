@@ -44,7 +44,7 @@ pub struct Page {
 }
 
 const STYLE: &str = "
-body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1160px; margin: 2rem auto; padding: 0 1.2rem; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1240px; margin: 2rem auto; padding: 0 1.2rem; }
 h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.3rem; margin-top: 2.6rem; border-bottom: 1px solid #d5dbe2; }
 h3 { font-size: 1.08rem; margin-top: 1.6rem; }
 p, figcaption, li { max-width: 62rem; }
@@ -57,6 +57,7 @@ figcaption { color: #46505c; font-size: 0.93rem; }
 table { border-collapse: collapse; font-size: 0.87rem; margin: 0.8rem 0; }
 th, td { text-align: right; padding: 0.25rem 0.6rem; border-bottom: 1px solid #e3e7eb; vertical-align: top; }
 th { background: #f3f5f8; font-weight: 600; } td:first-child, th:first-child, td.text, th.text { text-align: left; }
+td:not(.text) { white-space: nowrap; }
 td.lines { min-width: 21rem; }
 td.agrees { background: #e2f4ea; } td.doesnot { background: #fde5dc; } td.cannotbetold { background: #fdf4d3; }
 ";

@@ -140,7 +140,7 @@ impl Point {
     /// Run k of this ensemble.
     pub fn job(&self, effort: Effort, k: u64, pictures: &'static [f64]) -> Job {
         let step_limit = match (self.sheet, self.yarn) {
-            // Torn off evenly, the sheet drapes about the sphere and stays there: about 1 ms says all.
+            // These end when detached at the latest, within about 1 ms.
             (Sheet::Small, Yarn::Symmetric) => 50_000,
             (Sheet::Small, _) => 100_000,
             (Sheet::Large, _) => 120_000,

@@ -5,7 +5,7 @@
 use super::html::{Figure, Page};
 use super::jobs::{Reading, Record, Runs};
 use super::plan::{self, Effort, Point, WASHERS, Yarn};
-use super::statistics::{Estimate, Verdict};
+use super::statistics::{self, Arrests, Estimate, Verdict};
 use crate::Result;
 use crate::plots::{Axes, Plot, Series, Style};
 use fabric::AttachmentKind::FourCorners;
@@ -164,7 +164,7 @@ pub fn show(page: &mut Page, out: &Path, runs: &Runs, effort: Effort) -> Result<
          the stochastic runs were arrested. Where runs are arrested their absorbed energy is capped at the impact energy, so the \
          ratio alone understates a difference; the ballistic limits are compared as well. A sheet that has not torn off by the \
          end of its run is read at the end; the reading at 400 µs takes the end of runs that were over before. Mirror-symmetric \
-         sheets are followed for about 1 ms: torn off evenly, they drape about the sphere and stay with it.",
+         sheets are read when detached at the latest: torn off evenly at all corners, they wrap the sphere and fly with it.",
     );
     if effort == Effort::Full {
         page.text(&format!(
@@ -182,8 +182,9 @@ pub fn show(page: &mut Page, out: &Path, runs: &Runs, effort: Effort) -> Result<
     table(page, &cells, effort);
     page.heading("Ballistic limits");
     page.text(
-        "Up to the first energy all runs were arrested, from the second on none was. The limit lies between the two. The last column \
-         is the range in which the ratio of the uniform to the stochastic limit must lie.",
+        "Runs arrested, of all runs at an impact energy; a run that its step limit ended does not count as arrested. The limit is the \
+         energy at which half of the runs are arrested (Spearman-Kärber, with the spacing of the energies in its 95 % interval); \
+         it needs an energy at which all are arrested and one at which none is.",
     );
     limits(page, runs, effort);
     Ok(())
@@ -247,56 +248,43 @@ fn table(page: &mut Page, cells: &[Cell], effort: Effort) {
     page.table(&heading, &[1, 2, 3], &rows);
 }
 
-/// Energies between which the ballistic limit lies: the greatest up to which all runs were arrested, and the least from which
-/// on none was.
-fn bracket(runs: &Runs, points: &[Point]) -> (f64, f64) {
-    let arrested: Vec<(f64, usize, usize)> = points
-        .iter()
-        .map(|point| (point.energy(), runs.of(point)))
-        .filter(|(_, records)| !records.is_empty())
-        .map(|(energy, records)| (energy, records.iter().filter(|record| record.arrested).count(), records.len()))
-        .collect();
-    let all = arrested.iter().take_while(|(_, n, count)| n == count).last().map_or(0.0, |entry| entry.0);
-    let none = arrested.iter().rev().take_while(|(_, n, _)| *n == 0).last().map_or(f64::INFINITY, |entry| entry.0);
-    (all, none)
-}
-
+/// How many runs were arrested, and the limits.
 fn limits(page: &mut Page, runs: &Runs, effort: Effort) {
+    let mut columns = effort.map_energies().to_vec();
+    // Figs 14 and 18 have more energies for the preset washers.
+    columns.extend(effort.energies().iter().filter(|&&energy| energy < effort.map_energies()[0]));
+    columns.sort_by(f64::total_cmp);
     let mut rows = Vec::new();
     for (washer, name) in WASHERS[..effort.washers()].iter().enumerate().map(|(k, washer)| (k, washer.name)) {
-        let of = |yarn: Yarn| {
-            let mut energies = energies(effort, washer);
-            if washer == 0 && matches!(yarn, Yarn::Uniform | Yarn::Stochastic) {
-                // Figs 14 and 18 have more energies here.
-                energies.extend(effort.energies());
-                energies.sort_by(f64::total_cmp);
-                energies.dedup();
-            }
-            let points: Vec<Point> = energies.iter().map(|&energy| point(effort, washer, yarn, energy)).collect();
-            bracket(runs, &points)
+        let counts = |yarn: Yarn| -> Vec<Arrests> {
+            let count = |&energy: &f64| {
+                let records = runs.of(&point(effort, washer, yarn, energy));
+                let arrested = records.iter().filter(|record| record.arrested).count();
+                (!records.is_empty()).then_some(Arrests { energy, arrested, runs: records.len() })
+            };
+            columns.iter().filter_map(count).collect()
         };
-        let stochastic = of(Yarn::Stochastic);
+        let stochastic = statistics::arrest_limit(&counts(Yarn::Stochastic));
         for yarn in [Yarn::Stochastic, Yarn::Woven, Yarn::Uniform, Yarn::Symmetric] {
-            let (all, none) = of(yarn);
-            let ratio =
-                |a: f64, b: f64| if a == 0.0 || b.is_infinite() { "0".to_string() } else { format!("{:.2}", a / b) };
-            let above =
-                |a: f64, b: f64| if a.is_infinite() || b == 0.0 { "∞".to_string() } else { format!("{:.2}", a / b) };
-            let number = |x: f64, none: &str| if x > 0.0 && x.is_finite() { format!("{x}") } else { none.to_string() };
-            rows.push(vec![
-                name.to_string(),
-                yarn.name().to_string(),
-                number(all, "below all"),
-                number(none, "above all"),
-                if yarn == Yarn::Stochastic {
-                    String::new()
-                } else {
-                    format!("{} to {}", ratio(all, stochastic.1), above(none, stochastic.0))
-                },
-            ]);
+            let counts = counts(yarn);
+            if counts.is_empty() {
+                continue;
+            }
+            let limit = statistics::arrest_limit(&counts);
+            let mut row = vec![name.to_string(), yarn.name().to_string()];
+            row.extend(columns.iter().map(|energy| {
+                let found = counts.iter().find(|count| count.energy == *energy);
+                found.map_or(String::new(), |count| format!("{}/{}", count.arrested, count.runs))
+            }));
+            row.push(limit.map_or("not bracketed".to_string(), |limit| limit.text(1)));
+            let ratio = limit.zip(stochastic).filter(|_| yarn != Yarn::Stochastic);
+            row.push(ratio.map_or(String::new(), |(limit, below)| Estimate::quotient(&limit, &below).text(2)));
+            rows.push(row);
         }
     }
-    let heading =
-        ["washers", "yarn", "all arrested up to (J)", "none arrested from (J)", "limit over stochastic limit"];
+    let mut heading = vec!["washers".to_string(), "yarn".into()];
+    heading.extend(columns.iter().map(|energy| format!("{energy} J")));
+    heading.extend(["limit (J)".to_string(), "over stochastic".into()]);
+    let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
     page.table(&heading, &[1], &rows);
 }

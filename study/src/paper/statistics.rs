@@ -2,8 +2,9 @@
 //!
 //! Method: Student's t for a mean; Welch's interval of the difference of two logarithms for a ratio of means, with the
 //! standard errors carried to first order.
+//! The ballistic limit is the mean of the distribution of single limits that the arrested parts describe (Spearman and Kärber).
 //! Limits: ensembles of 3 to 10 runs are taken as normal; intervals of several points are not corrected for their number.
-//! Reference: B. L. Welch, Biometrika 34 (1947) 28.
+//! Reference: B. L. Welch, Biometrika 34 (1947) 28; G. Kärber, Arch. exp. Path. Pharmak. 162 (1931) 480.
 
 use crate::report;
 
@@ -61,6 +62,14 @@ impl Estimate {
         Estimate { value, low: value / factor, high: value * factor }
     }
 
+    /// Quotient of two positive values whose intervals are independent, to first order in the logarithms.
+    pub fn quotient(above: &Estimate, below: &Estimate) -> Estimate {
+        let half = |part: &Estimate| 0.5 * (part.high - part.low) / part.value;
+        let factor = half(above).hypot(half(below)).exp();
+        let value = above.value / below.value;
+        Estimate { value, low: value / factor, high: value * factor }
+    }
+
     /// As text: value [low, high] with the given number of digits after the point.
     pub fn text(&self, digits: usize) -> String {
         let Estimate { value, low, high } = self;
@@ -103,6 +112,52 @@ pub fn student(freedom: f64) -> f64 {
     let n = freedom.floor();
     let part = (1.0 / n - 1.0 / freedom) / (1.0 / n - 1.0 / (n + 1.0));
     at(n as usize) + part * (at(n as usize + 1) - at(n as usize))
+}
+
+/// Runs at one impact energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrests {
+    /// Impact energy, J.
+    pub energy: f64,
+    /// Runs that were arrested.
+    pub arrested: usize,
+    /// All runs.
+    pub runs: usize,
+}
+
+/// The ballistic limit, J, from counts at increasing energies: None unless all runs are arrested at the first of them and none
+/// at the last. Parts that rise with energy are pooled. The error has the counts' and that of not knowing where between
+/// two energies a limit lies (the spacing over sqrt(12)).
+pub fn arrest_limit(counts: &[Arrests]) -> Option<Estimate> {
+    let (first, last) = (counts.first()?, counts.last()?);
+    if first.arrested != first.runs || last.arrested != 0 || first.runs == 0 {
+        return None;
+    }
+    // Pools of neighbours: arrested, runs, and how many energies.
+    let mut pools: Vec<(usize, usize, usize)> = Vec::new();
+    for count in counts {
+        let mut pool = (count.arrested, count.runs, 1);
+        while let Some(&before) = pools.last()
+            && before.0 * pool.1 < pool.0 * before.1
+        {
+            pool = (before.0 + pool.0, before.1 + pool.1, before.2 + pool.2);
+            pools.pop();
+        }
+        pools.push(pool);
+    }
+    let parts: Vec<f64> = pools.iter().flat_map(|pool| vec![pool.0 as f64 / pool.1 as f64; pool.2]).collect();
+    let (mut limit, mut variance) = (0.0, 0.0);
+    for k in 0..counts.len() - 1 {
+        let (from, to) = (counts[k].energy, counts[k + 1].energy);
+        let share = parts[k] - parts[k + 1];
+        limit += share * 0.5 * (from + to);
+        variance += (share * (to - from)).powi(2) / 12.0;
+        if k > 0 {
+            let weight = 0.5 * (to - counts[k - 1].energy);
+            variance += weight * weight * parts[k] * (1.0 - parts[k]) / (counts[k].runs as f64 - 1.0).max(1.0);
+        }
+    }
+    Some(Estimate::of_error(limit, variance.sqrt(), f64::INFINITY))
 }
 
 /// What an interval says about a claim.
@@ -195,6 +250,26 @@ mod tests {
         assert!(((ratio.high / 2.0).ln() - half).abs() < 1e-9, "{ratio:?}");
         assert!((ratio.low * ratio.high - 4.0).abs() < 1e-9);
         assert_eq!(Estimate::ratio(&[2.0, 2.0], &[1.0, 1.0]), Estimate::exact(2.0));
+    }
+
+    #[test]
+    fn ballistic_limit_of_known_counts() {
+        let counts = |arrested: &[usize]| -> Vec<Arrests> {
+            let at = |(k, &arrested): (usize, &usize)| Arrests { energy: 2.0 * k as f64, arrested, runs: 10 };
+            arrested.iter().enumerate().map(at).collect()
+        };
+        // All arrested at 2 J, none at 4 J: 3 J, and no better than the spacing.
+        let limit = arrest_limit(&counts(&[10, 10, 0, 0])).unwrap();
+        assert_eq!(limit.value, 3.0);
+        assert!((limit.high - 3.0 - 1.96 * 2.0 / 12f64.sqrt()).abs() < 1e-9);
+        // Half at 2 J: 2 J.
+        assert_eq!(arrest_limit(&counts(&[10, 5, 0])).unwrap().value, 2.0);
+        // 3 and 5 of 10 are pooled to 4 and 4.
+        let [rising, pooled] = [[10, 3, 5, 0], [10, 4, 4, 0]].map(|arrested| arrest_limit(&counts(&arrested)).unwrap());
+        assert_eq!(rising, pooled);
+        assert_eq!(arrest_limit(&counts(&[9, 5, 0])), None);
+        assert_eq!(arrest_limit(&counts(&[10, 5, 1])), None);
+        assert_eq!(arrest_limit(&[]), None);
     }
 
     #[test]
