@@ -1,0 +1,232 @@
+//! The Pareto front of cost and error, and what to take for a wanted error.
+//!
+//! An error below the resolution of the means (two standard errors of their difference) is no error that anyone has seen: it
+//! counts as the resolution. The deviation behind it is pooled over the full network's accepted steps with velocity Verlet,
+//! because a deviation of ten runs is itself uncertain by a quarter.
+//!
+//! A setting is on the front of a measure if no other one costs no more and errs no more, with one of the two less. It is on
+//! the front of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the
+//! kernel refuses, and the reference, do not compete.
+
+use super::impact::{ABSORBED, COUNT, Ensemble, MEASURES, Network, RESIDUAL};
+use super::{Cell, Table};
+use fabric::Integrator;
+
+/// A setting with its errors.
+pub struct Row {
+    /// Its runs.
+    pub ensemble: Ensemble,
+    /// Error of the mean, relative to the reference; of the energy residual its size over KE0.
+    pub error: [f64; COUNT],
+    /// Below this an error means nothing.
+    pub resolution: [f64; COUNT],
+    /// On the front of each measure.
+    pub front: [bool; COUNT],
+    /// On the front of all measures together.
+    pub front_of_all: bool,
+    /// What the errors are counted from.
+    pub reference: bool,
+}
+
+impl Row {
+    /// The error that counts.
+    fn counted(&self, index: usize) -> f64 {
+        self.error[index].max(self.resolution[index])
+    }
+
+    fn competes(&self) -> bool {
+        !self.reference && self.ensemble.setting.accepted() && self.ensemble.runs > 0
+    }
+
+    /// Initials of the measures on whose front it is; `*` if on the front of all.
+    pub fn marks(&self) -> String {
+        if self.reference {
+            return "reference".to_string();
+        }
+        let initials = ["A", "V", "P", "X", "F", "E"];
+        let own: String = (0..COUNT).filter(|&index| self.front[index]).map(|index| initials[index]).collect();
+        if self.front_of_all { format!("{own} *").trim().to_string() } else { own }
+    }
+}
+
+/// All settings of a case.
+pub struct Judged {
+    /// In the order given, the reference first.
+    pub rows: Vec<Row>,
+    /// Chaos floor: standard deviation of one run over the reference (of the energy residual: itself).
+    pub floor: [f64; COUNT],
+    /// Resolution of means of as many runs as the reference has.
+    pub resolution: [f64; COUNT],
+}
+
+/// Compares every ensemble with the first.
+pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
+    let reference: Vec<f64> = ensembles.first().map_or(vec![f64::NAN; COUNT], |first| first.mean.to_vec());
+    let first_runs = ensembles.first().map_or(0, |first| first.runs) as f64;
+    let pooled = |index: usize| {
+        let plain = |of: &&Ensemble| {
+            let setting = of.setting;
+            setting.accepted() && setting.network == Network::Full && setting.integrator == Integrator::Verlet
+        };
+        let squares: Vec<f64> = ensembles.iter().filter(plain).map(|of| of.deviation[index].powi(2)).collect();
+        let scale = if index == RESIDUAL { 100.0 } else { reference[index].abs() };
+        crate::report::mean(&squares).sqrt() / scale
+    };
+    let floor: [f64; COUNT] = std::array::from_fn(pooled);
+    let resolution = |index: usize, runs: f64| match index {
+        // The true value is known, and the spread differs from step to step.
+        RESIDUAL => 0.0,
+        _ => 2.0 * floor[index] * (1.0 / runs + 1.0 / first_runs).sqrt(),
+    };
+    let mut rows: Vec<Row> = ensembles
+        .into_iter()
+        .enumerate()
+        .map(|(number, ensemble)| Row {
+            error: std::array::from_fn(|index| match index {
+                RESIDUAL => 0.01 * ensemble.mean[index].abs(),
+                _ => (ensemble.mean[index] / reference[index] - 1.0).abs(),
+            }),
+            resolution: std::array::from_fn(|index| resolution(index, ensemble.runs as f64)),
+            front: [false; COUNT],
+            front_of_all: false,
+            reference: number == 0,
+            ensemble,
+        })
+        .collect();
+    for number in 0..rows.len() {
+        let row = &rows[number];
+        if !row.competes() {
+            continue;
+        }
+        let others =
+            || rows.iter().enumerate().filter(|(other, of)| *other != number && of.competes()).map(|(_, of)| of);
+        let front = std::array::from_fn(|index| !others().any(|other| beats(other, row, &[index])));
+        let all: [usize; COUNT] = std::array::from_fn(|index| index);
+        let front_of_all = !others().any(|other| beats(other, row, &all));
+        (rows[number].front, rows[number].front_of_all) = (front, front_of_all);
+    }
+    Judged { rows, floor, resolution: std::array::from_fn(|index| resolution(index, first_runs)) }
+}
+
+/// At least as good in cost and these measures, and better in one.
+fn beats(other: &Row, row: &Row, measures: &[usize]) -> bool {
+    let cost = (other.ensemble.node_steps, row.ensemble.node_steps);
+    let errors = || measures.iter().map(|&index| (other.counted(index), row.counted(index)));
+    let no_worse = cost.0 <= cost.1 && errors().all(|(a, b)| a <= b);
+    no_worse && (cost.0 < cost.1 || errors().any(|(a, b)| a < b))
+}
+
+/// Says whether the default is on the fronts.
+pub fn verdict(judged: &Judged) -> String {
+    let Some(default) = judged.rows.iter().find(|row| row.ensemble.setting.is_default()) else {
+        return "the default was not run".to_string();
+    };
+    let named = |on: bool| -> String {
+        let names: Vec<&str> =
+            (0..COUNT).filter(|&index| default.front[index] == on).map(|index| MEASURES[index].name).collect();
+        if names.is_empty() { "none".to_string() } else { names.join(", ") }
+    };
+    format!(
+        "The default (Verlet, 0.4 dt_crit) is {} the front of all measures together; on the front of: {}; not on that of: {}.",
+        if default.front_of_all { "on" } else { "NOT on" },
+        named(true),
+        named(false)
+    )
+}
+
+/// Wanted errors of the ensemble mean of the absorbed energy.
+const WANTED: [f64; 7] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
+
+/// "For this error in the ensemble mean take this: it costs that." The error of a mean of n runs is taken as
+/// sqrt(error^2 + floor^2/n), with an error that cannot be told from 0 counted as one standard error of the difference.
+pub fn choice(judged: &Judged) -> Table {
+    let mut table = Table::new(&[
+        "wanted error of absorbed energy",
+        "take",
+        "dt/dt_crit",
+        "runs",
+        "node-steps in all",
+        "CPU s in all",
+        "expected error",
+        "energy residual % of KE0",
+    ]);
+    for wanted in WANTED {
+        let mut best: Option<(f64, usize, &Row, f64)> = None;
+        for row in judged.rows.iter().filter(|row| row.competes()) {
+            let own = row.error[ABSORBED].max(0.5 * row.resolution[ABSORBED]);
+            let spread = judged.floor[ABSORBED];
+            if own.is_nan() || own >= wanted {
+                continue;
+            }
+            let runs = (spread * spread / (wanted * wanted - own * own)).ceil().max(1.0);
+            let cost = runs * row.ensemble.node_steps;
+            if best.is_none_or(|(least, ..)| cost < least) {
+                best = Some((cost, runs as usize, row, (own * own + spread * spread / runs).sqrt()));
+            }
+        }
+        let percent = |value: f64| format!("{} %", crate::report::shortest(100.0 * value));
+        table.add(match best {
+            Some((cost, runs, row, error)) => vec![
+                Cell::Number(wanted, percent(wanted)),
+                Cell::text(row.ensemble.setting.family()),
+                Cell::plain(row.ensemble.setting.step, 2),
+                Cell::plain(runs as f64, 0),
+                Cell::power(cost, 1),
+                Cell::plain(runs as f64 * row.ensemble.seconds, 2),
+                Cell::Number(error, format!("{:.2} %", 100.0 * error)),
+                Cell::plain(row.ensemble.mean[RESIDUAL], 4),
+            ],
+            None => {
+                let mut cells = vec![Cell::text(""); 8];
+                cells[0] = Cell::Number(wanted, percent(wanted));
+                cells[1] = Cell::text("below what these ensembles can show");
+                cells
+            }
+        });
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::impact::Setting;
+    use super::*;
+
+    fn ensemble(step: f64, cost: f64, absorbed: f64, residual: f64) -> Ensemble {
+        let mut mean = [1.0; COUNT];
+        (mean[ABSORBED], mean[RESIDUAL]) = (absorbed, residual);
+        let mut deviation = [0.0; COUNT];
+        deviation[ABSORBED] = 0.01;
+        let (setting, trouble) = (Setting::verlet(step), Vec::new());
+        Ensemble { setting, runs: 8, mean, deviation, node_steps: cost, seconds: cost, trouble }
+    }
+
+    #[test]
+    fn the_front_counts_no_error_below_the_resolution() {
+        // Reference 1 ± 0.01: means of eight runs resolve 0.01.
+        let judged = judge(vec![
+            ensemble(0.05, 8.0, 1.0, 0.0),
+            ensemble(0.1, 4.0, 1.001, 0.01),
+            ensemble(0.2, 2.0, 1.004, 0.1),
+            ensemble(0.4, 1.0, 1.02, 1.0),
+            ensemble(0.3, 1.5, 1.03, 0.5),
+            ensemble(0.7, 0.5, 1.0, 0.0),
+        ]);
+        assert!((judged.resolution[ABSORBED] - 0.01).abs() < 1e-12);
+        let on: Vec<bool> = judged.rows.iter().map(|row| row.front[ABSORBED]).collect();
+        assert_eq!(on, [false, false, true, true, false, false]);
+        let all: Vec<bool> = judged.rows.iter().map(|row| row.front_of_all).collect();
+        assert_eq!(all, [false, true, true, true, true, false], "the energy residual tells them apart");
+    }
+
+    #[test]
+    fn the_choice_is_the_cheapest_that_meets_the_wish() {
+        let judged =
+            judge(vec![ensemble(0.05, 8.0, 1.0, 0.0), ensemble(0.2, 2.0, 1.004, 0.1), ensemble(0.4, 1.0, 1.015, 1.0)]);
+        let table = choice(&judged);
+        // 0.05: one run at 0.4; 0.01: (0.01^2 - 0.005^2) leaves room for the spread of two runs at 0.2.
+        assert_eq!((table.rows[1][2].shown(), table.rows[1][3].shown()), ("0.40", "1"));
+        assert_eq!((table.rows[3][2].shown(), table.rows[3][3].shown()), ("0.20", "2"));
+        assert!(table.rows[6][1].shown().starts_with("below"));
+    }
+}
