@@ -220,8 +220,8 @@ impl Sphere {
     /// After `time` under a constant force whose impulses act at the start of steps of `dt` (0: all the time).
     fn after(self, force: [f64; 3], time: f64, dt: f64) -> Sphere {
         let mut next = self;
-        for c in 0..3 {
-            let acceleration = force[c] / self.mass;
+        for (c, force) in force.into_iter().enumerate() {
+            let acceleration = force / self.mass;
             next.position[c] += self.velocity[c] * time + 0.5 * acceleration * time * (time + dt);
             next.velocity[c] += acceleration * time;
         }
