@@ -178,7 +178,7 @@ fn pairs() -> Vec<Pair> {
     let quarter = Scene { symmetry: Symmetry { mirror_x: true, mirror_y: true }, ..smooth };
     let theta = Scene { integrator: Integrator::Theta(ThetaRule::default()), ..smooth };
     let early =
-        |each_row: fn(&mut Sim<'_>) -> Result<()>| Form { start: each_row, before: 1, steps: 100, ..struck(impact) };
+        |each_row: fn(&mut Sim<'_>) -> Result<()>| Form { start: each_row, before: 1, steps: 50, ..struck(impact) };
     let every_row: fn(&mut Sim<'_>) -> Result<()> = |sim| {
         sim.step_every_row();
         Ok(())
@@ -198,7 +198,7 @@ fn pairs() -> Vec<Pair> {
             taut(|sim| stretched(sim, 1.031)),
             false,
         ),
-        pair("rows that the wave has not reached (first 100 steps)", early(nothing), early(every_row), true),
+        pair("rows that the wave has not reached (first 50 steps)", early(nothing), early(every_row), true),
         pair("the mirrored three quarters", moving(quarter), moving(smooth), true),
         pair("theta rule", moving(smooth), moving(theta), false),
         pair(

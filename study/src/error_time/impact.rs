@@ -2,6 +2,10 @@
 //!
 //! The error of a setting is that of its ensemble mean against velocity Verlet at 0.05 dt_crit on the full network. Runs of
 //! an ensemble differ by 1e-12 in the impact velocity; a stochastic sheet is the same one (seed 1) in all of them.
+//!
+//! A run ends when the sphere is arrested or has exited, at the corners when the last yarn from the sphere to a support is gone:
+//! whether the torn sheet pulls once more is up to rounding. Runs there are long and scatter much: fewer of them, and the
+//! reference is at 0.1 dt_crit.
 
 use super::coarse::coarsened;
 use super::document::Document;
@@ -19,8 +23,6 @@ use std::path::Path;
 
 /// Energy of the sphere, J.
 pub const ENERGY: f64 = 40.0;
-/// Step of the reference in units of dt_crit; of the quick form, which is in a hurry, twice that.
-const REFERENCE: f64 = 0.05;
 /// Time after which a run is given up, s.
 const LONGEST: f64 = 2e-3;
 
@@ -67,6 +69,14 @@ pub struct Case {
 
 const fn case(name: &'static str, file: &'static str, kind: AttachmentKind, stochastic: bool) -> Case {
     Case { name, file, kind, stochastic }
+}
+
+/// What ends a run of a case.
+fn end(kind: AttachmentKind) -> u32 {
+    match kind {
+        AttachmentKind::FourCorners => mask_of(&[Outcome::Arrested, Outcome::Detached, Outcome::Exited]),
+        _ => mask_of(&[Outcome::Arrested, Outcome::Exited]),
+    }
 }
 
 /// Whether a case's segments are drawn.
@@ -193,13 +203,13 @@ pub fn scene(case: &Case, setting: &Setting, k: usize, effort: Effort) -> Scene 
     with_step(scene, TimeStep::Fraction(setting.step), setting.step)
 }
 
-/// Runs until arrested or exited.
+/// Runs until the end of the case.
 pub fn impact(scene: &Scene) -> Result<Run> {
     let mut buffers = Buffers::of(scene)?;
     let mut sim = buffers.sim(scene)?;
     let steps = (LONGEST / sim.step_limits().dt) as u64;
     let clock = Clock::start();
-    let ended = sim.advance_until(mask_of(&[Outcome::Arrested, Outcome::Exited]), steps);
+    let ended = sim.advance_until(end(scene.attachment.kind), steps);
     let seconds = clock.seconds();
     let node_steps = node_steps(&sim);
     let trouble = match ended {
@@ -270,19 +280,20 @@ fn sum_up(setting: Setting, runs: &[&Run]) -> Ensemble {
 /// The settings of a case, the reference first, and how many runs each gets.
 fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
     let case = &CASES[index];
-    let runs = match effort {
-        Effort::Smoke => 2,
-        Effort::Quick => 3,
-        Effort::Full => 10,
+    let corners = case.kind == AttachmentKind::FourCorners;
+    let (runs, few): (usize, usize) = match effort {
+        Effort::Smoke => (2, 1),
+        Effort::Quick => (3, 2),
+        Effort::Full => (if corners { 6 } else { 10 }, 3),
     };
-    let few = if effort == Effort::Full { 4 } else { 2 };
     let steps: &[f64] = match effort {
         Effort::Smoke => &[0.2, 0.4],
         Effort::Quick => &[0.1, 0.2, 0.3, 0.4, 0.5],
-        Effort::Full => &[REFERENCE, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7],
+        Effort::Full if corners => &[0.1, 0.2, 0.3, 0.4, 0.5],
+        Effort::Full => &[0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7],
     };
     let mut settings: Vec<(Setting, usize)> = steps.iter().map(|&step| (Setting::verlet(step), runs)).collect();
-    let coarse_steps: &[f64] = if effort == Effort::Full { &[0.1, 0.2, 0.4, 0.5] } else { &[0.4] };
+    let coarse_steps: &[f64] = if effort == Effort::Full { &[0.2, 0.4, 0.5] } else { &[0.4] };
     for &step in coarse_steps {
         if !case.stochastic {
             settings.push((Setting { network: Network::Quarter, ..Setting::verlet(step) }, runs));
@@ -293,12 +304,12 @@ fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
     }
     // The theta rule costs ten times as much: where it is compared, and one point elsewhere.
     let implicit: Vec<(f64, f64)> = match (effort, index) {
-        (Effort::Full, 0) => [0.2, 0.4, 0.5, 0.7]
-            .into_iter()
-            .flat_map(|step| [1e-4, 1e-6, 1e-10].map(|tolerance| (step, tolerance)))
-            .collect(),
-        (Effort::Full, _) if case.kind != AttachmentKind::FourCorners => vec![(0.4, 1e-6)],
-        (Effort::Full, _) => vec![],
+        (Effort::Full, 0) => {
+            let tolerances = [1e-4, 1e-6, 1e-10];
+            let accepted = [0.2, 0.4, 0.5].into_iter().flat_map(|step| tolerances.map(|tolerance| (step, tolerance)));
+            accepted.chain([(0.7, 1e-6)]).collect()
+        }
+        (Effort::Full, _) if !corners => vec![(0.4, 1e-6)],
         (Effort::Quick | Effort::Smoke, 0) => vec![(0.4, 1e-6)],
         _ => vec![],
     };

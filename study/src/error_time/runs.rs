@@ -19,7 +19,7 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         Effort::Smoke => vec![(CASES[0], 4)],
         Effort::Quick => vec![(CASES[0], 16), (CASES[1], 16)],
         Effort::Full => {
-            vec![(CASES[0], 64), (CASES[1], 64), (CASES[2], 64), (CASES[3], 64), (CASES[4], 32), (CASES[5], 32)]
+            vec![(CASES[0], 64), (CASES[1], 64), (CASES[2], 64), (CASES[3], 64), (CASES[4], 16), (CASES[5], 16)]
         }
     };
     let progress = Progress::new("number of runs", cases.iter().map(|(_, runs)| *runs as u64).sum());
