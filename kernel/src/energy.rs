@@ -31,6 +31,8 @@ pub struct Energy {
     pub contact_work: f64,
     /// Work of the external load on the projectile.
     pub external_work: f64,
+    /// Change of the audited energy when the step was halved, of second order in dt; 0 if it was not.
+    pub halving: f64,
     /// What the balance does not close by; should be small against the kinetic energy at impact.
     pub residual: f64,
 }
@@ -78,9 +80,9 @@ impl Sim<'_> {
         let projectile_kinetic = self.state.body.kinetic_energy(&self.model.inertia);
         let held = fabric_kinetic + strain + dissipated + sums.loss;
         let residual = if prescribed {
-            held - sums.work - sums.first_energy
+            held - sums.work - sums.first_energy - sums.halving_energy
         } else {
-            held + projectile_kinetic - sums.external_work - sums.first_energy
+            held + projectile_kinetic - sums.external_work - sums.first_energy - sums.halving_energy
         };
         Ok(Energy {
             projectile_kinetic,
@@ -90,6 +92,7 @@ impl Sim<'_> {
             contact_loss: sums.loss,
             contact_work: sums.work,
             external_work: sums.external_work,
+            halving: sums.halving_energy,
             residual,
         })
     }

@@ -30,8 +30,26 @@ struct Gathered {
 impl Sim<'_> {
     /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
     pub(crate) fn step_once(&mut self) -> Result<(), Failure> {
+        let failed_before = self.failed_segments;
+        if self.state.halved {
+            self.pass(0.5)?;
+        }
+        self.pass(1.0)?;
+        self.state.step += 1;
+        if self.layout.halving && !self.state.halved && self.failed_segments > failed_before {
+            self.halve_step();
+        }
+        self.close_window();
+        if self.state.step.is_multiple_of(TEST_INTERVAL) {
+            self.test_outcomes();
+        }
+        Ok(())
+    }
+
+    /// One pass of the scheme, to the part `end` of the step.
+    fn pass(&mut self, end: f64) -> Result<(), Failure> {
         let at_start = self.state.body;
-        let target = self.prescribe_rates();
+        let target = self.prescribe_rates(end);
         let found = self.refuse_too_fast().and_then(|()| self.gather());
         let Gathered { count, deepest } = found.inspect_err(|_| self.state.body = at_start)?;
         match self.scene.integrator {
@@ -46,12 +64,54 @@ impl Sim<'_> {
         let sums = &mut self.state.sums;
         sums.worst_penetration = if deepest > sums.worst_penetration { deepest } else { sums.worst_penetration };
         sums.most_candidates = sums.most_candidates.max(count as u64);
-        self.state.step += 1;
-        self.close_window();
-        if self.state.step.is_multiple_of(TEST_INTERVAL) {
-            self.test_outcomes();
-        }
         Ok(())
+    }
+
+    /// Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
+    /// a quarter of a kick, not only another unit. Contact needs nothing: its next impulse covers what is missing.
+    fn halve_step(&mut self) {
+        let before = self.energy().map_or(0.0, |energy| energy.residual);
+        let quarter = 0.25 * self.model.limits.dt;
+        let body = self.state.body;
+        self.load_body(quarter);
+        self.book_load(quarter, &body);
+        let (kind, share) = (self.scene.attachment.kind, self.scene.symmetry.share());
+        for j in 0..self.layout.nodes_y {
+            let run = self.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+            for i in 0..self.layout.nodes_x {
+                let a = self.acceleration(i, j);
+                let (u, v) = self.node(i, j);
+                if !in_runs(&run, i) {
+                    self.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));
+                } else if self.scene.track_support {
+                    let side = usize::from(i as u32 >= run[1]);
+                    let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
+                    let pull = Vector::from(a) * (0.25 * self.layout.node_weight(i, j) * share);
+                    self.state.sums.pull_support(kind, at, &pull, self.scene.symmetry);
+                }
+            }
+        }
+        // Impulses on the supports are summed in units of a pass.
+        self.state.sums.support.iter_mut().for_each(|support| *support *= 0.5);
+        self.state.halved = true;
+        self.take_halves(true);
+        let after = self.energy().map_or(before, |energy| energy.residual);
+        self.state.sums.halving_energy += after - before;
+    }
+
+    /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
+    pub(crate) fn take_halves(&mut self, halves: bool) {
+        if halves == (self.model.pass_dt < self.model.limits.dt) {
+            return;
+        }
+        self.model.take_halves(halves);
+        let factor = if halves { 0.25 } else { 4.0 };
+        for chunk in self.blocks.hot.iter_mut() {
+            chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
+        }
+        for chunk in self.blocks.yarn.iter_mut() {
+            chunk[..2].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
+        }
     }
 
     /// The explicit step of nodes and rates.
@@ -65,7 +125,7 @@ impl Sim<'_> {
         } else if report.newly_failed > 0 {
             self.failed_segments = self.count_failed();
         }
-        self.load_body();
+        self.load_body(self.model.pass_dt);
         if count > 0 {
             self.complete_approach(count);
             let solved = self.solve_contact(count);
@@ -74,13 +134,13 @@ impl Sim<'_> {
         } else {
             self.state.sums.contacts = 0;
         }
-        self.book_load(before);
+        self.book_load(self.model.pass_dt, before);
         Ok(())
     }
 
-    /// A prescribed body on a path: sets its rates for this step and returns its pose at the step's end. Behind a path it
+    /// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. Behind a path it
     /// coasts with the rates the path ended with.
-    fn prescribe_rates(&mut self) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
+    fn prescribe_rates(&mut self, end_of_pass: f64) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
         let state = &mut self.state;
         let track = &state.track;
         let end = track.first + track.steps;
@@ -91,8 +151,9 @@ impl Sim<'_> {
             }
             return None;
         }
-        let dt = self.model.limits.dt;
-        let (position, orientation) = track.pose(state.step + 1, dt);
+        let dt = self.model.pass_dt;
+        let elapsed = (state.step - track.first) as f64 + end_of_pass;
+        let (position, orientation) = track.pose(elapsed, self.model.limits.dt);
         state.body.velocity = (position - state.body.position) / dt;
         state.body.angular_velocity = path::cayley_rate(&state.body.orientation, &orientation, dt);
         Some((position, orientation))
@@ -113,7 +174,7 @@ impl Sim<'_> {
         let h = self.scene.sheet.spacing;
         let search = Search::new(&self.model.solid, &self.state.body, h);
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let (unit_speed, dt, layout) = (self.model.unit_speed, self.model.limits.dt, &self.layout);
+        let (unit_speed, dt, layout) = (self.model.unit_speed, self.model.pass_dt, &self.layout);
         let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
         let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
         let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
@@ -222,9 +283,8 @@ impl Sim<'_> {
         }
     }
 
-    /// The external load on the body.
-    pub(crate) fn load_body(&mut self) {
-        let dt = self.model.limits.dt;
+    /// The external load on the body during dt.
+    pub(crate) fn load_body(&mut self, dt: f64) {
         let (force, torque) = (self.state.force, self.state.torque);
         if self.scene.drive == Drive::Free {
             let body = &mut self.state.body;
@@ -236,9 +296,8 @@ impl Sim<'_> {
         }
     }
 
-    /// The external load's work and impulse.
-    pub(crate) fn book_load(&mut self, before: &Body) {
-        let dt = self.model.limits.dt;
+    /// The external load's work and impulse during dt.
+    pub(crate) fn book_load(&mut self, dt: f64, before: &Body) {
         let (force, torque) = (self.state.force, self.state.torque);
         if self.scene.drive == Drive::Free {
             let mean = (before.velocity + self.state.body.velocity) * 0.5;
@@ -355,7 +414,7 @@ impl Sim<'_> {
     }
 
     fn move_body(&mut self, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
-        let dt = self.model.limits.dt;
+        let dt = self.model.pass_dt;
         let state = &mut self.state;
         match (self.scene.drive, target) {
             (Drive::Free, _) => state.body.drift(&self.model.solid, &self.model.inertia, self.scene.rotation_rule, dt),

@@ -5,8 +5,9 @@
 //! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
 
 use crate::error::{Code, Error};
-use crate::scene::{Integrator, Scene, Shape};
+use crate::scene::{Integrator, Scene, Shape, StepAfterFailure};
 use crate::shape::Solid;
+use crate::state::Parts;
 use crate::sweep::Axis;
 use crate::symmetry::Line;
 
@@ -49,6 +50,8 @@ pub struct Layout {
     pub track_detachment: bool,
     /// true if the theta rule steps the nodes.
     pub implicit: bool,
+    /// true if the step is halved after the first failure.
+    pub halving: bool,
     /// Greatest number of contact candidates.
     pub candidates: usize,
     reals: usize,
@@ -77,6 +80,7 @@ impl Layout {
         let stochastic = scene.yarn.stochastic;
         let track_detachment = scene.track_detachment;
         let implicit = matches!(scene.integrator, Integrator::Theta(_));
+        let halving = scene.step_after_failure == StepAfterFailure::Half;
         let candidates = candidate_capacity(scene).min(nodes);
 
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
@@ -101,7 +105,7 @@ impl Layout {
             .checked_mul(6)?
             .checked_add(segments)?
             .checked_add(flags)?
-            .checked_add(crate::snapshot::frame_words(implicit))?;
+            .checked_add(crate::snapshot::frame_words(Parts { implicit, halving }))?;
 
         // No block may exceed what a slice can hold.
         for (count, bytes) in [(reals, 8), (words, 4), (image_words, 8)] {
@@ -118,6 +122,7 @@ impl Layout {
             stochastic,
             track_detachment,
             implicit,
+            halving,
             candidates,
             reals,
             words,
@@ -153,6 +158,11 @@ impl Layout {
     /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()
+    }
+
+    /// The optional parts of the state.
+    pub fn parts(&self) -> Parts {
+        Parts { implicit: self.implicit, halving: self.halving }
     }
 
     /// How often node (i, j) appears in the whole sheet.

@@ -73,6 +73,6 @@ pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, MAX_FACES, Projectile, RotationRule, Scene, Shape,
-    Sheet, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
+    Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};

@@ -15,6 +15,8 @@ use crate::yarn::DamageLaw;
 /// Constants derived from the scene.
 pub(crate) struct Model {
     pub limits: StepLimits,
+    /// Time step of one pass, s: dt, or half of it. The units below are those of a pass.
+    pub pass_dt: f64,
     pub pose: Pose,
     pub solid: Solid,
     pub inertia: Inertia,
@@ -52,6 +54,7 @@ impl Model {
         let window = math::round(scene.force_window / dt);
         Model {
             limits,
+            pass_dt: dt,
             pose: Pose::of_sheet(&scene.sheet),
             inertia: Inertia::of(&solid, scene.projectile.mass, scene.drive == Drive::Free),
             solid,
@@ -69,9 +72,20 @@ impl Model {
         }
     }
 
+    /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
+    pub(crate) fn take_halves(&mut self, halves: bool) {
+        let factor = if halves { 0.5 } else { 2.0 };
+        self.pass_dt *= factor;
+        self.unit_speed /= factor;
+        self.unit_impulse /= factor;
+        self.unit_energy /= factor * factor;
+        self.modulus_per_stiffness /= factor * factor;
+        self.mean_stiffness *= factor * factor;
+    }
+
     /// Rounding aside, a node deeper than a billionth of the spacing is inside.
     pub(crate) fn overlaps(&self, gap: f64) -> bool {
-        gap < -1e-9 * self.unit_speed * self.limits.dt
+        gap < -1e-9 * self.unit_speed * self.pass_dt
     }
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.

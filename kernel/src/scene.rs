@@ -226,6 +226,17 @@ impl Default for ThetaRule {
     }
 }
 
+/// What the step does once a segment has failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum StepAfterFailure {
+    /// It stays.
+    Keep = 0,
+    /// From the end of the step in which the first segment fails every step is taken as two halves (velocity Verlet only).
+    /// Step count, time, paths, outcomes and force windows go on counting whole steps.
+    Half = 1,
+}
+
 /// How the projectile turns between impulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotationRule {
@@ -268,6 +279,8 @@ pub struct Scene {
     pub step_check: StepCheck,
     /// How the nodes are stepped.
     pub integrator: Integrator,
+    /// What the step does once a segment has failed.
+    pub step_after_failure: StepAfterFailure,
     /// How the projectile turns.
     pub rotation_rule: RotationRule,
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one.
@@ -347,6 +360,7 @@ impl Scene {
             time_step: TimeStep::Fraction(STEP_DEFAULT_FRACTION),
             step_check: StepCheck::Refuse,
             integrator: Integrator::Verlet,
+            step_after_failure: StepAfterFailure::Keep,
             rotation_rule: RotationRule::Midpoint,
             force_window: 1e-6,
             track_detachment: true,
@@ -506,6 +520,9 @@ impl Scene {
             built("integrator")?;
             weight("integrator.theta", rule.theta)?;
             positive("integrator.tolerance", rule.tolerance)?;
+            if self.step_after_failure != StepAfterFailure::Keep {
+                return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
+            }
             if rule.max_iterations < 1 {
                 return Err(Error::new(Code::OutOfRange, "integrator.max_iterations", 0.0, 1.0));
             }

@@ -177,6 +177,7 @@ impl<'a> Sim<'a> {
         // Accepted once, so accepted again.
         let _ = self.scene.symmetry.settle(&self.model.solid, &mut body, self.scene.sheet.spacing);
         self.state = State::at_start(body);
+        self.take_halves(false);
         self.clear_state();
         self.start_audit();
     }

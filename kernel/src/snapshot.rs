@@ -10,9 +10,9 @@
 use crate::error::{Code, Error};
 use crate::layout;
 use crate::pose::Vector;
-use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, Symmetry};
+use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
 use crate::sim::Sim;
-use crate::state::{COUNT_MAX, State, Visitor};
+use crate::state::{COUNT_MAX, Parts, State, Visitor};
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -20,12 +20,12 @@ pub const FORMAT: u64 = 1;
 const HEADER_WORDS: usize = 4;
 /// Words of the scalar state (tested against the traversal).
 const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
-/// Words of the scalar state that only the theta rule has.
-const IMPLICIT_WORDS: usize = 2;
+/// Words of the scalar state that only the theta rule, or a step to be halved, has.
+const PART_WORDS: usize = 2;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
-pub fn frame_words(implicit: bool) -> usize {
-    HEADER_WORDS + STATE_WORDS + if implicit { IMPLICIT_WORDS } else { 0 } + 1
+pub fn frame_words(parts: Parts) -> usize {
+    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + 1
 }
 
 /// A running 64-bit hash over words, FNV-1a with a fold; each step is a bijection, so changing one word always shows.
@@ -120,6 +120,9 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
         hash.real(rule.tolerance);
         hash.word(rule.max_iterations as u64);
     }
+    if scene.step_after_failure != StepAfterFailure::Keep {
+        hash.word(0x5_0000 + scene.step_after_failure as u64);
+    }
     if let RotationRule::Theta(theta) = scene.rotation_rule {
         hash.word(0x4_0000);
         hash.real(theta);
@@ -211,7 +214,7 @@ impl Sim<'_> {
             writer.word(word);
         }
         let mut state = self.state;
-        state.visit(self.layout.implicit, &mut writer);
+        state.visit(self.layout.parts(), &mut writer);
         self.each_word(&mut |word| writer.word(word));
         let checksum = writer.hash.value();
         writer.word(checksum);
@@ -247,7 +250,7 @@ impl Sim<'_> {
         let mut reader = Reader { chunks: body.iter(), sound: true };
         (0..HEADER_WORDS).for_each(|_| _ = reader.word());
         let mut state = self.state;
-        state.visit(self.layout.implicit, &mut reader);
+        state.visit(self.layout.parts(), &mut reader);
         if !reader.sound || !plausible(&state) || !self.arrays_sound(&mut reader) {
             return Err(Error::plain(Code::ImageInvalid, "image"));
         }
@@ -255,8 +258,9 @@ impl Sim<'_> {
         // Second pass: take them.
         let mut reader = Reader { chunks: body.iter(), sound: true };
         (0..HEADER_WORDS).for_each(|_| _ = reader.word());
-        self.state.visit(self.layout.implicit, &mut reader);
+        self.state.visit(self.layout.parts(), &mut reader);
         self.read_arrays(&mut reader);
+        self.take_halves(self.state.halved);
         self.rebuild_derived();
         Ok(())
     }
@@ -269,7 +273,7 @@ impl Sim<'_> {
             hash.word(word);
         }
         let mut state = self.state;
-        state.visit(self.layout.implicit, &mut hash);
+        state.visit(self.layout.parts(), &mut hash);
         self.each_word(&mut |word| hash.word(word));
         hash.value()
     }
@@ -392,10 +396,11 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for (implicit, words) in [(false, STATE_WORDS), (true, STATE_WORDS + IMPLICIT_WORDS)] {
+        for (implicit, halving) in [(false, false), (true, false), (false, true)] {
+            let parts = Parts { implicit, halving };
             let mut counter = Counter(0);
-            State::at_start(Body::of(&motion)).visit(implicit, &mut counter);
-            assert_eq!(counter.0, words);
+            State::at_start(Body::of(&motion)).visit(parts, &mut counter);
+            assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
         }
     }
 }

@@ -46,6 +46,8 @@ pub struct Sums {
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
+    /// Change of the audited energy when the step was halved, J.
+    pub halving_energy: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -72,6 +74,7 @@ impl Default for Sums {
             most_candidates: 0,
             iterations: 0,
             most_iterations: 0,
+            halving_energy: 0.0,
             first_energy: 0.0,
             first_momentum: Vector::zeros(),
         }
@@ -80,6 +83,15 @@ impl Default for Sums {
 
 /// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums cannot overflow.
 pub const COUNT_MAX: u64 = 1 << 53;
+
+/// Which optional parts a scene's state has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// What only the theta rule has.
+    pub implicit: bool,
+    /// What only a step that is halved after failure has.
+    pub halving: bool,
+}
 
 /// Scalar state at step count n.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +104,8 @@ pub struct State {
     pub force: Vector,
     /// External torque on it, N m, sheet's frame.
     pub torque: Vector,
+    /// true once every step is taken as two halves.
+    pub halved: bool,
     /// Path being followed (prescribed body).
     pub track: Track,
     /// Sums and extremes.
@@ -108,6 +122,7 @@ impl State {
             body,
             force: Vector::zeros(),
             torque: Vector::zeros(),
+            halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::default(),
             watch: Watch::default(),
@@ -115,8 +130,7 @@ impl State {
     }
 
     /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading and the digest.
-    /// `implicit`: with what only the theta rule has.
-    pub fn visit(&mut self, implicit: bool, visitor: &mut impl Visitor) {
+    pub fn visit(&mut self, parts: Parts, visitor: &mut impl Visitor) {
         visitor.count(&mut self.step);
         visit_body(&mut self.body, visitor);
         visitor.vector(&mut self.force);
@@ -126,9 +140,15 @@ impl State {
         visit_body(&mut self.track.start, visitor);
         visit_body(&mut self.track.end, visitor);
         self.sums.visit(visitor);
-        if implicit {
+        if parts.implicit {
             visitor.count(&mut self.sums.iterations);
             visitor.count(&mut self.sums.most_iterations);
+        }
+        if parts.halving {
+            let mut flag = u64::from(self.halved);
+            visitor.flag(&mut flag);
+            self.halved = flag == 1;
+            visitor.real(&mut self.sums.halving_energy);
         }
         visit_watch(&mut self.watch, visitor);
     }

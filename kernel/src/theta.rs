@@ -41,7 +41,7 @@ impl Sim<'_> {
         self.keep_gap_rates(count);
         for iteration in 1..=rule.max_iterations {
             self.state.body = rates;
-            self.load_body();
+            self.load_body(self.model.pass_dt);
             self.approach_with_forces(rule, count);
             let solved = self.solve_contact(count);
             self.push_candidates(count);
@@ -54,7 +54,7 @@ impl Sim<'_> {
                 self.take_solved(&solved);
                 self.commit(rule);
                 self.book_contact(count, before);
-                self.book_load(before);
+                self.book_load(self.model.pass_dt, before);
                 let sums = &mut self.state.sums;
                 sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
                 sums.most_iterations = sums.most_iterations.max(iteration as u64);

@@ -7,6 +7,7 @@ mod contact;
 mod convergence;
 mod frames;
 mod free_flight;
+mod halving;
 mod long_yarn;
 mod oscillator;
 mod outcomes;
