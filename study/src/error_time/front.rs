@@ -8,9 +8,8 @@
 //! the front of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the
 //! kernel refuses, and the reference, do not compete.
 
-use super::impact::{ABSORBED, COUNT, Ensemble, MEASURES, Network, RESIDUAL};
+use super::impact::{ABSORBED, COUNT, Ensemble, MEASURES, Network, RESIDUAL, Setting};
 use super::{Cell, Table};
-use fabric::Integrator;
 
 /// A setting with its errors.
 pub struct Row {
@@ -24,6 +23,10 @@ pub struct Row {
     pub front: [bool; COUNT],
     /// On the front of all measures together.
     pub front_of_all: bool,
+    /// The same two among the settings on the full network.
+    pub front_of_full: [bool; COUNT],
+    /// See `front_of_full`.
+    pub front_of_all_full: bool,
     /// What the errors are counted from.
     pub reference: bool,
 }
@@ -66,7 +69,7 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
     let pooled = |index: usize| {
         let plain = |of: &&Ensemble| {
             let setting = of.setting;
-            setting.accepted() && setting.network == Network::Full && setting.integrator == Integrator::Verlet
+            setting.accepted() && setting == Setting::verlet(setting.step)
         };
         let squares: Vec<f64> = ensembles.iter().filter(plain).map(|of| of.deviation[index].powi(2)).collect();
         let scale = if index == RESIDUAL { 100.0 } else { reference[index].abs() };
@@ -89,6 +92,8 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
             resolution: std::array::from_fn(|index| resolution(index, ensemble.runs as f64)),
             front: [false; COUNT],
             front_of_all: false,
+            front_of_full: [false; COUNT],
+            front_of_all_full: false,
             reference: number == 0,
             ensemble,
         })
@@ -98,12 +103,19 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
         if !row.competes() {
             continue;
         }
-        let others =
-            || rows.iter().enumerate().filter(|(other, of)| *other != number && of.competes()).map(|(_, of)| of);
-        let front = std::array::from_fn(|index| !others().any(|other| beats(other, row, &[index])));
+        let full = |of: &Row| of.ensemble.setting.network == Network::Full;
+        let beaten = |measures: &[usize], among: &dyn Fn(&Row) -> bool| {
+            let mut others =
+                rows.iter().enumerate().filter(|(other, of)| *other != number && of.competes() && among(of));
+            others.any(|(_, other)| beats(other, row, measures))
+        };
         let all: [usize; COUNT] = std::array::from_fn(|index| index);
-        let front_of_all = !others().any(|other| beats(other, row, &all));
-        (rows[number].front, rows[number].front_of_all) = (front, front_of_all);
+        let front = std::array::from_fn(|index| !beaten(&[index], &|_| true));
+        let front_of_full = std::array::from_fn(|index| full(row) && !beaten(&[index], &full));
+        let (front_of_all, front_of_all_full) = (!beaten(&all, &|_| true), full(row) && !beaten(&all, &full));
+        let row = &mut rows[number];
+        (row.front, row.front_of_all) = (front, front_of_all);
+        (row.front_of_full, row.front_of_all_full) = (front_of_full, front_of_all_full);
     }
     Judged { rows, floor, resolution: std::array::from_fn(|index| resolution(index, first_runs)) }
 }
@@ -121,16 +133,18 @@ pub fn verdict(judged: &Judged) -> String {
     let Some(default) = judged.rows.iter().find(|row| row.ensemble.setting.is_default()) else {
         return "the default was not run".to_string();
     };
-    let named = |on: bool| -> String {
-        let names: Vec<&str> =
-            (0..COUNT).filter(|&index| default.front[index] == on).map(|index| MEASURES[index].name).collect();
-        if names.is_empty() { "none".to_string() } else { names.join(", ") }
+    let said = |among: &str, front: &[bool; COUNT], of_all: bool| {
+        let on: Vec<&str> = (0..COUNT).filter(|&index| front[index]).map(|index| MEASURES[index].name).collect();
+        let on = if on.is_empty() { "none".to_string() } else { on.join(", ") };
+        format!(
+            "{among} it is {} the front of all measures together, and on that of: {on}",
+            if of_all { "on" } else { "NOT on" }
+        )
     };
     format!(
-        "The default (Verlet, 0.4 dt_crit) is {} the front of all measures together; on the front of: {}; not on that of: {}.",
-        if default.front_of_all { "on" } else { "NOT on" },
-        named(true),
-        named(false)
+        "The default (Verlet, 0.4 dt_crit): {}; {}.",
+        said("among the settings on the full network", &default.front_of_full, default.front_of_all_full),
+        said("among all settings", &default.front, default.front_of_all)
     )
 }
 
@@ -189,7 +203,6 @@ pub fn choice(judged: &Judged) -> Table {
 
 #[cfg(test)]
 mod tests {
-    use super::super::impact::Setting;
     use super::*;
 
     fn ensemble(step: f64, cost: f64, absorbed: f64, residual: f64) -> Ensemble {
@@ -217,6 +230,7 @@ mod tests {
         assert_eq!(on, [false, false, true, true, false, false]);
         let all: Vec<bool> = judged.rows.iter().map(|row| row.front_of_all).collect();
         assert_eq!(all, [false, true, true, true, true, false], "the energy residual tells them apart");
+        assert!(judged.rows.iter().all(|row| row.front == row.front_of_full));
     }
 
     #[test]

@@ -17,12 +17,14 @@ use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report};
 use fabric::scene::{STEP_DEFAULT_FRACTION, STEP_MAX_FRACTION};
-use fabric::{AttachmentKind, Integrator, Outcome, Scene, Symmetry, TimeStep};
+use fabric::{AttachmentKind, Failure, Integrator, Outcome, Scene, Sim, StepAfterFailure, Symmetry, TimeStep};
 use rayon::prelude::*;
 use std::path::Path;
 
 /// Energy of the sphere, J.
 pub const ENERGY: f64 = 40.0;
+/// By which the velocities of an ensemble's runs differ: large against rounding, small against everything else.
+pub const ROUNDING: f64 = 1e-12;
 /// Time after which a run is given up, s.
 const LONGEST: f64 = 2e-3;
 
@@ -103,6 +105,8 @@ pub struct Setting {
     pub integrator: Integrator,
     /// Network.
     pub network: Network,
+    /// What the step does once a segment has failed.
+    pub after_failure: StepAfterFailure,
 }
 
 /// What of the sheet is modelled.
@@ -119,12 +123,15 @@ pub enum Network {
 impl Setting {
     /// Velocity Verlet on the full network.
     pub fn verlet(step: f64) -> Setting {
-        Setting { step, integrator: Integrator::Verlet, network: Network::Full }
+        Setting { step, integrator: Integrator::Verlet, network: Network::Full, after_failure: StepAfterFailure::Keep }
     }
 
     /// The line it belongs to in a plot.
     pub fn family(&self) -> String {
-        let integrator = super::integrator_name(self.integrator);
+        let mut integrator = super::integrator_name(self.integrator);
+        if self.after_failure == StepAfterFailure::Half {
+            integrator += ", half after failure";
+        }
         match self.network {
             Network::Full => integrator,
             Network::Quarter => format!("{integrator}, quarter"),
@@ -150,7 +157,8 @@ impl Setting {
             Network::Quarter => 0.3,
             Network::Coarse(factor) => f64::from(factor).powi(-3),
         };
-        passes * share / self.step
+        let halves = if self.after_failure == StepAfterFailure::Half { 1.6 } else { 1.0 };
+        passes * share * halves / self.step
     }
 }
 
@@ -184,8 +192,13 @@ pub struct Ensemble {
     pub trouble: Vec<String>,
 }
 
-/// The scene of the k-th run.
+/// The scene of the k-th run, whose velocity differs by k times 1e-12.
 pub fn scene(case: &Case, setting: &Setting, k: usize, effort: Effort) -> Scene {
+    scene_at(case, setting, k as f64 * ROUNDING, effort)
+}
+
+/// The scene with another velocity, by this part of it.
+pub fn scene_at(case: &Case, setting: &Setting, faster: f64, effort: Effort) -> Scene {
     let mut scene = Scene::sheet_3in_sphere();
     if effort == Effort::Smoke {
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
@@ -193,8 +206,9 @@ pub fn scene(case: &Case, setting: &Setting, k: usize, effort: Effort) -> Scene 
     scene.attachment.kind = case.kind;
     scene.yarn.stochastic = case.stochastic;
     let speed = (2.0 * ENERGY / scene.projectile.mass).sqrt();
-    scene.projectile.velocity = [0.0, 0.0, speed * (1.0 + k as f64 * 1e-12)];
+    scene.projectile.velocity = [0.0, 0.0, speed * (1.0 + faster)];
     scene.integrator = setting.integrator;
+    scene.step_after_failure = setting.after_failure;
     match setting.network {
         Network::Full => (),
         Network::Quarter => scene.symmetry = Symmetry { mirror_x: true, mirror_y: true },
@@ -208,13 +222,18 @@ pub fn impact(scene: &Scene) -> Result<Run> {
     let mut buffers = Buffers::of(scene)?;
     let mut sim = buffers.sim(scene)?;
     let steps = (LONGEST / sim.step_limits().dt) as u64;
+    let end = end(scene.attachment.kind);
     let clock = Clock::start();
-    let ended = sim.advance_until(end(scene.attachment.kind), steps);
+    let whole = until_failure(scene, &mut sim, end, steps);
+    let first = sim.step_count();
+    let ended = whole.and_then(|_| sim.advance_until(end, steps - first));
     let seconds = clock.seconds();
-    let node_steps = node_steps(&sim);
+    // Where the step is halved, steps after the first failure are two passes each.
+    let halved = if first > 0 { sim.step_count() - first } else { 0 };
+    let node_steps = node_steps(&sim) + halved as f64 * sim.layout().nodes() as f64;
     let trouble = match ended {
         Err(failure) => Some(format!("{failure:?}")),
-        Ok(taken) if taken == steps => Some("TIMEOUT".to_string()),
+        Ok(_) if sim.step_count() >= steps => Some("TIMEOUT".to_string()),
         Ok(_) => None,
     };
     if trouble.is_some() {
@@ -230,6 +249,15 @@ pub fn impact(scene: &Scene) -> Result<Run> {
         100.0 * energy.residual / crate::event::kinetic_energy(scene),
     ];
     Ok(Run { values, node_steps, seconds, trouble })
+}
+
+/// Where the step is halved after the first failure: runs until then.
+fn until_failure(scene: &Scene, sim: &mut Sim<'_>, end: u32, steps: u64) -> std::result::Result<u64, Failure> {
+    let halves = scene.step_after_failure == StepAfterFailure::Half;
+    while halves && sim.counters().failed_segments == 0 && sim.step_count() < steps && sim.outcomes().mask & end == 0 {
+        sim.step()?;
+    }
+    Ok(sim.step_count())
 }
 
 /// Runs `runs` of each job, all at once on all cores; ensembles in the order of the jobs.
@@ -301,6 +329,9 @@ fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
         for factor in [2, 4] {
             settings.push((Setting { network: Network::Coarse(factor), ..Setting::verlet(step) }, runs));
         }
+    }
+    for &step in if effort == Effort::Full { &[0.3, 0.4, 0.5][..] } else { &[0.4] } {
+        settings.push((Setting { after_failure: StepAfterFailure::Half, ..Setting::verlet(step) }, runs));
     }
     // The theta rule costs ten times as much: where it is compared, and one point elsewhere.
     let implicit: Vec<(f64, f64)> = match (effort, index) {

@@ -1,8 +1,9 @@
 //! How many runs a mean needs: its statistical error against its cost, at the default step.
 //!
-//! Uniform yarn: runs that differ by 1e-12 in the impact velocity (the chaos floor). Stochastic yarn: runs with different
-//! seeds, which is what a user of the scatter takes. The error of a mean of n is predicted as the deviation over sqrt(n), and
-//! observed as the spread of the means of disjoint groups of n.
+//! Uniform yarn: runs that differ by 1e-12 in the impact velocity (the chaos floor), and by 1e-6: what happens before the first
+//! failure is then another thing to the same extent as with another step, and the first failures may come in another order.
+//! Stochastic yarn: runs with different seeds, which is what a user of the scatter takes. The error of a mean of n is predicted
+//! as the deviation over sqrt(n), and observed as the spread of the means of disjoint groups of n.
 
 use super::document::Document;
 use super::impact::{CASES, Case, ENERGY, MEASURES, Setting};
@@ -13,18 +14,35 @@ use fabric::scene::STEP_DEFAULT_FRACTION;
 use rayon::prelude::*;
 use std::path::Path;
 
+/// By what the runs of an ensemble differ.
+#[derive(Clone, Copy, PartialEq)]
+enum Differs {
+    /// The impact velocity, by multiples of this part of it.
+    Velocity(f64),
+    Seed,
+}
+
 /// Measures, prints, writes.
 pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
-    let cases: Vec<(Case, usize)> = match effort {
-        Effort::Smoke => vec![(CASES[0], 4)],
-        Effort::Quick => vec![(CASES[0], 16), (CASES[1], 16)],
-        Effort::Full => {
-            vec![(CASES[0], 64), (CASES[1], 64), (CASES[2], 64), (CASES[3], 64), (CASES[4], 16), (CASES[5], 16)]
-        }
+    let [rounding, nudge] = [impact::ROUNDING, 1e-6].map(Differs::Velocity);
+    let cases: Vec<(Case, usize, Differs)> = match effort {
+        Effort::Smoke => vec![(CASES[0], 4, rounding)],
+        Effort::Quick => vec![(CASES[0], 12, rounding), (CASES[0], 12, nudge), (CASES[1], 12, Differs::Seed)],
+        Effort::Full => vec![
+            (CASES[0], 64, rounding),
+            (CASES[0], 64, nudge),
+            (CASES[1], 64, Differs::Seed),
+            (CASES[2], 64, rounding),
+            (CASES[2], 64, nudge),
+            (CASES[3], 64, Differs::Seed),
+            (CASES[4], 16, rounding),
+            (CASES[5], 16, Differs::Seed),
+        ],
     };
-    let progress = Progress::new("number of runs", cases.iter().map(|(_, runs)| *runs as u64).sum());
+    let progress = Progress::new("number of runs", cases.iter().map(|(_, runs, _)| *runs as u64).sum());
     let mut table = Table::new(&[
         "case",
+        "what differs",
         "runs in the mean",
         "node-steps in all",
         "CPU s in all",
@@ -33,7 +51,7 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         "velocity: standard error %",
         "observed %",
     ]);
-    let mut lines = Vec::new();
+    let mut lines: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
     let mut summary = Table::new(&[
         "case",
         "what differs",
@@ -47,15 +65,17 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         "failed %",
         "deviation %",
     ]);
-    for (case, count) in &cases {
+    for (case, count, differs) in &cases {
         let setting = Setting::verlet(STEP_DEFAULT_FRACTION);
         let runs: Vec<impact::Run> = (0..*count)
             .into_par_iter()
             .with_max_len(1)
             .map(|k| -> std::result::Result<_, String> {
-                let seeds = impact::stochastic(case);
-                let mut scene = impact::scene(case, &setting, if seeds { 0 } else { k }, effort);
-                scene.seed = if seeds { 1 + k as u64 } else { scene.seed };
+                let mut scene = match differs {
+                    Differs::Velocity(part) => impact::scene_at(case, &setting, k as f64 * part, effort),
+                    Differs::Seed => impact::scene(case, &setting, 0, effort),
+                };
+                scene.seed += if *differs == Differs::Seed { k as u64 } else { 0 };
                 let run = impact::impact(&scene).map_err(|error| error.to_string())?;
                 progress.add(1, || case.name.to_string());
                 Ok(run)
@@ -65,8 +85,11 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         let column = |index: usize| -> Vec<f64> { good.iter().map(|run| run.values[index]).collect() };
         let cost = report::mean(&good.iter().map(|run| run.node_steps).collect::<Vec<_>>());
         let seconds = report::least(&good.iter().map(|run| run.seconds).collect::<Vec<_>>());
-        let differs = if impact::stochastic(case) { "seed" } else { "V0 by 1e-12" };
-        let mut row = vec![Cell::text(case.name), Cell::text(differs), Cell::plain(good.len() as f64, 0)];
+        let differs = match differs {
+            Differs::Velocity(part) => format!("V0 by {part:e}"),
+            Differs::Seed => "seed".to_string(),
+        };
+        let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::plain(good.len() as f64, 0)];
         for (index, digits) in [(0, 3), (1, 3), (2, 1), (4, 2)] {
             let (mean, deviation) = (report::mean(&column(index)), report::deviation(&column(index)));
             row.push(Cell::plain(mean, digits));
@@ -78,7 +101,7 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         while size <= good.len() {
             let [absorbed, velocity] = [impact::ABSORBED, impact::VELOCITY].map(|index| errors(&column(index), size));
             points.push((size as f64 * cost, absorbed[0]));
-            let mut row = vec![Cell::text(case.name), Cell::plain(size as f64, 0)];
+            let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::plain(size as f64, 0)];
             row.extend([Cell::power(size as f64 * cost, 2), Cell::plain(size as f64 * seconds, 2)]);
             row.extend(absorbed.into_iter().chain(velocity).map(|error| Cell::plain(error, 3)));
             table.add(row);
