@@ -184,6 +184,12 @@
 // The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
 #define FK_THETA 1
 
+// The step stays after the first failure.
+#define FK_STEP_KEEP 0
+
+// The step is taken as two halves after the first failure.
+#define FK_STEP_HALF 1
+
 // Every segment draws its own constants.
 #define FK_DRAW_SEGMENT 0
 
@@ -355,6 +361,11 @@ typedef struct fk_scene {
     uint32_t rotation_rule;
     // Theta of the projectile's rotation, in [0.5, 1].
     double rotation_theta;
+    // FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as two
+    // halves (FK_VERLET only).
+    uint32_t step_after_failure;
+    // Not read.
+    uint32_t reserved_2;
 } fk_scene;
 
 // Why a request was refused.
@@ -459,6 +470,8 @@ typedef struct fk_energy {
     double external_work;
     // What the balance does not close by.
     double residual;
+    // Change of the audited energy when the step was halved; 0 if it was not.
+    double halving;
 } fk_energy;
 
 // Extremes of the fabric.

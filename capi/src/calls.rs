@@ -564,6 +564,7 @@ pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) 
             contact_work: energy.contact_work,
             external_work: energy.external_work,
             residual: energy.residual,
+            halving: energy.halving,
         };
         // SAFETY: the caller's structure.
         unsafe { put(out, value) }

@@ -4,7 +4,7 @@
 use core::ffi::c_char;
 use fabric::{
     Attachment, AttachmentKind, Code, Draw, Drive, Error, Faces, Integrator, Motion, Projectile, RotationRule, Scene,
-    Shape, Sheet, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+    Shape, Sheet, StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 
 /// Version of this interface: changes whenever a structure or a function does.
@@ -117,6 +117,10 @@ pub const FK_VERLET: u32 = 0;
 pub const FK_MIDPOINT: u32 = 0;
 /// The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
 pub const FK_THETA: u32 = 1;
+/// The step stays after the first failure.
+pub const FK_STEP_KEEP: u32 = 0;
+/// The step is taken as two halves after the first failure.
+pub const FK_STEP_HALF: u32 = 1;
 /// Every segment draws its own constants.
 pub const FK_DRAW_SEGMENT: u32 = 0;
 /// Every woven yarn, a row or a column of segments, draws its own constants.
@@ -271,6 +275,11 @@ pub struct fk_scene {
     pub rotation_rule: u32,
     /// Theta of the projectile's rotation, in [0.5, 1].
     pub rotation_theta: f64,
+    /// FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as two
+    /// halves (FK_VERLET only).
+    pub step_after_failure: u32,
+    /// Not read.
+    pub reserved_2: u32,
 }
 
 /// Why a request was refused.
@@ -389,6 +398,8 @@ pub struct fk_energy {
     pub external_work: f64,
     /// What the balance does not close by.
     pub residual: f64,
+    /// Change of the audited energy when the step was halved; 0 if it was not.
+    pub halving: f64,
 }
 
 /// Extremes of the fabric.
@@ -519,6 +530,8 @@ impl fk_scene {
             theta_max_iterations: rule.max_iterations,
             rotation_rule,
             rotation_theta,
+            step_after_failure: scene.step_after_failure as u32,
+            reserved_2: 0,
         }
     }
 
@@ -573,6 +586,11 @@ impl fk_scene {
                 max_iterations: self.theta_max_iterations,
             }),
             other => return Err(unknown("integrator", other)),
+        };
+        let step_after_failure = match self.step_after_failure {
+            FK_STEP_KEEP => StepAfterFailure::Keep,
+            FK_STEP_HALF => StepAfterFailure::Half,
+            other => return Err(unknown("step_after_failure", other)),
         };
         let rotation_rule = match self.rotation_rule {
             FK_MIDPOINT => RotationRule::Midpoint,
@@ -630,6 +648,7 @@ impl fk_scene {
             time_step,
             step_check,
             integrator,
+            step_after_failure,
             rotation_rule,
             force_window: self.force_window,
             track_detachment: flag("track_detachment", self.track_detachment)?,

@@ -8,7 +8,8 @@
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
-use crate::layout::CANDIDATE_REALS;
+use crate::lanes::{self, InstructionSet, Job, Lane};
+use crate::layout::{CANDIDATE_REALS, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::Vector;
 use crate::projectile::{self, Body, Inertia};
 use crate::scene::Symmetry;
@@ -80,16 +81,21 @@ impl Candidate {
 pub struct Search<'s> {
     solid: &'s Solid,
     body: Body,
+    /// Half extents of the box about the body and the margin, m.
     half: [f64; 3],
+    /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
+    reach2: f64,
     margin: f64,
+    instructions: InstructionSet,
 }
 
 impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
-    pub fn new(solid: &'s Solid, body: &Body, margin: f64) -> Search<'s> {
+    pub fn new(solid: &'s Solid, body: &Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
         // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
-        Search { solid, body: *body, half, margin }
+        let reach = (solid.reach() + margin) * (1.0 + 1e-9);
+        Search { solid, body: *body, half, reach2: reach * reach, margin, instructions }
     }
 
     /// Whether any of the y values from `low` to `high`, m, lies in the body's box.
@@ -97,17 +103,19 @@ impl<'s> Search<'s> {
         high >= self.body.position.y - self.half[1] && low <= self.body.position.y + self.half[1]
     }
 
-    /// Whether the x value, m, lies in the body's box.
-    pub fn meets_column(&self, x: f64) -> bool {
-        let r = x - self.body.position.x;
-        r <= self.half[0] && r >= -self.half[0]
+    /// The first chunk of a row, from number `from` on, with a node in the body's box. `first`: rest place of the row's first
+    /// node in spacings `h`, m.
+    pub fn next_near(&self, row: &[Chunk<HOT_PLANES>], from: usize, first: [f64; 2], h: f64) -> Option<usize> {
+        let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
+        let centre = [centre.x - first[0], centre.y - first[1], centre.z];
+        lanes::dispatch(self.instructions, Near { row, from, centre, half })
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
         let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
-        if outside(0) || outside(1) || outside(2) {
+        if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
             return None;
         }
         let q = &self.body.orientation;
@@ -120,6 +128,43 @@ impl<'s> Search<'s> {
         let gap = self.solid.gap(&r_body);
         (gap.distance < self.margin)
             .then(|| (gap.distance, projectile::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
+    }
+}
+
+/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node.
+struct Near<'a> {
+    row: &'a [Chunk<HOT_PLANES>],
+    from: usize,
+    centre: [f64; 3],
+    half: [f64; 3],
+}
+
+impl Job for Near<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Option<usize> {
+        const COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let [cx, cy, cz] = self.centre.map(L::splat);
+        let [hx, hy, hz] = self.half.map(L::splat);
+        let zero = L::splat(0.0);
+        for (c, [x, y, z, ..]) in self.row.iter().enumerate().skip(self.from) {
+            let column = L::splat((c * CHUNK) as f64).sub(cx);
+            let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(&COLUMNS));
+            for (((x, y), z), columns) in groups {
+                let rx = L::load(columns).add(L::load(x)).add(column);
+                let (ry, rz) = (L::load(y).sub(cy), L::load(z).sub(cz));
+                // Distance beyond the box along each axis; none above zero: inside.
+                let beyond_x = rx.max(zero.sub(rx)).sub(hx);
+                let beyond_y = ry.max(zero.sub(ry)).sub(hy);
+                let beyond_z = rz.max(zero.sub(rz)).sub(hz);
+                let beyond = beyond_x.max(beyond_y).max(beyond_z);
+                if zero.sub(beyond).any_not_below(zero) {
+                    return Some(c);
+                }
+            }
+        }
+        None
     }
 }
 
@@ -153,15 +198,25 @@ pub fn solve(
     let mut velocity = body.velocity;
     let mut rate = body.angular_velocity;
     let inverse_node_mass = 1.0 / node_mass;
+    // A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly zero.
+    let turns = rate != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
+    let plain_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass);
+    let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
+        let across = c.approach - c.normal.dot(velocity);
+        if turns { across - c.arm.dot(rate) } else { across }
+    };
     let mut fastest = 0.0;
     for slot in candidates.iter_mut() {
         let mut c = Candidate::read(slot);
-        let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
-        let moving = if symmetry == Symmetry::default() { 1.0 } else { c.normal.dot(&push(&c)) };
-        c.effective_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass * moving + turning);
+        c.effective_mass = plain_mass;
+        if turns || symmetry != Symmetry::default() {
+            let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
+            let moving = if symmetry == Symmetry::default() { 1.0 } else { c.normal.dot(&push(&c)) };
+            c.effective_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass * moving + turning);
+        }
         c.impulse = 0.0;
         c.write(slot);
-        let approach = c.approach - c.normal.dot(&velocity) - c.arm.dot(&rate);
+        let approach = closing(&c, &velocity, &rate);
         let size = if approach < 0.0 { -approach } else { approach };
         fastest = if size > fastest { size } else { fastest };
     }
@@ -169,14 +224,19 @@ pub fn solve(
     for sweep in 1..=MAX_SWEEPS {
         let mut largest_change = 0.0;
         for slot in candidates.iter_mut() {
-            let c = Candidate::read(slot);
-            let gap_rate = c.approach + c.impulse / node_mass - c.normal.dot(&velocity) - c.arm.dot(&rate);
+            let mut c = Candidate::read(slot);
+            if c.impulse > 0.0 {
+                c.approach += c.impulse / node_mass;
+            }
+            let gap_rate = closing(&c, &velocity, &rate);
             let trial = c.impulse - gap_rate * c.effective_mass;
             let impulse = if trial > 0.0 { trial } else { 0.0 };
             let change = impulse - c.impulse;
             if change != 0.0 {
                 velocity -= push(&c) * (change * inertia.inverse_mass);
-                rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
+                if turns {
+                    rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
+                }
                 slot[CANDIDATE_REALS - 1] = impulse;
                 let size = if change < 0.0 { -change } else { change };
                 largest_change = if size > largest_change { size } else { largest_change };

@@ -172,7 +172,7 @@ impl Sim<'_> {
     /// Copies the free nodes closer than h to the projectile.
     fn gather(&mut self) -> Result<Gathered, Failure> {
         let h = self.scene.sheet.spacing;
-        let search = Search::new(&self.model.solid, &self.state.body, h);
+        let search = Search::new(&self.model.solid, &self.state.body, h, self.instructions);
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (unit_speed, dt, layout) = (self.model.unit_speed, self.model.pass_dt, &self.layout);
         let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
@@ -188,34 +188,37 @@ impl Sim<'_> {
             }
             let run = runs.get(j).copied().unwrap_or([0; 4]);
             let row = layout::row(hot, chunks, j);
-            for i in 0..nx {
-                let (Some(chunk), lane) = (row.get(i / CHUNK), i % CHUNK) else { break };
-                let x = (weave::rest_offset(i, nodes_x) + chunk[0][lane]) * h;
-                if !search.meets_column(x) {
-                    continue;
+            let first = [weave::rest_offset(0, nodes_x), y0];
+            let mut from = 0;
+            while let Some(near) = search.next_near(row, from, first, h) {
+                from = near + 1;
+                let Some(chunk) = row.get(near) else { break };
+                #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+                for lane in 0..CHUNK {
+                    let i = near * CHUNK + lane;
+                    let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+                    let x = Vector::new((weave::rest_offset(i, nodes_x) + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                    let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
+                    if i >= nx || in_runs(&run, i) {
+                        continue;
+                    }
+                    let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                    let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                    let candidate = Candidate {
+                        displacement: u,
+                        normal,
+                        arm,
+                        weight: layout.node_weight(i, j),
+                        speed_before: normal.dot(&v) * unit_speed,
+                        approach: if gap > 0.0 { gap } else { 0.0 } / dt,
+                        effective_mass: 0.0,
+                        impulse: 0.0,
+                    };
+                    candidate.write(slot);
+                    *node = (j * nx + i) as u32;
+                    count += 1;
+                    deepest = if -gap > deepest { -gap } else { deepest };
                 }
-                let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new(x, (y0 + u[1]) * h, u[2] * h);
-                let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
-                if in_runs(&run, i) {
-                    continue;
-                }
-                let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                let candidate = Candidate {
-                    displacement: u,
-                    normal,
-                    arm,
-                    weight: layout.node_weight(i, j),
-                    speed_before: normal.dot(&v) * unit_speed,
-                    approach: if gap > 0.0 { gap } else { 0.0 } / dt,
-                    effective_mass: 0.0,
-                    impulse: 0.0,
-                };
-                candidate.write(slot);
-                *node = (j * nx + i) as u32;
-                count += 1;
-                deepest = if -gap > deepest { -gap } else { deepest };
             }
         }
         Ok(Gathered { count, deepest })

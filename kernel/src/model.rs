@@ -3,6 +3,7 @@
 use crate::blocks::in_runs;
 use crate::contact::Search;
 use crate::error::{Code, Error};
+use crate::lanes::InstructionSet;
 use crate::math;
 use crate::path::{self, Track};
 use crate::pose::{Pose, Vector};
@@ -139,7 +140,7 @@ impl Model {
 /// Refuses a start in which a free node of the flat sheet lies inside the projectile.
 pub(crate) fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
     let h = scene.sheet.spacing;
-    let search = Search::new(&model.solid, body, h);
+    let search = Search::new(&model.solid, body, h, InstructionSet::Scalar);
     for j in 0..scene.sheet.nodes_y as usize {
         let y = weave::rest_offset(j, scene.sheet.nodes_y) * h;
         if !search.meets_row(y, y) {

@@ -302,7 +302,7 @@ impl<'a> Sim<'a> {
         let (speeds, _) = velocities.as_chunks::<3>();
         // At least 1, so that no division by zero has to be compiled in.
         let nx = self.layout.nodes_x.max(1);
-        let search = Search::new(&self.model.solid, &self.state.body, self.scene.sheet.spacing);
+        let search = Search::new(&self.model.solid, &self.state.body, self.scene.sheet.spacing, self.instructions);
         for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
             let fixed = self.is_fixed(k % nx, k / nx);
             if fixed && *velocity != [0.0; 3] {

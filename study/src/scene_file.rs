@@ -17,7 +17,8 @@
 
 use crate::Result;
 use fabric::{
-    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepCheck, ThetaRule, TimeStep, prism,
+    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck, ThetaRule,
+    TimeStep, prism,
 };
 use serde::Deserialize;
 use serde::de::Error as _;
@@ -43,6 +44,7 @@ struct SceneFile {
     time_step: Option<TimeStepFile>,
     step_check: Option<StepCheckName>,
     integrator: Option<IntegratorFile>,
+    step_after_failure: Option<StepAfterFailureName>,
     rotation_rule: Option<RotationFile>,
     force_window: Option<f64>,
     track_detachment: Option<bool>,
@@ -194,6 +196,13 @@ struct ThetaFile {
 }
 
 #[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StepAfterFailureName {
+    Keep,
+    Half,
+}
+
+#[derive(Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum RotationFile {
     Midpoint,
@@ -273,6 +282,7 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut scene.time_step, file.time_step.map(time_step));
     set(&mut scene.step_check, file.step_check.map(step_check));
     set(&mut scene.integrator, file.integrator.map(integrator));
+    set(&mut scene.step_after_failure, file.step_after_failure.map(step_after_failure));
     set(&mut scene.rotation_rule, file.rotation_rule.map(rotation_rule));
     set(&mut scene.force_window, file.force_window);
     set(&mut scene.track_detachment, file.track_detachment);
@@ -337,6 +347,13 @@ fn integrator(value: IntegratorFile) -> Integrator {
             set(&mut rule.max_iterations, file.max_iterations);
             Integrator::Theta(rule)
         }
+    }
+}
+
+fn step_after_failure(name: StepAfterFailureName) -> StepAfterFailure {
+    match name {
+        StepAfterFailureName::Keep => StepAfterFailure::Keep,
+        StepAfterFailureName::Half => StepAfterFailure::Half,
     }
 }
 
