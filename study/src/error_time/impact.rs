@@ -312,7 +312,7 @@ fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
     let (runs, few): (usize, usize) = match effort {
         Effort::Smoke => (2, 1),
         Effort::Quick => (3, 2),
-        Effort::Full => (if corners { 6 } else { 10 }, 3),
+        Effort::Full => (if corners { 6 } else { 10 }, 2),
     };
     let steps: &[f64] = match effort {
         Effort::Smoke => &[0.2, 0.4],
@@ -330,17 +330,13 @@ fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
             settings.push((Setting { network: Network::Coarse(factor), ..Setting::verlet(step) }, runs));
         }
     }
-    for &step in if effort == Effort::Full { &[0.3, 0.4, 0.5][..] } else { &[0.4] } {
+    for &step in if effort == Effort::Full && !corners { &[0.3, 0.4, 0.5][..] } else { &[0.4] } {
         settings.push((Setting { after_failure: StepAfterFailure::Half, ..Setting::verlet(step) }, runs));
     }
     // The theta rule costs ten times as much: where it is compared, and one point elsewhere.
     let implicit: Vec<(f64, f64)> = match (effort, index) {
-        (Effort::Full, 0) => {
-            let tolerances = [1e-4, 1e-6, 1e-10];
-            let accepted = [0.2, 0.4, 0.5].into_iter().flat_map(|step| tolerances.map(|tolerance| (step, tolerance)));
-            accepted.chain([(0.7, 1e-6)]).collect()
-        }
-        (Effort::Full, _) if !corners => vec![(0.4, 1e-6)],
+        (Effort::Full, 0) => vec![(0.2, 1e-6), (0.4, 1e-4), (0.4, 1e-6), (0.4, 1e-10), (0.5, 1e-6), (0.7, 1e-6)],
+        (Effort::Full, 1 | 2) => vec![(0.4, 1e-6)],
         (Effort::Quick | Effort::Smoke, 0) => vec![(0.4, 1e-6)],
         _ => vec![],
     };
