@@ -222,6 +222,9 @@ impl Table {
     }
 }
 
+/// Name of the line that joins the points of a front; they have their marks already.
+const FRONT: &str = "Pareto front";
+
 /// A logarithmic plot of marked series and dashed levels across them.
 fn plot_errors(
     path: &Path,
@@ -233,8 +236,9 @@ fn plot_errors(
     let positive = |x: f64| x.is_finite() && x > 0.0;
     let ends = lines.iter().flat_map(|(_, points)| points).filter(|point| positive(point.0) && positive(point.1));
     let (low, high) = ends.fold((f64::MAX, f64::MIN), |(low, high), point| (low.min(point.0), high.max(point.0)));
+    let style = |name: &str| if name == FRONT { Style::Line } else { Style::Marked };
     let mut series: Vec<Series> =
-        lines.into_iter().map(|(name, points)| Series { name, style: Style::Marked, points }).collect();
+        lines.into_iter().map(|(name, points)| Series { style: style(&name), name, points }).collect();
     series.retain(|line| line.points.iter().any(|point| positive(point.0) && positive(point.1)));
     if series.is_empty() {
         return Ok(());

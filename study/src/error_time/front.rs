@@ -77,7 +77,7 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
     };
     let floor: [f64; COUNT] = std::array::from_fn(pooled);
     let resolution = |index: usize, runs: f64| match index {
-        // The true value is known, and the spread differs from step to step.
+        // The true value is known, and the spread differs from step to step: each row has its own.
         RESIDUAL => 0.0,
         _ => 2.0 * floor[index] * (1.0 / runs + 1.0 / first_runs).sqrt(),
     };
@@ -89,7 +89,10 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
                 RESIDUAL => 0.01 * ensemble.mean[index].abs(),
                 _ => (ensemble.mean[index] / reference[index] - 1.0).abs(),
             }),
-            resolution: std::array::from_fn(|index| resolution(index, ensemble.runs as f64)),
+            resolution: std::array::from_fn(|index| match index {
+                RESIDUAL => 0.02 * ensemble.deviation[index] / (ensemble.runs as f64).sqrt(),
+                _ => resolution(index, ensemble.runs as f64),
+            }),
             front: [false; COUNT],
             front_of_all: false,
             front_of_full: [false; COUNT],

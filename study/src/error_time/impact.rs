@@ -509,6 +509,14 @@ fn plot(case: &Case, judged: &Judged, out: &Path) -> Result<()> {
                     None => lines.push((name, vec![point])),
                 }
             }
+            let marked = |which: &dyn Fn(&front::Row) -> bool| -> Vec<(f64, f64)> {
+                let chosen = judged.rows.iter().filter(|row| which(row));
+                let mut points: Vec<_> = chosen.map(|row| (cost(&row.ensemble), 100.0 * row.error[index])).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                points
+            };
+            lines.insert(0, (super::FRONT.to_string(), marked(&|row| row.front[index])));
+            lines.push(("default".to_string(), marked(&|row| row.ensemble.setting.is_default())));
             let title = format!("{ENERGY} J, {}: error of the {}", case.name, measure.name);
             let path = out.join(format!("{}_{}_{clock}.svg", case.file, measure.file));
             let label = if index == RESIDUAL { "energy residual (% of KE0)" } else { "error of the mean (%)" };
