@@ -153,7 +153,7 @@ fn node_steps(sim: &fabric::Sim<'_>) -> f64 {
 
 /// A table that is printed, written as CSV in full precision, and shown in a document.
 struct Table {
-    heading: Vec<&'static str>,
+    heading: Vec<String>,
     rows: Vec<Vec<Cell>>,
 }
 
@@ -194,8 +194,8 @@ impl Cell {
 }
 
 impl Table {
-    fn new(heading: &[&'static str]) -> Table {
-        Table { heading: heading.to_vec(), rows: Vec::new() }
+    fn new(heading: &[&str]) -> Table {
+        Table { heading: heading.iter().map(|name| name.to_string()).collect(), rows: Vec::new() }
     }
 
     fn add(&mut self, row: Vec<Cell>) {
@@ -204,7 +204,7 @@ impl Table {
 
     /// As it is printed, which is Markdown too.
     fn text(&self) -> String {
-        let mut table = report::table(&self.heading);
+        let mut table = report::table(&self.heading.iter().map(String::as_str).collect::<Vec<_>>());
         for row in &self.rows {
             table.add_row(row.iter().map(Cell::shown).collect::<Vec<_>>());
         }

@@ -226,7 +226,7 @@ pub fn impact(scene: &Scene) -> Result<Run> {
     let clock = Clock::start();
     let whole = until_failure(scene, &mut sim, end, steps);
     let first = sim.step_count();
-    let ended = whole.and_then(|_| sim.advance_until(end, steps - first));
+    let ended = whole.and_then(|()| sim.advance_until(end, steps - first));
     let seconds = clock.seconds();
     // Where the step is halved, steps after the first failure are two passes each.
     let halved = if first > 0 { sim.step_count() - first } else { 0 };
@@ -252,12 +252,12 @@ pub fn impact(scene: &Scene) -> Result<Run> {
 }
 
 /// Where the step is halved after the first failure: runs until then.
-fn until_failure(scene: &Scene, sim: &mut Sim<'_>, end: u32, steps: u64) -> std::result::Result<u64, Failure> {
+fn until_failure(scene: &Scene, sim: &mut Sim<'_>, end: u32, steps: u64) -> std::result::Result<(), Failure> {
     let halves = scene.step_after_failure == StepAfterFailure::Half;
     while halves && sim.counters().failed_segments == 0 && sim.step_count() < steps && sim.outcomes().mask & end == 0 {
         sim.step()?;
     }
-    Ok(sim.step_count())
+    Ok(())
 }
 
 /// Runs `runs` of each job, all at once on all cores; ensembles in the order of the jobs.
@@ -360,7 +360,7 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         jobs.iter().map(|&(index, setting, runs)| (cases[index], setting, runs)).collect();
     let mut ensembles = ensembles("whole impacts", &flat, effort)?.into_iter();
     let nodes = if effort == Effort::Smoke { 41 } else { 105 };
-    let mut csv = Table::new(&csv_heading());
+    let mut csv = csv_table();
     for (index, case) in cases.iter().enumerate() {
         let count = jobs.iter().filter(|(of, ..)| *of == index).count();
         let judged = front::judge(ensembles.by_ref().take(count).collect());
@@ -449,8 +449,8 @@ fn shown(judged: &Judged) -> Table {
     table
 }
 
-fn csv_heading() -> Vec<&'static str> {
-    let mut heading = vec![
+fn csv_table() -> Table {
+    let mut table = Table::new(&[
         "case",
         "family",
         "dt_over_dt_crit",
@@ -460,15 +460,13 @@ fn csv_heading() -> Vec<&'static str> {
         "node_steps",
         "cpu_seconds",
         "trouble",
-    ];
-    // Heading texts live as long as the program: a handful, made once.
+    ]);
     for measure in &MEASURES {
-        for what in ["mean", "standard_error", "error", "resolution", "front"] {
-            heading.push(format!("{}_{what}", measure.file).leak());
-        }
+        let columns = ["mean", "standard_error", "error", "resolution", "front", "front_of_full_network"];
+        table.heading.extend(columns.map(|what| format!("{}_{what}", measure.file)));
     }
-    heading.push("front_of_all");
-    heading
+    table.heading.extend(["front_of_all", "front_of_all_of_full_network"].map(String::from));
+    table
 }
 
 fn csv_row(case: &Case, row: &front::Row) -> Vec<Cell> {
@@ -488,9 +486,9 @@ fn csv_row(case: &Case, row: &front::Row) -> Vec<Cell> {
     for index in 0..COUNT {
         cells.extend([of.mean[index], of.deviation[index] / (of.runs as f64).sqrt()].map(number));
         cells.extend([row.error[index], row.resolution[index]].map(number));
-        cells.push(Cell::text(row.front[index].to_string()));
+        cells.extend([row.front[index], row.front_of_full[index]].map(|on| Cell::text(on.to_string())));
     }
-    cells.push(Cell::text(row.front_of_all.to_string()));
+    cells.extend([row.front_of_all, row.front_of_all_full].map(|on| Cell::text(on.to_string())));
     cells
 }
 
