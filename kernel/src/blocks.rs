@@ -1,5 +1,6 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
+use crate::crossing::{CROSSING_REALS, Crossings};
 use crate::energy::SegmentView;
 use crate::error::{Code, Error};
 use crate::layout::{
@@ -31,6 +32,8 @@ pub(crate) struct Blocks<'a> {
     /// The theta rule's phi/dt of the candidates.
     #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub gap_rates: &'a mut [f64],
+    /// Horizontal and vertical segments that may go slack or taut in this step.
+    pub crossings: [Crossings<'a>; 2],
     pub runs: &'a mut [[u32; 4]],
     /// Nodes with an impulse since the last outcome test.
     pub flags: &'a mut [u32],
@@ -54,6 +57,8 @@ impl<'a> Blocks<'a> {
         let mut words = Carver(words);
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
+        let (across, up) = (layout.x.segments() * ny, nx * layout.y.segments());
+        let crossing = |count: usize| if layout.crossing { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let carved = (|| {
             reals.take(skip)?;
@@ -67,6 +72,18 @@ impl<'a> Blocks<'a> {
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 gap_rates: reals.take(implicit(layout.candidates))?,
+                crossings: [
+                    Crossings {
+                        slots: reals.take(crossing(across) * CROSSING_REALS)?.as_chunks_mut().0,
+                        nodes: words.take(crossing(across))?,
+                        count: 0,
+                    },
+                    Crossings {
+                        slots: reals.take(crossing(up) * CROSSING_REALS)?.as_chunks_mut().0,
+                        nodes: words.take(crossing(up))?,
+                        count: 0,
+                    },
+                ],
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
                 labels: words.take(watched(layout.nodes()))?,
@@ -300,7 +317,7 @@ impl Sim<'_> {
 
     // ---- Images behind mirror planes
 
-    /// Puts the image of row j's node behind the plane x = 0 in its place, at rest: only its displacement is read.
+    /// Puts the image of row j's node behind the plane x = 0 in its place.
     pub(crate) fn place_image_column(&mut self, j: usize) {
         place_image_column(layout::row_mut(self.blocks.hot, self.layout.chunks, j), self.layout.x);
     }
@@ -311,29 +328,29 @@ impl Sim<'_> {
     }
 }
 
-/// The image column of one row; the first three planes are displacements, the next three are set to zero.
+/// The image column of one row; the first three planes are displacements, the next three velocities.
 pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
     let place = line.modelled();
     let (node, _) = line.node(place);
-    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0), (3, -1.0), (4, 1.0), (5, 1.0)] {
         let value = layout::get(row, plane, node).unwrap_or(0.0);
         if let Some(slot) = layout::get_mut(row, plane, place) {
             *slot = sign * value;
         }
-        if let Some(slot) = layout::get_mut(row, 3 + plane, place) {
-            *slot = 0.0;
-        }
     }
 }
 
-/// The image row of a block; the first three planes are displacements.
+/// The image row of a block; the first three planes are displacements, the next three velocities.
 pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
     let place = line.modelled();
     let (node, _) = line.node(place);
     let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
     for (from, to) in layout::row(rows, chunks, node).iter().zip(layout::row_mut(images, chunks, 0)) {
-        to[0] = from[0];
-        to[1] = from[1].map(|y| -y);
-        to[2] = from[2];
+        for plane in [0, 2, 3, 5] {
+            to[plane] = from[plane];
+        }
+        for plane in [1, 4] {
+            to[plane] = from[plane].map(|y| -y);
+        }
     }
 }

@@ -7,7 +7,9 @@
 
 use crate::blocks::{Blocks, in_runs};
 use crate::contact::{self, Candidate, Search, Solved};
+use crate::crossing::FindCrossings;
 use crate::error::Failure;
+use crate::lanes;
 use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, Layout};
 use crate::math;
 use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
@@ -119,6 +121,9 @@ impl Sim<'_> {
         let report = self.sweep();
         if report.non_finite {
             return Err(Failure::NonFinite);
+        }
+        if self.layout.crossing {
+            self.correct_crossings();
         }
         if self.scene.symmetry == Symmetry::default() {
             self.failed_segments += report.newly_failed;
@@ -242,7 +247,9 @@ impl Sim<'_> {
             critical: self.model.critical,
             instructions: self.instructions,
         };
-        let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
+        let Blocks { hot, history, yarn, carry, kept, ranges, runs, crossings, .. } = &mut self.blocks;
+        crossings.iter_mut().for_each(|found| found.count = 0);
+        let ends = [pass.horizontals, pass.verticals];
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
         let share = self.scene.symmetry.share();
@@ -254,6 +261,10 @@ impl Sim<'_> {
             let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
             let run = runs.get(j).copied().unwrap_or([0; 4]);
             let above = if j + 1 < rows_stored { layout::row(above, chunks, 0) } else { &[] };
+            if self.layout.crossing {
+                let find = FindCrossings { row, above, first: j * pass.verticals, ends, found: crossings };
+                lanes::dispatch(self.instructions, find);
+            }
             keep_fixed(row, kept, &run);
             let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
             report = report.merged(met);
@@ -407,7 +418,7 @@ impl Sim<'_> {
     }
 
     /// Notes that a row holds a moving node with this y displacement.
-    fn widen(&mut self, j: usize, y: f64) {
+    pub(crate) fn widen(&mut self, j: usize, y: f64) {
         let [first, end] = self.awake;
         self.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
         if let Some([low, high]) = self.blocks.ranges.get_mut(j) {

@@ -395,6 +395,10 @@ static void read_outs(void)
     CHECK(fk_get_counters(sim, &counters) == FK_OK);
     CHECK(counters.failed_segments > 0 && failed >= counters.failed_segments);
     CHECK(counters.most_candidates <= counters.candidate_capacity);
+    /* What a host watches: a sound run. */
+    CHECK(fabs(energy.residual) < 0.01 * first_energy && limits.dt / limits.dt_crit <= 0.5);
+    CHECK(counters.unconverged == 0 && counters.worst_penetration < 1e-12 * scene.projectile_radius);
+    CHECK(fabric.max_stretch < 1.06);
 
     counters.struct_size = 16;
     CHECK(fk_get_counters(sim, &counters) == FK_STRUCT_SIZE && counters.struct_size == 16);

@@ -1,6 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python, run as command, target};
+use crate::tools::{Outcome, cargo, python, run as command, target, top};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -39,7 +39,7 @@ const VERIFY: &[Step] = &[
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
     ("error against run time", || study(&["error-time"])),
-    ("stability", || study(&["stability"])),
+    ("stability, and its page", stability),
 ];
 
 /// Every check that a change must pass.
@@ -75,13 +75,36 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
 fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options { check: true, gate: true })?;
     crate::fmu::run(&crate::fmu::Options::default())?;
+    let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
+    study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;
     command(python()?, &["tests/fmi/run.py"])
+}
+
+/// Where tests/fmi/test_stability.py looks for its cases.
+fn fmu_cases() -> String {
+    target().join("fmu").join("stability.json").to_string_lossy().into_owned()
+}
+
+/// The whole stability study, its rows through both FMUs, and its page as it is committed.
+fn stability() -> Outcome {
+    let docs = target().join("docs");
+    study(&["stability", "--docs", &docs.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
+    command(python()?, &["tests/fmi/run.py", "test_stability"])?;
+    for name in ["stability.md", "images/stability_map.svg"] {
+        let read =
+            |path: std::path::PathBuf| std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));
+        if read(docs.join(name))? != read(top().join("docs").join(name))? {
+            return Err(format!("docs/{name} is not what the study writes: run `fabric-study stability --docs docs`"));
+        }
+    }
+    Ok(())
 }
 
 /// Every study in its `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let out = target().join("smoke");
-    for name in ["error-time", "stability", "bench"] {
+    // Stability has run for the FMUs.
+    for name in ["error-time", "bench"] {
         study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
     }
     study(&["lean", "--smoke", "--no-code", "--out", &out.join("lean").to_string_lossy()])?;

@@ -6,10 +6,24 @@
 //!
 //! A setting is on the front of a measure if no other one costs no more and errs no more, with one of the two less. It is on
 //! the front of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the
-//! kernel refuses, and the reference, do not compete.
+//! kernel refuses, and the reference, do not compete; nor, by node-steps, does `crossing = mean`, whose corrections no counter
+//! counts.
 
 use super::impact::{ABSORBED, COUNT, Ensemble, MEASURES, Network, RESIDUAL, Setting};
 use super::{Cell, Table};
+use fabric::Crossing;
+
+/// The fronts: by node-steps and by seconds among all settings, and the same among those on the full network.
+pub const NAMES: [&str; 4] = ["steps", "seconds", "steps_full_network", "seconds_full_network"];
+
+/// Membership of a front.
+#[derive(Clone, Copy, Default)]
+pub struct Front {
+    /// Of each measure.
+    pub each: [bool; COUNT],
+    /// Of all measures together.
+    pub all: bool,
+}
 
 /// A setting with its errors.
 pub struct Row {
@@ -19,14 +33,8 @@ pub struct Row {
     pub error: [f64; COUNT],
     /// Below this an error means nothing.
     pub resolution: [f64; COUNT],
-    /// On the front of each measure.
-    pub front: [bool; COUNT],
-    /// On the front of all measures together.
-    pub front_of_all: bool,
-    /// The same two among the settings on the full network.
-    pub front_of_full: [bool; COUNT],
-    /// See `front_of_full`.
-    pub front_of_all_full: bool,
+    /// On which fronts it is, see [`NAMES`].
+    pub fronts: [Front; 4],
     /// What the errors are counted from.
     pub reference: bool,
 }
@@ -37,18 +45,25 @@ impl Row {
         self.error[index].max(self.resolution[index])
     }
 
-    fn competes(&self) -> bool {
-        !self.reference && self.ensemble.setting.accepted() && self.ensemble.runs > 0
+    /// Whether it competes, by seconds or by node-steps.
+    fn competes(&self, by_seconds: bool) -> bool {
+        let counted = by_seconds || self.ensemble.setting.crossing == Crossing::Point;
+        !self.reference && self.ensemble.setting.accepted() && self.ensemble.runs > 0 && counted
+    }
+
+    fn cost(&self, by_seconds: bool) -> f64 {
+        if by_seconds { self.ensemble.seconds } else { self.ensemble.node_steps }
     }
 
     /// Initials of the measures on whose front it is; `*` if on the front of all.
-    pub fn marks(&self) -> String {
+    pub fn marks(&self, front: usize) -> String {
         if self.reference {
             return "reference".to_string();
         }
         let initials = ["A", "V", "P", "X", "F", "E"];
-        let own: String = (0..COUNT).filter(|&index| self.front[index]).map(|index| initials[index]).collect();
-        if self.front_of_all { format!("{own} *").trim().to_string() } else { own }
+        let Front { each, all } = self.fronts[front];
+        let own: String = (0..COUNT).filter(|&index| each[index]).map(|index| initials[index]).collect();
+        if all { format!("{own} *").trim().to_string() } else { own }
     }
 }
 
@@ -93,39 +108,36 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
                 RESIDUAL => 0.02 * ensemble.deviation[index] / (ensemble.runs as f64).sqrt(),
                 _ => resolution(index, ensemble.runs as f64),
             }),
-            front: [false; COUNT],
-            front_of_all: false,
-            front_of_full: [false; COUNT],
-            front_of_all_full: false,
+            fronts: [Front::default(); 4],
             reference: number == 0,
             ensemble,
         })
         .collect();
     for number in 0..rows.len() {
-        let row = &rows[number];
-        if !row.competes() {
-            continue;
-        }
-        let full = |of: &Row| of.ensemble.setting.network == Network::Full;
-        let beaten = |measures: &[usize], among: &dyn Fn(&Row) -> bool| {
-            let mut others =
-                rows.iter().enumerate().filter(|(other, of)| *other != number && of.competes() && among(of));
-            others.any(|(_, other)| beats(other, row, measures))
-        };
-        let all: [usize; COUNT] = std::array::from_fn(|index| index);
-        let front = std::array::from_fn(|index| !beaten(&[index], &|_| true));
-        let front_of_full = std::array::from_fn(|index| full(row) && !beaten(&[index], &full));
-        let (front_of_all, front_of_all_full) = (!beaten(&all, &|_| true), full(row) && !beaten(&all, &full));
-        let row = &mut rows[number];
-        (row.front, row.front_of_all) = (front, front_of_all);
-        (row.front_of_full, row.front_of_all_full) = (front_of_full, front_of_all_full);
+        rows[number].fronts = [(false, false), (true, false), (false, true), (true, true)]
+            .map(|(by_seconds, full_only)| front(&rows, number, by_seconds, full_only));
     }
     Judged { rows, floor, resolution: std::array::from_fn(|index| resolution(index, first_runs)) }
 }
 
+/// On what part of a front a row is.
+fn front(rows: &[Row], number: usize, by_seconds: bool, full_only: bool) -> Front {
+    let row = &rows[number];
+    let among = |of: &Row| of.competes(by_seconds) && (!full_only || of.ensemble.setting.network == Network::Full);
+    let beaten = |measures: &[usize]| {
+        let mut others = rows.iter().enumerate().filter(|(other, of)| *other != number && among(of));
+        others.any(|(_, other)| beats(other, row, measures, by_seconds))
+    };
+    if !among(row) {
+        return Front::default();
+    }
+    let all: [usize; COUNT] = std::array::from_fn(|index| index);
+    Front { each: std::array::from_fn(|index| !beaten(&[index])), all: !beaten(&all) }
+}
+
 /// At least as good in cost and these measures, and better in one.
-fn beats(other: &Row, row: &Row, measures: &[usize]) -> bool {
-    let cost = (other.ensemble.node_steps, row.ensemble.node_steps);
+fn beats(other: &Row, row: &Row, measures: &[usize], by_seconds: bool) -> bool {
+    let cost = (other.cost(by_seconds), row.cost(by_seconds));
     let errors = || measures.iter().map(|&index| (other.counted(index), row.counted(index)));
     let no_worse = cost.0 <= cost.1 && errors().all(|(a, b)| a <= b);
     no_worse && (cost.0 < cost.1 || errors().any(|(a, b)| a < b))
@@ -136,18 +148,20 @@ pub fn verdict(judged: &Judged) -> String {
     let Some(default) = judged.rows.iter().find(|row| row.ensemble.setting.is_default()) else {
         return "the default was not run".to_string();
     };
-    let said = |among: &str, front: &[bool; COUNT], of_all: bool| {
-        let on: Vec<&str> = (0..COUNT).filter(|&index| front[index]).map(|index| MEASURES[index].name).collect();
+    let said = |among: &str, Front { each, all }: Front| {
+        let on: Vec<&str> = (0..COUNT).filter(|&index| each[index]).map(|index| MEASURES[index].name).collect();
         let on = if on.is_empty() { "none".to_string() } else { on.join(", ") };
         format!(
-            "{among} it is {} the front of all measures together, and on that of: {on}",
-            if of_all { "on" } else { "NOT on" }
+            "{among}: {} the front of all measures together, and on that of {on}",
+            if all { "on" } else { "NOT on" }
         )
     };
     format!(
-        "The default (Verlet, 0.4 dt_crit): {}; {}.",
-        said("among the settings on the full network", &default.front_of_full, default.front_of_all_full),
-        said("among all settings", &default.front, default.front_of_all)
+        "The default (Verlet, 0.4 dt_crit) is, {}; {}; {}; {}.",
+        said("among the settings on the full network, by node-steps", default.fronts[2]),
+        said("by seconds", default.fronts[3]),
+        said("among all settings, by node-steps", default.fronts[0]),
+        said("by seconds", default.fronts[1])
     )
 }
 
@@ -169,7 +183,7 @@ pub fn choice(judged: &Judged) -> Table {
     ]);
     for wanted in WANTED {
         let mut best: Option<(f64, usize, &Row, f64)> = None;
-        for row in judged.rows.iter().filter(|row| row.competes()) {
+        for row in judged.rows.iter().filter(|row| row.competes(false)) {
             let own = row.error[ABSORBED].max(0.5 * row.resolution[ABSORBED]);
             let spread = judged.floor[ABSORBED];
             if own.is_nan() || own >= wanted {
@@ -229,11 +243,11 @@ mod tests {
             ensemble(0.7, 0.5, 1.0, 0.0),
         ]);
         assert!((judged.resolution[ABSORBED] - 0.01).abs() < 1e-12);
-        let on: Vec<bool> = judged.rows.iter().map(|row| row.front[ABSORBED]).collect();
+        let on: Vec<bool> = judged.rows.iter().map(|row| row.fronts[0].each[ABSORBED]).collect();
         assert_eq!(on, [false, false, true, true, false, false]);
-        let all: Vec<bool> = judged.rows.iter().map(|row| row.front_of_all).collect();
+        let all: Vec<bool> = judged.rows.iter().map(|row| row.fronts[0].all).collect();
         assert_eq!(all, [false, true, true, true, true, false], "the energy residual tells them apart");
-        assert!(judged.rows.iter().all(|row| row.front == row.front_of_full));
+        assert!(judged.rows.iter().all(|row| row.fronts.iter().all(|front| front.each == row.fronts[0].each)));
     }
 
     #[test]

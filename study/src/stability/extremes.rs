@@ -1,0 +1,96 @@
+//! Huge and subnormal parameters: refused with the field, or right.
+
+use super::Case;
+use super::flight::{Ended, Flight, changed, ending, uniform};
+use super::refused::refused;
+use fabric::{Code, Outcome};
+
+/// All rows of this theme.
+pub fn rows() -> Vec<Case> {
+    use Code::*;
+    let theme = "Huge and subnormal";
+    let mut rows = vec![
+        refused("node mass 1e-20 kg at dt 2e-8", StepTooLarge, "dt", |s| {
+            s.sheet.node_mass = 1e-20;
+            s.time_step = fabric::TimeStep::Seconds(2e-8);
+        }),
+        refused("node mass subnormal", StepLimitUnusable, "sheet.node_mass", |s| s.sheet.node_mass = 1e-320),
+        refused("node mass 1e300 kg", ProjectileTooLight, "projectile.mass", |s| s.sheet.node_mass = 1e300),
+        refused("spacing subnormal", StepLimitUnusable, "sheet.node_mass", |s| s.sheet.spacing = 1e-320),
+        refused("spacing 1e300 m", ProjectileTooSmall, "projectile.radius", |s| s.sheet.spacing = 1e300),
+        refused("yarn area subnormal", StepLimitUnusable, "dt", |s| s.sheet.yarn_area = 1e-320),
+        refused("yarn area 1e300 m2", StepLimitUnusable, "sheet.node_mass", |s| s.sheet.yarn_area = 1e300),
+        refused("modulus 1e300 Pa", StepTooLarge, "dt", |s| {
+            s.yarn.modulus_mean = 1e300;
+            s.yarn.damage_slope = 1e-297;
+            s.time_step = fabric::TimeStep::Seconds(2e-8);
+        }),
+        refused("U_c = 2.1", OutOfRange, "yarn.critical_stretch", |s| s.yarn.critical_stretch = 2.1),
+        refused("damage slope 1e300 / Pa", NotFinite, "yarn.damage_slope", |s| s.yarn.damage_slope = 1e300),
+        refused("force window NaN", NotFinite, "force_window", |s| s.force_window = f64::NAN),
+        refused("projectile mass 1e308 kg", OutOfRange, "projectile.mass", |s| s.projectile.mass = 1e308),
+        refused("velocity 1e300 m/s", ProjectileTooFast, "projectile.velocity", |s| s.projectile.velocity[2] = 1e300),
+        refused("2^21 nodes along x", TooManyNodes, "sheet.nodes_x", |s| s.sheet.nodes_x = 1 << 21),
+    ];
+    rows.iter_mut().for_each(|row| row.theme = theme);
+    let passed = |end: &Ended<'_>| end.only(Outcome::Passed) && end.summary.absorbed == 0.0;
+    let quiet = |end: &Ended<'_>| end.sound() && end.failure.is_none() && end.latched(Outcome::Exited);
+    let flights = vec![
+        Flight::new(
+            "node mass 1e-20 kg at 0.4 dt_crit",
+            "accepted, dt about 8e-15 s, books closed",
+            changed(uniform(21, 100.0), |scene| scene.sheet.node_mass = 1e-20),
+            20_000,
+            |end| (1e-15..1e-14).contains(&end.summary.dt) && end.books.energy.abs() < 1e-9,
+        ),
+        Flight::new(
+            "position 1e300 m away",
+            "passed, absorbed exactly 0",
+            changed(uniform(21, 100.0), |scene| scene.projectile.position[0] = 1e300),
+            20_000,
+            passed,
+        ),
+        Flight {
+            text: Box::new(|end| format!("{}, {} unconverged", ending(end), end.summary.unconverged)),
+            // Contact with every node at once, as under a slab.
+            ..Flight::new(
+                "radius 1e3 m over a sheet of 29 mm",
+                "books close, under 1 % of the solves at the cap, none inside by 1e-12 R",
+                changed(uniform(41, 100.0), |scene| {
+                    scene.projectile.radius = 1e3;
+                    scene.projectile.position[2] = -1e3;
+                }),
+                2000,
+                |end| end.closed() && end.summary.unconverged < 20 && end.outside(1e-12 * 1e3),
+            )
+        },
+        Flight::new(
+            "force window 1e300 s",
+            "exits, sound, no peak force",
+            changed(uniform(41, 100.0), |scene| scene.force_window = 1e300),
+            100_000,
+            move |end| quiet(end) && end.summary.peak_force == 0.0,
+        ),
+        Flight::new(
+            "force window subnormal",
+            "exits, sound: the window is one step",
+            changed(uniform(41, 100.0), |scene| scene.force_window = 1e-320),
+            100_000,
+            move |end| quiet(end) && end.summary.peak_force > 0.0,
+        ),
+        Flight::new(
+            "scatter of the modulus 1e300 Pa",
+            "accepted with a step far below the usual one, or refused",
+            changed(uniform(21, 100.0), |scene| {
+                scene.yarn.stochastic = true;
+                scene.yarn.modulus_sd = 1e300;
+                scene.yarn.damage_slope = 0.0;
+                scene.yarn.damage_intercept = 230.0;
+            }),
+            1000,
+            |end| end.summary.dt < 1e-150 && end.failure.is_none(),
+        ),
+    ];
+    rows.extend(flights.into_iter().map(|flight| flight.case(theme)));
+    rows
+}
