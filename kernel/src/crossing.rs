@@ -68,23 +68,22 @@ impl Job for FindCrossings<'_, '_> {
             for g in 0..CHUNK / L::WIDTH {
                 let here = group::<L>(chunk, g);
                 let column = c * CHUNK + g * L::WIDTH;
-                let right = if g + 1 < CHUNK / L::WIDTH {
-                    group::<L>(chunk, g + 1)
-                } else {
-                    next.map_or([L::splat(0.0); 6], |next| group::<L>(next, 0))
+                let right = match next {
+                    _ if g + 1 < CHUNK / L::WIDTH => group::<L>(chunk, g + 1),
+                    Some(next) => group::<L>(next, 0),
+                    None => [L::splat(0.0); 6],
                 };
-                let d = [0, 1, 2, 3, 4, 5].map(|k| here[k].right_of(right[k]).sub(here[k]));
-                let q = sweep::excess_horizontal([d[0], d[1], d[2]]);
-                let before = sweep::excess_horizontal([d[0].sub(d[3]), d[1].sub(d[4]), d[2].sub(d[5])]);
+                let neighbour = neighbours(here, right);
+                let (d, d_before) = relative(here, neighbour);
+                let (q, before) = (sweep::excess_horizontal(d), sweep::excess_horizontal(d_before));
                 if may_cross(q, before) {
                     let whole = &L::groups(&chunk[6])[g];
                     note_group::<L>(horizontal, [d[0], d[1], d[2], q, before], whole, first, column, ends[0]);
                 }
                 let Some(above) = above.get(c) else { continue };
                 let up = group::<L>(above, g);
-                let d = [0, 1, 2, 3, 4, 5].map(|k| up[k].sub(here[k]));
-                let q = sweep::excess_vertical([d[0], d[1], d[2]]);
-                let before = sweep::excess_vertical([d[0].sub(d[3]), d[1].sub(d[4]), d[2].sub(d[5])]);
+                let (d, d_before) = relative(here, up);
+                let (q, before) = (sweep::excess_vertical(d), sweep::excess_vertical(d_before));
                 if may_cross(q, before) {
                     let whole = &L::groups(&chunk[7])[g];
                     note_group::<L>(vertical, [d[0], d[1], d[2], q, before], whole, first, column, ends[1]);
@@ -94,11 +93,37 @@ impl Job for FindCrossings<'_, '_> {
     }
 }
 
+// Written out, without closures: they would not be compiled for the instruction set.
+
 /// Displacement and velocity of one lane group.
 #[inline(always)]
 fn group<L: Lane>([x, y, z, vx, vy, vz, ..]: &Chunk<HOT_PLANES>, g: usize) -> [L; 6] {
-    let at = |plane: &[f64; CHUNK]| L::load(&L::groups(plane)[g]);
-    [at(x), at(y), at(z), at(vx), at(vy), at(vz)]
+    [at::<L>(x, g), at::<L>(y, g), at::<L>(z, g), at::<L>(vx, g), at::<L>(vy, g), at::<L>(vz, g)]
+}
+
+#[inline(always)]
+fn at<L: Lane>(plane: &[f64; CHUNK], g: usize) -> L {
+    L::load(&L::groups(plane)[g])
+}
+
+/// The right-hand neighbours of a lane group.
+#[inline(always)]
+fn neighbours<L: Lane>(here: [L; 6], right: [L; 6]) -> [L; 6] {
+    [
+        here[0].right_of(right[0]),
+        here[1].right_of(right[1]),
+        here[2].right_of(right[2]),
+        here[3].right_of(right[3]),
+        here[4].right_of(right[4]),
+        here[5].right_of(right[5]),
+    ]
+}
+
+/// Relative displacements of the ends at t_n and at t_{n-1}.
+#[inline(always)]
+fn relative<L: Lane>(a: [L; 6], b: [L; 6]) -> ([L; 3], [L; 3]) {
+    let d = [b[0].sub(a[0]), b[1].sub(a[1]), b[2].sub(a[2])];
+    (d, [d[0].sub(b[3].sub(a[3])), d[1].sub(b[4].sub(a[4])), d[2].sub(b[5].sub(a[5]))])
 }
 
 /// Whether |q_n| < |q_n - q_{n-1}| for any of the group.
@@ -119,13 +144,16 @@ fn note_group<L: Lane>(
     column: usize,
     end: usize,
 ) {
-    let stored = values.map(|value| {
-        let mut group = L::ZEROS;
-        value.store(&mut group);
-        group
-    });
-    for (lane, &stiffness) in stiffness.as_ref().iter().enumerate() {
-        let [dx, dy, dz, q, before] = [0, 1, 2, 3, 4].map(|k| stored[k].as_ref().get(lane).copied().unwrap_or(0.0));
+    let [mut x, mut y, mut z, mut excess, mut earlier] = [L::ZEROS, L::ZEROS, L::ZEROS, L::ZEROS, L::ZEROS];
+    values[0].store(&mut x);
+    values[1].store(&mut y);
+    values[2].store(&mut z);
+    values[3].store(&mut excess);
+    values[4].store(&mut earlier);
+    let displacements = x.as_ref().iter().zip(y.as_ref()).zip(z.as_ref());
+    let excesses = excess.as_ref().iter().zip(earlier.as_ref());
+    let lanes = displacements.zip(excesses).zip(stiffness.as_ref());
+    for (lane, ((((&dx, &dy), &dz), (&q, &before)), &stiffness)) in lanes.enumerate() {
         let (change, size) = (q - before, if q < 0.0 { -q } else { q });
         let crosses = change > size || -change > size;
         if crosses && stiffness > 0.0 && column + lane < end {
@@ -174,7 +202,7 @@ impl Sim<'_> {
 
     fn find_change(&mut self, axis: Axis, c: usize) {
         let Some([[i, j], [i2, j2]]) = self.crossing(axis, c) else { return };
-        let ((a, _), (b, _)) = (self.node(i, j), self.node(i2, j2));
+        let (a, b) = (self.displacement(i, j), self.displacement(i2, j2));
         let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
         let after = match axis {
             Axis::Horizontal => sweep::excess_horizontal(d),
@@ -223,10 +251,23 @@ impl Sim<'_> {
             }
             return;
         }
-        let (u, v) = self.node(i, j);
-        let u = [u[0] + kick.x, u[1] + kick.y, u[2] + kick.z];
-        self.set_node(i, j, u, [v[0] + kick.x, v[1] + kick.y, v[2] + kick.z]);
-        self.widen(j, u[1]);
+        let row = layout::row_mut(self.blocks.hot, self.layout.chunks, j);
+        let (Some([x, y, z, vx, vy, vz, ..]), lane) = (row.get_mut(i / CHUNK), i % CHUNK) else { return };
+        for (plane, kick) in [(x, kick.x), (vx, kick.x), (vy, kick.y), (z, kick.z), (vz, kick.z)] {
+            plane[lane] += kick;
+        }
+        y[lane] += kick.y;
+        let moved = y[lane];
+        self.widen(j, moved);
+    }
+
+    /// Displacement at the step's end of a place, a node's or its image's.
+    fn displacement(&self, i: usize, j: usize) -> [f64; 3] {
+        let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
+        let row = layout::row(self.blocks.hot, self.layout.chunks, j);
+        let (Some([x, y, z, ..]), lane) = (row.get(i / CHUNK), i % CHUNK) else { return [0.0; 3] };
+        let (x, y) = (if turn_x { -x[lane] } else { x[lane] }, if turn_y { -y[lane] } else { y[lane] });
+        [x, y, z[lane]]
     }
 }
 

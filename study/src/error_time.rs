@@ -33,7 +33,7 @@ mod runs;
 mod smooth;
 
 use crate::machine;
-use crate::plots::{Plot, Series, Style};
+use crate::plots::{Axes, Plot, Series, Style};
 use crate::{Result, report};
 use clap::Args;
 use fabric::scene::STEP_MAX_FRACTION;
@@ -238,14 +238,14 @@ fn plot_errors(
     let (low, high) = ends.fold((f64::MAX, f64::MIN), |(low, high), point| (low.min(point.0), high.max(point.0)));
     let style = |name: &str| if name == FRONT { Style::Line } else { Style::Marked };
     let mut series: Vec<Series> =
-        lines.into_iter().map(|(name, points)| Series { style: style(&name), name, points }).collect();
+        lines.into_iter().map(|(name, points)| Series::new(&*name, style(&name), points)).collect();
     series.retain(|line| line.points.iter().any(|point| positive(point.0) && positive(point.1)));
     if series.is_empty() {
         return Ok(());
     }
     for (name, level) in levels {
         let points = vec![(low, *level), (high, *level)];
-        series.push(Series { name: name.to_string(), style: Style::Dashed, points });
+        series.push(Series::new(*name, Style::Dashed, points));
     }
-    Plot { title, x: axes[0], y: axes[1], logarithmic: true, series, marks: Vec::new() }.write(path)
+    Plot { title, x: axes[0], y: axes[1], axes: Axes::Logarithmic, series, marks: Vec::new() }.write(path)
 }

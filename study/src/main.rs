@@ -9,6 +9,7 @@ mod event;
 mod lean;
 mod machine;
 mod memory;
+mod paper;
 mod plots;
 mod progress;
 mod report;
@@ -38,6 +39,8 @@ enum Command {
     ErrorTime(error_time::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
+    /// Every result of the paper from ensembles: figures beside their claims in one report.
+    Paper(paper::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
     /// Measure what a scene pays for: memory, time and machine code with and without each part.
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Stability(options) => stability::run(&options),
+        Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Lean(options) => lean::run(&options),
     };

@@ -1,4 +1,4 @@
-//! Plots as SVG: lines over linear or logarithmic axes, and pictures of the sheet.
+//! Plots as SVG: lines, marks and error bars over linear or logarithmic axes, and pictures of the sheet.
 
 use crate::Result;
 use plotters::coord::Shift;
@@ -36,6 +36,23 @@ pub enum Style {
     Marked,
     /// A dashed line, for limits and references.
     Dashed,
+    /// Marks without a line.
+    Points,
+    /// Small dots without a line, for very many points.
+    Dots,
+}
+
+/// The scales of the axes.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Axes {
+    /// Both linear.
+    Linear,
+    /// Both linear, y from 0.
+    FromZero,
+    /// x logarithmic with a tick at every place where the first series has a point, y linear from 0.
+    LogarithmicX,
+    /// Both logarithmic; points that are not positive are left out.
+    Logarithmic,
 }
 
 /// Points with a name for the legend. Colours follow the order of the series.
@@ -46,6 +63,15 @@ pub struct Series {
     pub style: Style,
     /// Points in the units of the axes.
     pub points: Vec<(f64, f64)>,
+    /// Error bars: lower and upper end of y at each point. Empty for none.
+    pub bars: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// A series without error bars.
+    pub fn new(name: impl Into<String>, style: Style, points: Vec<(f64, f64)>) -> Series {
+        Series { name: name.into(), style, points, bars: Vec::new() }
+    }
 }
 
 /// A vertical line at an event in time.
@@ -64,8 +90,8 @@ pub struct Plot<'a> {
     pub x: &'a str,
     /// Label of the y axis, with its unit.
     pub y: &'a str,
-    /// Both axes logarithmic; points that are not positive are left out.
-    pub logarithmic: bool,
+    /// Scales of the axes.
+    pub axes: Axes,
     /// What is drawn.
     pub series: Vec<Series>,
     /// Events.
@@ -81,28 +107,58 @@ impl Plot<'_> {
             x.include(point.0);
             y.include(point.1);
         }
+        for bar in
+            self.series.iter().flat_map(|series| &series.bars).filter(|bar| bar.0.is_finite() && bar.1.is_finite())
+        {
+            y.include(bar.0);
+            y.include(bar.1);
+        }
         let root = SVGBackend::new(path, SIZE).into_drawing_area();
         root.fill(&WHITE).map_err(text)?;
         let (area, legend) = root.split_horizontally(SIZE.0 - self.legend_width());
         self.draw_legend(&legend)?;
         let mut builder = ChartBuilder::on(&area);
         builder.caption(self.title, (FONT, 21)).margin(14).margin_right(22).x_label_area_size(46).y_label_area_size(72);
-        if self.logarithmic {
-            let (x, y) = (x.widened_by_factor(1.4), y.widened_by_factor(2.0));
-            let bottom_top = (y.start, y.end);
-            let mut chart = builder.build_cartesian_2d(x.log_scale(), y.log_scale()).map_err(text)?;
-            self.draw(&mut chart, bottom_top, &power)?;
-        } else {
-            let (x, y) = (x.widened_by_part(0.0), y.widened_by_part(0.06));
-            let bottom_top = (y.start, y.end);
-            let mut chart = builder.build_cartesian_2d(x, y).map_err(text)?;
-            self.draw(&mut chart, bottom_top, &decimal)?;
+        match self.axes {
+            Axes::Logarithmic => {
+                let (x, y) = (x.widened_by_factor(1.4), y.widened_by_factor(2.0));
+                let bottom_top = (y.start, y.end);
+                let mut chart = builder.build_cartesian_2d(x.log_scale(), y.log_scale()).map_err(text)?;
+                self.draw(&mut chart, bottom_top, &power)?;
+            }
+            Axes::LogarithmicX => {
+                let ticks: Vec<f64> = self.series.iter().take(1).flat_map(|s| s.points.iter().map(|p| p.0)).collect();
+                y.include(0.0);
+                let (x, y) = (x.widened_by_factor(1.2), y.widened_above(0.06));
+                let bottom_top = (y.start, y.end);
+                let x = x.log_scale().with_key_points(ticks);
+                let mut chart = builder.build_cartesian_2d(x, y).map_err(text)?;
+                self.draw(&mut chart, bottom_top, &decimal)?;
+            }
+            Axes::Linear | Axes::FromZero => {
+                let y = if self.axes == Axes::FromZero {
+                    y.include(0.0);
+                    y.widened_above(0.06)
+                } else {
+                    y.widened_by_part(0.06)
+                };
+                let marked = self
+                    .series
+                    .iter()
+                    .any(|series| matches!(series.style, Style::Marked | Style::Points | Style::Dots));
+                let x = x.widened_by_part(if marked { 0.03 } else { 0.0 });
+                let bottom_top = (y.start, y.end);
+                let mut chart = builder.build_cartesian_2d(x, y).map_err(text)?;
+                self.draw(&mut chart, bottom_top, &decimal)?;
+            }
         }
         root.present().map_err(text)
     }
 
     fn shows(&self, point: &(f64, f64)) -> bool {
-        point.0.is_finite() && point.1.is_finite() && !(self.logarithmic && (point.0 <= 0.0 || point.1 <= 0.0))
+        point.0.is_finite()
+            && point.1.is_finite()
+            && !(self.axes == Axes::Logarithmic && (point.0 <= 0.0 || point.1 <= 0.0))
     }
 
     fn draw<'a, X, Y>(
@@ -123,7 +179,7 @@ impl Plot<'_> {
             .label_style((FONT, 14))
             .x_label_formatter(tick)
             .y_label_formatter(tick)
-            .max_light_lines(if self.logarithmic { 10 } else { 1 })
+            .max_light_lines(if self.axes == Axes::Logarithmic { 10 } else { 1 })
             .bold_line_style(RGBColor(220, 220, 220))
             .light_line_style(RGBColor(243, 243, 243))
             .draw()
@@ -140,15 +196,27 @@ impl Plot<'_> {
             let colour = COLOURS[index % COLOURS.len()];
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(|point| self.shows(point)).collect();
             let line = colour.stroke_width(2);
+            let bars = series.points.iter().zip(&series.bars).filter(|(_, bar)| bar.0.is_finite() && bar.1.is_finite());
+            let bars = bars.map(|(&(x, y), &(low, high))| {
+                ErrorBar::new_vertical(x, low.max(bottom_top.0), y, high.min(bottom_top.1), colour.stroke_width(1), 8)
+            });
+            chart.draw_series(bars).map_err(text)?;
             if series.style == Style::Dashed {
                 chart.draw_series(DashedLineSeries::new(points, 7, 5, line)).map_err(text)?;
                 continue;
             }
-            if series.style == Style::Marked {
+            if series.style == Style::Dots {
+                let dots = points.iter().map(|&point| Circle::new(point, 1, colour.mix(0.5).filled()));
+                chart.draw_series(dots).map_err(text)?;
+                continue;
+            }
+            if series.style != Style::Line {
                 let marks = points.iter().map(|&point| Circle::new(point, 4, colour.filled()));
                 chart.draw_series(marks).map_err(text)?;
             }
-            chart.draw_series(LineSeries::new(points, line)).map_err(text)?;
+            if series.style != Style::Points {
+                chart.draw_series(LineSeries::new(points, line)).map_err(text)?;
+            }
         }
         Ok(())
     }
@@ -178,6 +246,10 @@ impl Plot<'_> {
                 Style::Marked => {
                     area.draw(&PathElement::new(ends, line)).map_err(text)?;
                     area.draw(&Circle::new((14, y), 4, line.filled())).map_err(text)?;
+                }
+                Style::Points | Style::Dots => {
+                    let size = if series.style == Style::Points { 4 } else { 2 };
+                    area.draw(&Circle::new((14, y), size, line.filled())).map_err(text)?;
                 }
             }
             let style = (FONT, 14).into_text_style(area).pos(Pos::new(HPos::Left, VPos::Center));
@@ -399,6 +471,13 @@ impl Span {
         let (low, high) = self.0.unwrap_or((0.0, 1.0));
         let width = if high > low { high - low } else { high.abs().max(1.0) };
         low - part * width..high + part.max(if high > low { 0.0 } else { 1.0 }) * width
+    }
+
+    /// From 0, or the least value below it, to a little above the greatest.
+    fn widened_above(&self, part: f64) -> std::ops::Range<f64> {
+        let (low, high) = self.0.unwrap_or((0.0, 1.0));
+        let high = if high > low { high } else { low + 1.0 };
+        low..high + part * (high - low)
     }
 
     fn widened_by_factor(&self, factor: f64) -> std::ops::Range<f64> {

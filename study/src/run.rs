@@ -3,7 +3,7 @@
 use crate::event::{self, Summary};
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
-use crate::plots::{Mark, Plot, Series, SheetPicture, Style};
+use crate::plots::{Axes, Mark, Plot, Series, SheetPicture, Style};
 use crate::progress::Progress;
 use crate::{Result, report, scene_file};
 use clap::{Args, ValueEnum};
@@ -281,10 +281,9 @@ fn attachment_name(kind: fabric::AttachmentKind, index: usize) -> &'static str {
 }
 
 fn plot_history(out: &Path, name: &str, history: &[Sample], summary: &Summary) -> Result<()> {
-    let series = |name: &str, value: &dyn Fn(&Sample) -> f64| Series {
-        name: name.to_string(),
-        style: Style::Line,
-        points: history.iter().map(|sample| (1e6 * sample.time_s, value(sample))).collect(),
+    let series = |name: &str, value: &dyn Fn(&Sample) -> f64| {
+        let points = history.iter().map(|sample| (1e6 * sample.time_s, value(sample)));
+        Series::new(name, Style::Line, points.collect())
     };
     let marks = || {
         let mark = |latched: &event::Latched| Mark { at: 1e6 * latched.time, name: latched.outcome.to_string() };
@@ -295,7 +294,7 @@ fn plot_history(out: &Path, name: &str, history: &[Sample], summary: &Summary) -
         title: &format!("{name}: velocity of the projectile"),
         x: time,
         y: "velocity (m/s)",
-        logarithmic: false,
+        axes: Axes::Linear,
         series: vec![
             series("along z", &|sample| sample.velocity_z_m_per_s),
             series("along x", &|sample| sample.velocity_x_m_per_s),
@@ -308,7 +307,7 @@ fn plot_history(out: &Path, name: &str, history: &[Sample], summary: &Summary) -
         title: &format!("{name}: force on the projectile, mean between samples"),
         x: time,
         y: "force (N)",
-        logarithmic: false,
+        axes: Axes::Linear,
         series: vec![
             series("against z", &|sample| -sample.force_z_n),
             series("along x", &|sample| sample.force_x_n),
@@ -321,7 +320,7 @@ fn plot_history(out: &Path, name: &str, history: &[Sample], summary: &Summary) -
         title: &format!("{name}: where the absorbed energy is"),
         x: time,
         y: "energy (J)",
-        logarithmic: false,
+        axes: Axes::Linear,
         series: vec![
             series("absorbed", &|sample| sample.contact_work_j),
             series("fabric kinetic", &|sample| sample.fabric_kinetic_j),
@@ -353,7 +352,7 @@ fn plot_sheet(path: &Path, name: &str, sim: &Sim<'_>) -> Result<()> {
 
 /// Lines that show where the projectile is and how it is turned: three great circles of a sphere; rims and eight generators
 /// of a cylinder, and two half circles over its hemisphere; the edges of a box or a polyhedron.
-fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
+pub(crate) fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
     use std::f64::consts::TAU;
     let arc = |part: f64, at: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
         let angles = (0..=48).map(|k| part * TAU * k as f64 / 48.0);
@@ -384,7 +383,7 @@ fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
 }
 
 /// A point of the body in the world: P + q x q^-1, written as x + 2 w (u x x) + 2 u x (u x x) with q = (w, u).
-fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
+pub(crate) fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
     let [w, ux, uy, uz] = motion.orientation;
     let cross = |b: [f64; 3]| [uy * b[2] - uz * b[1], uz * b[0] - ux * b[2], ux * b[1] - uy * b[0]];
     let once = cross(x);

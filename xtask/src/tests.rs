@@ -104,7 +104,7 @@ fn stability() -> Outcome {
 fn studies() -> Outcome {
     let out = target().join("smoke");
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench"] {
+    for name in ["error-time", "bench", "paper"] {
         study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
     }
     study(&["lean", "--smoke", "--no-code", "--out", &out.join("lean").to_string_lossy()])?;

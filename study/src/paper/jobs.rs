@@ -1,0 +1,560 @@
+//! The runs: each is done once and kept as a line of runs.jsonl, keyed by what it computes.
+
+use super::plan::{Effort, Point, Sheet, Yarn};
+use super::sheets;
+use crate::machine::Clock;
+use crate::memory::Buffers;
+use crate::progress::Progress;
+use crate::{Result, event, report};
+use fabric::snapshot::Hash;
+use fabric::{AttachmentKind, Draw, Outcome, Scene, Sim, Symmetry, TimeStep};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// Raise it when the same scene gives other numbers than before: kept runs of older versions are then done again.
+pub const RESULTS_VERSION: u32 = 1;
+
+/// Time between two samples of a history, s, while the impact is young and later.
+const FINE: f64 = 2e-6;
+const COARSE: f64 = 10e-6;
+/// End of the fine samples, s.
+const FINE_UNTIL: f64 = 200e-6;
+/// Lines of the undeformed grid from an attachment within which a failure counts as "at the attachment".
+const ATTACHMENT_ZONE: f64 = 5.0;
+/// Distance from the centre, in radii of the projectile, within which a failure counts as "at the centre".
+const CENTRE_ZONE: f64 = 2.0;
+
+/// One run to be done.
+pub struct Job {
+    /// What is simulated.
+    pub scene: Scene,
+    /// Most steps; a run that these end is a timeout.
+    pub step_limit: u64,
+    /// In words, for the progress line and the file.
+    pub name: String,
+    /// Times at which the whole sheet is kept for pictures, s.
+    pub pictures: &'static [f64],
+}
+
+/// One sample of a history.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Time, s.
+    pub t: f64,
+    /// Energy lost by the projectile = absorbed, J.
+    pub lost: f64,
+    /// Kinetic energy of the fabric, J.
+    pub kinetic: f64,
+    /// Strain energy, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+    /// Energy lost in impacts of nodes, J.
+    pub loss: f64,
+}
+
+/// What one run gave: a line of runs.jsonl.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Hash of the scene, the stop rule and the versions.
+    pub key: String,
+    /// In words.
+    pub name: String,
+    /// Outcomes that ended the run, or TIMEOUT.
+    pub ended_by: String,
+    /// Whether the projectile was arrested.
+    pub arrested: bool,
+    /// Whether the step limit ended the run.
+    pub timeout: bool,
+    /// Steps taken.
+    pub steps: u64,
+    /// End of the run, s.
+    pub time: f64,
+    /// Kinetic energy at impact, J.
+    pub energy: f64,
+    /// Energy absorbed at the end, J.
+    pub absorbed: f64,
+    /// Time, s, and energy absorbed, J, when the last contact lost its supports; none if it never did.
+    pub detached: Option<(f64, f64)>,
+    /// Velocity along the line of flight at the end, m/s.
+    pub residual_velocity: f64,
+    /// Angular speed at the end, rad/s.
+    pub angular_speed: f64,
+    /// Largest sampled kinetic energy of the fabric, J.
+    pub peak_kinetic: f64,
+    /// Largest sampled strain energy, J.
+    pub peak_strain: f64,
+    /// Failed segments at the end.
+    pub failed: u64,
+    /// Failed segments near an attachment, and near the centre (whole sheets only).
+    pub failed_at: (u64, u64),
+    /// When each corner lost its connection to the sheet, s; none if it held (corners of whole sheets only).
+    pub torn: [Option<f64>; 4],
+    /// What the energy balance does not close by, over the energy at impact.
+    pub audit: f64,
+    /// Processor time, s: the only entry that differs from run to run.
+    pub cpu: f64,
+    /// Samples in time.
+    pub history: Vec<Sample>,
+}
+
+/// A way to read a number off a run, with its name.
+pub type Reading = (&'static str, fn(&Record) -> f64);
+
+impl Record {
+    /// Energy absorbed when the last contact lost its supports; at the end if it never did.
+    pub fn at_detached(&self) -> f64 {
+        self.detached.map_or(self.absorbed, |(_, work)| work)
+    }
+
+    /// Part of the failed segments that lie near an attachment; NaN if none failed.
+    pub fn share_at_attachments(&self) -> f64 {
+        self.failed_at.0 as f64 / self.failed as f64
+    }
+
+    /// Part of the failed segments that lie near the centre; NaN if none failed.
+    pub fn share_at_centre(&self) -> f64 {
+        self.failed_at.1 as f64 / self.failed as f64
+    }
+
+    /// Energy absorbed at a time, s; at the end if the run was over before.
+    pub fn at_time(&self, time: f64) -> f64 {
+        let after = self.history.iter().position(|sample| sample.t >= time);
+        match after {
+            None => self.absorbed,
+            Some(0) => 0.0,
+            Some(k) => {
+                let (a, b) = (&self.history[k - 1], &self.history[k]);
+                a.lost + (b.lost - a.lost) * (time - a.t) / (b.t - a.t)
+            }
+        }
+    }
+}
+
+impl Point {
+    /// Run k of this ensemble.
+    pub fn job(&self, effort: Effort, k: u64, pictures: &'static [f64]) -> Job {
+        let step_limit = match (self.sheet, self.yarn) {
+            // Torn off evenly, the sheet drapes about the sphere and stays there: about 1 ms says all.
+            (Sheet::Small, Yarn::Symmetric) => 50_000,
+            (Sheet::Small, _) => 100_000,
+            (Sheet::Large, _) => 120_000,
+        };
+        let step_limit = if effort == Effort::Smoke { 5_000 } else { step_limit };
+        Job { scene: self.scene(effort, k), step_limit, name: format!("{}, run {}", self.name(), k + 1), pictures }
+    }
+}
+
+impl Job {
+    /// Hash of everything that decides the result. Fields of the scene that no study here varies are left out only if they
+    /// are new: a field added to the kernel joins the list when a study varies it, so that kept runs stay good.
+    pub fn key(&self) -> String {
+        let s = &self.scene;
+        let step = match s.time_step {
+            TimeStep::Fraction(fraction) => format!("fraction {fraction:?}"),
+            TimeStep::Seconds(seconds) => format!("seconds {seconds:?}"),
+        };
+        let mut text = vec![
+            format!("results {RESULTS_VERSION}, package {}", env!("CARGO_PKG_VERSION")),
+            format!("sheet {:?}", (s.sheet.nodes_x, s.sheet.nodes_y, s.sheet.spacing, s.sheet.node_mass)),
+            format!("yarn area {:?}, plies {}", s.sheet.yarn_area, s.sheet.plies),
+            format!("held {:?}", (s.attachment.kind as u32, s.attachment.disc_inset, s.attachment.disc_radius)),
+            format!("modulus {:?}", (s.yarn.modulus_mean, s.yarn.modulus_sd)),
+            format!("damage rate {:?}", (s.yarn.damage_slope, s.yarn.damage_intercept, s.yarn.damage_sd)),
+            format!("law {:?}", (s.yarn.critical_stretch, s.yarn.damage_a, s.yarn.damage_b, s.yarn.alpha_fail)),
+            format!("stochastic {}, seed {}", s.yarn.stochastic, s.seed),
+            format!("body {:?}", (s.projectile.shape as u32, s.projectile.radius, s.projectile.length)),
+            format!("mass {:?}", s.projectile.mass),
+            format!("pose {:?} {:?}", s.projectile.position, s.projectile.orientation),
+            format!("rates {:?} {:?}", s.projectile.velocity, s.projectile.angular_velocity),
+            format!("step {step}, until arrested or exited, at most {} steps", self.step_limit),
+        ];
+        if s.yarn.draw == Draw::Yarn {
+            text.push("one draw per yarn".to_string());
+        }
+        if s.symmetry != Symmetry::default() {
+            text.push(format!("mirrored {:?}", (s.symmetry.mirror_x, s.symmetry.mirror_y)));
+        }
+        let mut hash = Hash::default();
+        text.join("\n").bytes().for_each(|byte| hash.word(byte as u64));
+        format!("{:016x}", hash.value())
+    }
+
+    /// Nodes times the steps that such a run takes, roughly: what it costs against the others.
+    fn cost(&self) -> u64 {
+        let nodes = self.scene.sheet.nodes_x as u64 * self.scene.sheet.nodes_y as u64;
+        let share = if self.scene.symmetry == Symmetry::default() { 1 } else { 4 };
+        (nodes / 1000 / share).max(1)
+    }
+
+    /// Does the run; keeps whole sheets in `out` where asked.
+    fn run(&self, out: &Path) -> Result<Record> {
+        let clock = Clock::start();
+        let mut buffers = Buffers::of(&self.scene)?;
+        let mut sim = buffers.sim(&self.scene)?;
+        let mask = event::mask_of(&[Outcome::Arrested, Outcome::Exited]);
+        let dt = sim.step_limits().dt;
+        let every = |pause: f64| ((pause / dt).round() as u64).max(1);
+        let mut history = vec![sample(&sim)?];
+        let mut torn = [None; 4];
+        // A quarter model's corners all tear alike, and its failures lie where the quarter's do.
+        let whole = self.scene.symmetry == Symmetry::default();
+        let mut connection = Connection::new(&sim);
+        let mut pictures = self.pictures.iter().peekable();
+        while sim.step_count() < self.step_limit && sim.outcomes().mask & mask == 0 {
+            let pause = if sim.time() < FINE_UNTIL { FINE } else { COARSE };
+            let steps = every(pause).min(self.step_limit - sim.step_count());
+            sim.advance_until(mask, steps).map_err(|failure| failure.to_string())?;
+            history.push(sample(&sim)?);
+            if whole && self.scene.attachment.kind == AttachmentKind::FourCorners {
+                connection.find_torn(&sim, &mut torn)?;
+            }
+            if let Some(&&time) = pictures.peek()
+                && sim.time() >= time
+            {
+                sheets::keep(out, &self.key(), time, &sim)?;
+                pictures.next();
+            }
+        }
+        for &time in pictures {
+            sheets::keep(out, &self.key(), time, &sim)?;
+        }
+        let ended = event::Summary::of(&sim, mask)?;
+        let peak = |value: fn(&Sample) -> f64| history.iter().map(value).fold(0.0, f64::max);
+        Ok(Record {
+            key: self.key(),
+            name: self.name.clone(),
+            arrested: ended.latched(Outcome::Arrested).is_some(),
+            timeout: sim.outcomes().mask & mask == 0,
+            steps: ended.steps,
+            time: ended.time,
+            energy: ended.initial_kinetic_energy,
+            absorbed: ended.absorbed,
+            detached: ended.latched(Outcome::Detached).map(|latched| (latched.time, latched.absorbed)),
+            residual_velocity: ended.residual_velocity[2],
+            angular_speed: event::length(ended.residual_angular_velocity),
+            peak_kinetic: peak(|sample| sample.kinetic),
+            peak_strain: peak(|sample| sample.strain),
+            failed: ended.failed_segments,
+            failed_at: if whole { failed_at(&sim)? } else { (0, 0) },
+            torn,
+            audit: ended.energy_residual_relative,
+            ended_by: ended.ended_by,
+            cpu: (clock.seconds() * 1e3).round() / 1e3,
+            history,
+        })
+    }
+
+    /// Whether all pictures of this run are there.
+    fn has_pictures(&self, out: &Path) -> bool {
+        self.pictures.iter().all(|&time| sheets::path(out, &self.key(), time).exists())
+    }
+}
+
+fn sample(sim: &Sim<'_>) -> Result<Sample> {
+    let energy = sim.energy()?;
+    // Six digits are more than a plot shows.
+    let short = |value: f64| (value * 1e6).round() / 1e6;
+    Ok(Sample {
+        t: (sim.time() * 1e10).round() / 1e10,
+        lost: short(energy.contact_work),
+        kinetic: short(energy.fabric_kinetic),
+        strain: short(energy.strain),
+        dissipated: short(energy.dissipated),
+        loss: short(energy.contact_loss),
+    })
+}
+
+/// Ends of segment number e: its two nodes.
+fn ends(number: usize, nx: usize, ny: usize) -> (usize, usize) {
+    let across = (nx - 1) * ny;
+    if number < across {
+        let node = number / (nx - 1) * nx + number % (nx - 1);
+        (node, node + 1)
+    } else {
+        let node = number - across;
+        (node, node + nx)
+    }
+}
+
+/// Failed segments near an attachment and near the centre, by the place of their middles in the undeformed sheet.
+fn failed_at(sim: &Sim<'_>) -> Result<(u64, u64)> {
+    let (scene, layout) = (sim.scene(), sim.layout());
+    let (nx, ny) = (layout.nodes_x, layout.nodes_y);
+    let mut damage = vec![0.0; layout.segments()];
+    sim.copy_damage(&mut damage)?;
+    let h = scene.sheet.spacing;
+    let half = scene.half_size();
+    let zone = ATTACHMENT_ZONE * h;
+    let near_attachment = |x: f64, y: f64| {
+        let (x, y) = (x.abs(), y.abs());
+        match scene.attachment.kind {
+            AttachmentKind::TwoSides => half[0] - x <= zone,
+            AttachmentKind::FourSides => half[0] - x <= zone || half[1] - y <= zone,
+            AttachmentKind::FourCorners => {
+                let centre = half.map(|half| half - scene.attachment.disc_inset);
+                (x - centre[0]).hypot(y - centre[1]) <= scene.attachment.disc_radius + zone
+            }
+            AttachmentKind::Free => false,
+        }
+    };
+    let (mut attachments, mut centre) = (0, 0);
+    for (number, _) in damage.iter().enumerate().filter(|(_, alpha)| **alpha <= 0.0) {
+        let (a, b) = ends(number, nx, ny);
+        let place = |offset: &dyn Fn(usize) -> f64| 0.5 * h * (offset(a) + offset(b));
+        let x = place(&|node| fabric::weave::rest_offset(node % nx, nx as u32));
+        let y = place(&|node| fabric::weave::rest_offset(node / nx, ny as u32));
+        if x.hypot(y) <= CENTRE_ZONE * scene.projectile.radius {
+            centre += 1;
+        } else if near_attachment(x, y) {
+            attachments += 1;
+        }
+    }
+    Ok((attachments, centre))
+}
+
+/// Finds out which corners still hold the sheet.
+struct Connection {
+    damage: Vec<f64>,
+    labels: Vec<u32>,
+    /// A fixed node of each corner.
+    corners: [usize; 4],
+}
+
+impl Connection {
+    fn new(sim: &Sim<'_>) -> Connection {
+        let layout = sim.layout();
+        let mut corners = [0; 4];
+        let kind = sim.scene().attachment.kind;
+        for j in 0..sim.scene().sheet.nodes_y as usize {
+            for (run, columns) in fabric::weave::fixed_runs(sim.scene(), j).iter().enumerate() {
+                if columns[1] > columns[0] && kind == AttachmentKind::FourCorners {
+                    let corner = fabric::weave::attachment_of(kind, sim.scene().sheet.nodes_y, j, run);
+                    corners[corner] = j * layout.nodes_x + columns[0] as usize;
+                }
+            }
+        }
+        Connection { damage: vec![0.0; layout.segments()], labels: vec![0; layout.nodes()], corners }
+    }
+
+    /// Notes the time for each corner that is no longer joined to the largest whole piece of the sheet.
+    fn find_torn(&mut self, sim: &Sim<'_>, torn: &mut [Option<f64>; 4]) -> Result<()> {
+        let (nx, ny) = (sim.layout().nodes_x, sim.layout().nodes_y);
+        sim.copy_damage(&mut self.damage)?;
+        let mut components = fabric::outcome::Components::new(&mut self.labels);
+        for (number, _) in self.damage.iter().enumerate().filter(|(_, alpha)| **alpha > 0.0) {
+            let (a, b) = ends(number, nx, ny);
+            components.join(a, b);
+        }
+        let mut sizes = vec![0_u32; nx * ny];
+        for node in 0..nx * ny {
+            sizes[components.find(node)] += 1;
+        }
+        let largest = (0..nx * ny).max_by_key(|&node| sizes[node]).unwrap_or(0);
+        for (slot, &node) in torn.iter_mut().zip(&self.corners) {
+            if slot.is_none() && components.find(node) != largest {
+                *slot = Some(sim.time());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// All runs that are known, by key.
+pub struct Runs {
+    records: HashMap<String, Record>,
+    effort: Effort,
+    /// How many were taken from the file and how many were done now.
+    pub kept: usize,
+    /// Runs done now.
+    pub done: usize,
+}
+
+/// The file of kept runs.
+pub fn path_of_runs(out: &Path) -> PathBuf {
+    out.join("runs.jsonl")
+}
+
+/// Reads the kept runs. A last line that was cut off is dropped; a line of another version is ignored by its key.
+fn read(path: &Path) -> Result<HashMap<String, Record>> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(HashMap::new()),
+        Err(error) => return Err(format!("{}: {error}", path.display()).into()),
+    };
+    let records = text.lines().filter_map(|line| serde_json::from_str::<Record>(line).ok());
+    Ok(records.map(|record| (record.key.clone(), record)).collect())
+}
+
+/// Opens the file for more lines; one that was cut off is ended first, so that it spoils no other.
+fn open(path: &Path) -> Result<File> {
+    let cut = std::fs::read(path).is_ok_and(|bytes| bytes.last().is_some_and(|&byte| byte != b'\n'));
+    let mut file = OpenOptions::new().create(true).append(true).open(path)?;
+    if cut {
+        file.write_all(b"\n")?;
+    }
+    Ok(file)
+}
+
+impl Runs {
+    /// Does what is missing among `jobs`, on all cores, and keeps it in `out`.
+    pub fn complete(out: &Path, effort: Effort, jobs: Vec<Job>) -> Result<Runs> {
+        let path = path_of_runs(out);
+        let known = read(&path)?;
+        // A job may be wanted by several figures; the first that asks for pictures has come first.
+        let mut seen = std::collections::HashSet::new();
+        let jobs: Vec<Job> = jobs.into_iter().filter(|job| seen.insert(job.key())).collect();
+        let wanted = jobs.len();
+        let (there, mut missing): (Vec<Job>, Vec<Job>) =
+            jobs.into_iter().partition(|job| known.contains_key(&job.key()) && job.has_pictures(out));
+        // The longest first, so that no core idles at the end; otherwise in the order of the plan.
+        missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
+        eprintln!("{wanted} runs: {} taken from {}, {} to do", there.len(), path.display(), missing.len());
+        let file = Mutex::new(open(&path)?);
+        let progress = Progress::new("paper", missing.iter().map(Job::cost).sum());
+        let count = std::sync::atomic::AtomicUsize::new(0);
+        let done: Vec<std::result::Result<Record, String>> = missing
+            .iter()
+            .par_bridge()
+            .map(|job| {
+                let record = job.run(out).map_err(|error| format!("{}: {error}", job.name))?;
+                let line = serde_json::to_string(&record).map_err(|error| error.to_string())? + "\n";
+                let mut file = file.lock().map_err(|error| error.to_string())?;
+                file.write_all(line.as_bytes()).and_then(|()| file.flush()).map_err(|error| error.to_string())?;
+                drop(file);
+                let n = 1 + count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                progress.add(job.cost(), || format!("{n} of {} runs; {}", missing.len(), job.name));
+                Ok(record)
+            })
+            .collect();
+        progress.finish();
+        let mut records = HashMap::new();
+        let mut known = known;
+        for job in &there {
+            if let Some(record) = known.remove(&job.key()) {
+                records.insert(record.key.clone(), record);
+            }
+        }
+        let mut failures = Vec::new();
+        for result in done {
+            match result {
+                Ok(record) => {
+                    records.insert(record.key.clone(), record);
+                }
+                Err(message) => failures.push(message),
+            }
+        }
+        if !failures.is_empty() {
+            return Err(format!("{} runs failed: {}", failures.len(), failures.join("; ")).into());
+        }
+        Ok(Runs { records, effort, kept: there.len(), done: missing.len() })
+    }
+
+    /// The runs of a point, in the order of their numbers; those not asked for are missing.
+    pub fn of(&self, point: &Point) -> Vec<&Record> {
+        (0..point.runs).filter_map(|k| self.records.get(&point.job(self.effort, k, &[]).key())).collect()
+    }
+
+    /// One number of every run of a point.
+    pub fn values(&self, point: &Point, value: impl Fn(&Record) -> f64) -> Vec<f64> {
+        self.of(point).into_iter().map(value).collect()
+    }
+
+    /// Processor time of all runs, s.
+    pub fn cpu(&self) -> f64 {
+        self.records.values().map(|record| record.cpu).fold(0.0, |sum, cpu| sum + cpu)
+    }
+
+    /// Points with runs that the step limit ended, with their number, sorted.
+    pub fn timeouts(&self) -> Vec<String> {
+        let mut counts = BTreeMap::new();
+        for record in self.records.values().filter(|record| record.timeout) {
+            let point = record.name.rsplit_once(", run ").map_or(record.name.as_str(), |(point, _)| point);
+            *counts.entry(point).or_insert(0) += 1;
+        }
+        counts.into_iter().map(|(point, count)| format!("{point} ({count})")).collect()
+    }
+
+    /// Median over all runs of the part of the impact energy by which the balance does not close.
+    pub fn median_audit(&self) -> f64 {
+        report::median(&self.records.values().map(|record| record.audit.abs()).collect::<Vec<_>>())
+    }
+
+    /// Largest part of the impact energy by which a balance does not close.
+    pub fn worst_audit(&self) -> f64 {
+        self.records.values().map(|record| record.audit.abs()).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plan::{Yarn, small};
+    use super::*;
+
+    fn jobs() -> Vec<Job> {
+        let point = small(Effort::Smoke, AttachmentKind::FourCorners, Yarn::Stochastic, 160.0);
+        (0..2).map(|k| point.job(Effort::Smoke, k, &[])).collect()
+    }
+
+    #[test]
+    fn kept_runs_are_not_done_again() {
+        let out = std::env::temp_dir().join(format!("fabric-study-paper-{}", std::process::id()));
+        std::fs::create_dir_all(&out).unwrap();
+        let first = Runs::complete(&out, Effort::Smoke, jobs()).unwrap();
+        assert_eq!((first.kept, first.done), (0, 2));
+        // Half a line more, as a power cut leaves it.
+        let mut file = OpenOptions::new().append(true).open(path_of_runs(&out)).unwrap();
+        file.write_all(b"{\"key\":\"0123\",\"na").unwrap();
+        let again = Runs::complete(&out, Effort::Smoke, jobs()).unwrap();
+        assert_eq!((again.kept, again.done), (2, 0));
+        assert_eq!(first.records, again.records);
+        // The cut line is ended, so the next one stands by itself.
+        let mut more = jobs();
+        let point = small(Effort::Smoke, AttachmentKind::TwoSides, Yarn::Uniform, 160.0);
+        more.push(point.job(Effort::Smoke, 0, &[]));
+        let third = Runs::complete(&out, Effort::Smoke, more).unwrap();
+        assert_eq!((third.kept, third.done), (2, 1));
+        assert_eq!(read(&path_of_runs(&out)).unwrap().len(), 3);
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+
+    /// If this fails, the kernel gives other numbers than before: raise RESULTS_VERSION, then pin the new number here.
+    #[test]
+    fn results_version_goes_with_the_numbers() {
+        let record = jobs()[0].run(&std::env::temp_dir()).unwrap();
+        assert_eq!((RESULTS_VERSION, record.absorbed), (1, 4.279345472050326));
+    }
+
+    #[test]
+    fn readings_between_samples() {
+        let mut record = jobs()[0].run(&std::env::temp_dir()).unwrap();
+        let sample = |t: f64, lost: f64| Sample { t, lost, kinetic: 0.0, strain: 0.0, dissipated: 0.0, loss: 0.0 };
+        record.history = vec![sample(0.0, 0.0), sample(1.0, 4.0), sample(2.0, 5.0)];
+        (record.absorbed, record.detached) = (5.5, None);
+        assert_eq!([0.0, 0.5, 1.5, 3.0].map(|t| record.at_time(t)), [0.0, 2.0, 4.5, 5.5]);
+        assert_eq!(record.at_detached(), 5.5);
+        record.detached = Some((1.0, 4.0));
+        assert_eq!(record.at_detached(), 4.0);
+    }
+
+    #[test]
+    fn keys_tell_runs_apart() {
+        let jobs = jobs();
+        assert_eq!(jobs[0].key(), jobs[0].key());
+        assert_ne!(jobs[0].key(), jobs[1].key());
+        let mut longer = Job { scene: jobs[0].scene, name: String::new(), pictures: &[], step_limit: 9 };
+        assert_ne!(jobs[0].key(), longer.key());
+        longer.step_limit = jobs[0].step_limit;
+        assert_eq!(jobs[0].key(), longer.key(), "the name does not matter");
+    }
+
+    #[test]
+    fn segments_end_where_they_should() {
+        assert_eq!([0, 2, 3, 9, 16].map(|number| ends(number, 4, 3)), [(0, 1), (2, 3), (4, 5), (0, 4), (7, 11)]);
+    }
+}
