@@ -6,6 +6,7 @@
 mod bench;
 mod error_time;
 mod event;
+mod lean;
 mod machine;
 mod memory;
 mod paper;
@@ -34,7 +35,7 @@ struct Arguments {
 enum Command {
     /// Run one scene: table, history, plots.
     Run(run::Options),
-    /// Error over run time: step sizes against their cost, in the smooth phase and over a whole impact.
+    /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
@@ -42,6 +43,8 @@ enum Command {
     Paper(paper::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
+    /// Measure what a scene pays for: memory, time and machine code with and without each part.
+    Lean(lean::Options),
 }
 
 fn main() -> ExitCode {
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
+        Command::Lean(options) => lean::run(&options),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

@@ -8,8 +8,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Colours that differ for colour-blind eyes too (Okabe and Ito).
-pub const COLOURS: [RGBColor; 7] = [
+/// Colours that differ for colour-blind eyes too (Okabe and Ito), and four more for crowded plots.
+pub const COLOURS: [RGBColor; 11] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -17,6 +17,10 @@ pub const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
     RGBColor(70, 70, 70),
+    RGBColor(130, 60, 160),
+    RGBColor(120, 80, 40),
+    RGBColor(150, 170, 60),
+    RGBColor(0, 0, 0),
 ];
 
 const FONT: &str = "sans-serif";
@@ -489,9 +493,13 @@ fn decimal(value: &f64) -> String {
     if text == "-0" { "0".to_string() } else { text.to_string() }
 }
 
-/// A tick of a logarithmic axis: one figure.
+/// A tick of a logarithmic axis: one figure, and only 1, 2, 3 and 5 are named.
 fn power(value: &f64) -> String {
     let text = format!("{value:.0e}");
+    // Within one decade the ticks would run into each other.
+    if text.starts_with(['4', '6', '7', '8', '9']) {
+        return String::new();
+    }
     // Within a few powers of ten of 1 plain digits read better.
     text.parse::<f64>().ok().filter(|value| (1e-3..1e4).contains(value)).map_or(text, |value| value.to_string())
 }

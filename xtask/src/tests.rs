@@ -27,6 +27,9 @@ const TEST: &[Step] = &[
     ("FMUs", fmu),
     ("README", crate::readme::run),
     ("studies in short form", studies),
+    ("features remove code", || {
+        study(&["lean", "--smoke", "--only-code", "--out", &target().join("smoke/lean-code").to_string_lossy()])
+    }),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
 ];
 
@@ -104,6 +107,7 @@ fn studies() -> Outcome {
     for name in ["error-time", "bench", "paper"] {
         study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
     }
+    study(&["lean", "--smoke", "--no-code", "--out", &out.join("lean").to_string_lossy()])?;
     let run = out.join("run");
     study(&["run", "study/scenes/four_sides_40J.toml", "--out", &run.to_string_lossy()])
 }

@@ -1,0 +1,251 @@
+//! The smooth phase: error of positions and energy against a run at dt_crit/256, and the order.
+//!
+//! A flat 21 x 21 sheet on four held sides is thrown along z; there is no contact. Both integrators solve the same equations,
+//! so both are compared with the same run: velocity Verlet at dt_crit/256.
+
+use super::document::Document;
+use super::{Cell, Effort, Table, integrator_name, node_steps, plot_errors, theta, with_step};
+use crate::machine::Clock;
+use crate::memory::Buffers;
+use crate::progress::Progress;
+use crate::{Result, bench, report};
+use fabric::{Integrator, Scene, TimeStep};
+use std::path::Path;
+
+/// A smooth motion.
+struct Case {
+    name: &'static str,
+    /// Velocity at the middle, m/s.
+    speed: f64,
+    /// End in units of dt_crit.
+    time: f64,
+}
+
+/// The second ends before the first segment fails: 24 dt_crit = 1.27 us.
+const CASES: [Case; 2] =
+    [Case { name: "no damage", speed: 150.0, time: 80.0 }, Case { name: "first damage", speed: 1300.0, time: 24.0 }];
+const FRACTIONS: [f64; 9] = [0.7, 0.5, 0.4, 0.3, 0.25, 0.125, 0.0625, 0.05, 0.03125];
+const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
+/// The tolerance at which the theta rule's own order shows.
+const TIGHT: f64 = 1e-10;
+/// Step of the reference in units of dt_crit.
+const REFERENCE: f64 = 1.0 / 256.0;
+/// Range in which the observed order must lie, below `ASYMPTOTIC` dt_crit.
+const ORDER: std::ops::RangeInclusive<f64> = 1.9..=2.1;
+const ASYMPTOTIC: f64 = 0.45;
+
+/// What one run gave.
+struct Run {
+    positions: Vec<f64>,
+    /// What the energy balance does not close by, over the energy at the start.
+    residual: f64,
+    dt_over_dt_crit: f64,
+    steps: u64,
+    node_steps: f64,
+    seconds: f64,
+}
+
+/// One row of smooth.csv.
+struct Row {
+    case: &'static str,
+    integrator: Integrator,
+    dt_over_dt_crit: f64,
+    steps: u64,
+    node_steps: f64,
+    seconds: f64,
+    /// Largest distance of a node from the reference, m.
+    position: f64,
+    energy: f64,
+    /// Orders of position and energy between this step and the one before it.
+    orders: Option<[f64; 2]>,
+}
+
+impl Row {
+    /// Whether the order of this row must be 2: the integrator's own error, at a step that is small enough.
+    fn checked(&self) -> bool {
+        let own = match self.integrator {
+            Integrator::Verlet => true,
+            Integrator::Theta(rule) => rule.tolerance <= TIGHT,
+        };
+        own && self.dt_over_dt_crit < ASYMPTOTIC
+    }
+}
+
+/// False if an order is not 2.
+pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<bool> {
+    let rows = rows(effort)?;
+    let mut table = Table::new(&[
+        "case",
+        "integrator",
+        "dt/dt_crit",
+        "steps",
+        "node-steps",
+        "CPU ms",
+        "position error m",
+        "order",
+        "energy error",
+        "order of energy",
+    ]);
+    for row in &rows {
+        let order = |k: usize| row.orders.map_or(Cell::text(""), |orders| Cell::plain(orders[k], 3));
+        table.add(vec![
+            Cell::text(row.case),
+            Cell::text(integrator_name(row.integrator)),
+            Cell::plain(row.dt_over_dt_crit, 4),
+            Cell::Number(row.steps as f64, row.steps.to_string()),
+            Cell::power(row.node_steps, 2),
+            Cell::plain(1e3 * row.seconds, 3),
+            Cell::power(row.position, 3),
+            order(0),
+            Cell::power(row.energy, 2),
+            order(1),
+        ]);
+    }
+    println!("\nSmooth phase: largest position error against dt_crit/256 (21 x 21 nodes, four sides, no contact)");
+    println!("{}", table.text());
+    table.write_csv(&out.join("smooth.csv"))?;
+    let (verdict, sound) = verdict(&rows);
+    println!("{verdict}");
+    plot(&rows, out)?;
+    document.smooth(&rows.iter().filter(|row| row.case == CASES[0].name).map(summary).collect::<Vec<_>>(), &verdict);
+    Ok(sound)
+}
+
+fn rows(effort: Effort) -> Result<Vec<Row>> {
+    let tolerances: &[f64] = if effort == Effort::Smoke { &[1e-6, TIGHT] } else { &TOLERANCES };
+    let integrators: Vec<Integrator> =
+        std::iter::once(Integrator::Verlet).chain(tolerances.iter().map(|&tolerance| theta(tolerance))).collect();
+    let progress = Progress::new("smooth phase", (CASES.len() * (1 + integrators.len() * FRACTIONS.len())) as u64);
+    let mut rows: Vec<Row> = Vec::new();
+    for case in &CASES {
+        let reference = thrown(case, Integrator::Verlet, REFERENCE, 1)?;
+        progress.add(1, || case.name.to_string());
+        for &integrator in &integrators {
+            for (index, fraction) in FRACTIONS.into_iter().enumerate() {
+                let repeats = if integrator == Integrator::Verlet { 20 } else { 3 };
+                let run = thrown(case, integrator, fraction, repeats)?;
+                let apart = |(a, b): (&[f64], &[f64])| crate::event::length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
+                let position = run.positions.chunks_exact(3).zip(reference.positions.chunks_exact(3)).map(apart);
+                let position = position.fold(0.0, f64::max);
+                let orders = rows.last().filter(|_| index > 0).map(|before| {
+                    let refined = (before.dt_over_dt_crit / run.dt_over_dt_crit).ln();
+                    [(before.position, position), (before.energy, run.residual)]
+                        .map(|(coarse, fine)| (coarse / fine).ln() / refined)
+                });
+                rows.push(Row {
+                    case: case.name,
+                    integrator,
+                    dt_over_dt_crit: run.dt_over_dt_crit,
+                    steps: run.steps,
+                    node_steps: run.node_steps,
+                    seconds: run.seconds,
+                    position,
+                    energy: run.residual,
+                    orders,
+                });
+                progress.add(1, || format!("{}, {}", case.name, integrator_name(integrator)));
+            }
+        }
+    }
+    progress.finish();
+    Ok(rows)
+}
+
+/// A run whose step is the nearest to `fraction` of dt_crit that ends exactly at the case's time; least time of `repeats`.
+fn thrown(case: &Case, integrator: Integrator, fraction: f64, repeats: usize) -> Result<Run> {
+    let mut scene = Scene::sheet_3in_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
+    scene.yarn.stochastic = false;
+    scene.projectile.position[2] = -1.0;
+    scene.projectile.velocity = [0.0; 3];
+    scene.integrator = integrator;
+    let dt_crit = scene.step_limits()?.dt_crit;
+    let steps = (case.time / fraction).ceil();
+    let dt = case.time * dt_crit / steps;
+    let scene = with_step(scene, TimeStep::Seconds(dt), dt / dt_crit);
+    let mut buffers = Buffers::of(&scene)?;
+    let mut sim = buffers.sim(&scene)?;
+    let mut times = Vec::new();
+    let mut start = 0.0;
+    for _ in 0..repeats {
+        sim.reset();
+        bench::throw(&mut sim, case.speed)?;
+        let energy = sim.energy()?;
+        start = energy.fabric_kinetic + energy.strain;
+        let clock = Clock::start();
+        sim.advance(steps as u64)?;
+        times.push(clock.seconds());
+    }
+    let mut positions = vec![0.0; 3 * sim.layout().nodes()];
+    sim.copy_positions(&mut positions)?;
+    Ok(Run {
+        positions,
+        residual: (sim.energy()?.residual / start).abs(),
+        dt_over_dt_crit: dt / dt_crit,
+        steps: steps as u64,
+        node_steps: node_steps(&sim),
+        seconds: report::least(&times),
+    })
+}
+
+/// Says the range of the orders of either integrator, and whether all are 2. The order of the energy is asked for without
+/// damage only: with it, the error changes sign as segments pass the critical stretch.
+fn verdict(rows: &[Row]) -> (String, bool) {
+    let mut sentences = Vec::new();
+    let mut sound = true;
+    for integrator in [Integrator::Verlet, theta(TIGHT)] {
+        for (k, quantity) in ["position", "energy"].into_iter().enumerate() {
+            let orders = rows
+                .iter()
+                .filter(|row| row.checked() && row.integrator == integrator && (k == 0 || row.case == CASES[0].name))
+                .filter_map(|row| Some(row.orders?[k]));
+            let (low, high) = orders.fold((f64::MAX, f64::MIN), |(low, high), order| (low.min(order), high.max(order)));
+            let as_it_must = ORDER.contains(&low) && ORDER.contains(&high);
+            sound &= as_it_must;
+            let verdict = if as_it_must { "" } else { ", NOT within 1.9 to 2.1" };
+            sentences.push(format!("{}, {quantity}: {low:.3} to {high:.3}{verdict}", integrator_name(integrator)));
+        }
+    }
+    (format!("observed order below {ASYMPTOTIC} dt_crit: {}", sentences.join("; ")), sound)
+}
+
+fn plot(rows: &[Row], out: &Path) -> Result<()> {
+    for (case, file) in CASES.iter().zip(["smooth", "smooth_damage"]) {
+        for (quantity, label, value) in [
+            ("position", "largest position error (m)", (|row| row.position) as fn(&Row) -> f64),
+            ("energy", "energy error over the initial energy", |row| row.energy),
+        ] {
+            for (clock, axis, cost) in [
+                ("steps", "node-steps (force evaluations)", (|row| row.node_steps) as fn(&Row) -> f64),
+                ("seconds", "processor time (s)", |row| row.seconds),
+            ] {
+                let mut lines: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+                for row in rows.iter().filter(|row| row.case == case.name) {
+                    let name = integrator_name(row.integrator);
+                    if lines.last().is_none_or(|(last, _)| *last != name) {
+                        lines.push((name, Vec::new()));
+                    }
+                    if let Some((_, points)) = lines.last_mut() {
+                        points.push((cost(row), value(row)));
+                    }
+                }
+                let title = format!("Smooth phase, {}: 0.7 to 1/32 dt_crit", case.name);
+                let path = out.join(format!("{file}_{quantity}_{clock}.svg"));
+                plot_errors(&path, &title, [axis, label], lines, &[])?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What the document shows of a row.
+fn summary(row: &Row) -> Vec<Cell> {
+    vec![
+        Cell::text(integrator_name(row.integrator)),
+        Cell::plain(row.dt_over_dt_crit, 3),
+        Cell::power(row.node_steps, 2),
+        Cell::power(row.position, 2),
+        row.orders.map_or(Cell::text(""), |orders| Cell::plain(orders[0], 2)),
+        Cell::power(row.energy, 1),
+    ]
+}
