@@ -184,12 +184,6 @@
 // The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
 #define FK_THETA 1
 
-// A segment that goes slack or taut in a step pulls with the force at the step's middle.
-#define FK_CROSSING_POINT 0
-
-// It pulls with its mean force over the step.
-#define FK_CROSSING_MEAN 1
-
 // The step stays after the first failure.
 #define FK_STEP_KEEP 0
 
@@ -370,9 +364,8 @@ typedef struct fk_scene {
     // FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as two
     // halves (FK_VERLET only).
     uint32_t step_after_failure;
-    // FK_CROSSING_POINT, or FK_CROSSING_MEAN: a segment that goes slack or taut in a step pulls with its mean force over
-    // the step; a slack sheet then hardly gains energy (FK_VERLET only).
-    uint32_t crossing;
+    // 0.
+    uint32_t reserved_at_end;
 } fk_scene;
 
 // Why a request was refused.

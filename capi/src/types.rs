@@ -3,8 +3,8 @@
 
 use core::ffi::c_char;
 use fabric::{
-    Attachment, AttachmentKind, Code, Crossing, Draw, Drive, Error, Faces, Integrator, Motion, Projectile,
-    RotationRule, Scene, Shape, Sheet, StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Code, Draw, Drive, Error, Faces, Integrator, Motion, Projectile, RotationRule, Scene,
+    Shape, Sheet, StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 
 /// Version of this interface: changes whenever a structure or a function does.
@@ -117,10 +117,6 @@ pub const FK_VERLET: u32 = 0;
 pub const FK_MIDPOINT: u32 = 0;
 /// The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
 pub const FK_THETA: u32 = 1;
-/// A segment that goes slack or taut in a step pulls with the force at the step's middle.
-pub const FK_CROSSING_POINT: u32 = 0;
-/// It pulls with its mean force over the step.
-pub const FK_CROSSING_MEAN: u32 = 1;
 /// The step stays after the first failure.
 pub const FK_STEP_KEEP: u32 = 0;
 /// The step is taken as two halves after the first failure.
@@ -282,9 +278,8 @@ pub struct fk_scene {
     /// FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as two
     /// halves (FK_VERLET only).
     pub step_after_failure: u32,
-    /// FK_CROSSING_POINT, or FK_CROSSING_MEAN: a segment that goes slack or taut in a step pulls with its mean force over
-    /// the step; a slack sheet then hardly gains energy (FK_VERLET only).
-    pub crossing: u32,
+    /// 0.
+    pub reserved_at_end: u32,
 }
 
 /// Why a request was refused.
@@ -536,7 +531,7 @@ impl fk_scene {
             rotation_rule,
             rotation_theta,
             step_after_failure: scene.step_after_failure as u32,
-            crossing: scene.crossing as u32,
+            reserved_at_end: 0,
         }
     }
 
@@ -597,11 +592,6 @@ impl fk_scene {
             FK_STEP_HALF => StepAfterFailure::Half,
             other => return Err(unknown("step_after_failure", other)),
         };
-        let crossing = match self.crossing {
-            FK_CROSSING_POINT => Crossing::Point,
-            FK_CROSSING_MEAN => Crossing::Mean,
-            other => return Err(unknown("crossing", other)),
-        };
         let rotation_rule = match self.rotation_rule {
             FK_MIDPOINT => RotationRule::Midpoint,
             FK_THETA => RotationRule::Theta(self.rotation_theta),
@@ -659,7 +649,6 @@ impl fk_scene {
             step_check,
             integrator,
             step_after_failure,
-            crossing,
             rotation_rule,
             force_window: self.force_window,
             track_detachment: flag("track_detachment", self.track_detachment)?,

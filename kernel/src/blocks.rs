@@ -1,6 +1,5 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
-use crate::crossing::{CROSSING_REALS, Crossings};
 use crate::energy::SegmentView;
 use crate::error::{Code, Error};
 use crate::layout::{
@@ -32,8 +31,6 @@ pub(crate) struct Blocks<'a> {
     /// The theta rule's phi/dt of the candidates.
     #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub gap_rates: &'a mut [f64],
-    /// Horizontal and vertical segments that may go slack or taut in this step.
-    pub crossings: [Crossings<'a>; 2],
     pub runs: &'a mut [[u32; 4]],
     /// Nodes with an impulse since the last outcome test.
     pub flags: &'a mut [u32],
@@ -57,8 +54,6 @@ impl<'a> Blocks<'a> {
         let mut words = Carver(words);
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
-        let (across, up) = (layout.x.segments() * ny, nx * layout.y.segments());
-        let crossing = |count: usize| if layout.crossing { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let carved = (|| {
             reals.take(skip)?;
@@ -72,18 +67,6 @@ impl<'a> Blocks<'a> {
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 gap_rates: reals.take(implicit(layout.candidates))?,
-                crossings: [
-                    Crossings {
-                        slots: reals.take(crossing(across) * CROSSING_REALS)?.as_chunks_mut().0,
-                        nodes: words.take(crossing(across))?,
-                        count: 0,
-                    },
-                    Crossings {
-                        slots: reals.take(crossing(up) * CROSSING_REALS)?.as_chunks_mut().0,
-                        nodes: words.take(crossing(up))?,
-                        count: 0,
-                    },
-                ],
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
                 labels: words.take(watched(layout.nodes()))?,

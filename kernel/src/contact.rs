@@ -193,6 +193,7 @@ pub fn solve(
     symmetry: Symmetry,
 ) -> Solved {
     let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
+    let whole = symmetry == Symmetry::default();
     let push = |c: &Candidate| c.normal.component_mul(&push_mask) * c.weight;
     let twist = |c: &Candidate| c.arm.component_mul(&twist_mask) * c.weight;
     let mut velocity = body.velocity;
@@ -209,9 +210,9 @@ pub fn solve(
     for slot in candidates.iter_mut() {
         let mut c = Candidate::read(slot);
         c.effective_mass = plain_mass;
-        if turns || symmetry != Symmetry::default() {
+        if turns || !whole {
             let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
-            let moving = if symmetry == Symmetry::default() { 1.0 } else { c.normal.dot(&push(&c)) };
+            let moving = if whole { 1.0 } else { c.normal.dot(&push(&c)) };
             c.effective_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass * moving + turning);
         }
         c.impulse = 0.0;

@@ -7,9 +7,7 @@
 
 use crate::blocks::{Blocks, in_runs};
 use crate::contact::{self, Candidate, Search, Solved};
-use crate::crossing::FindCrossings;
 use crate::error::Failure;
-use crate::lanes;
 use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, Layout};
 use crate::math;
 use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
@@ -69,6 +67,18 @@ impl Sim<'_> {
         Ok(())
     }
 
+    /// Books on its support a kick that the fixed node (i, j) does not take, in units of a pass.
+    pub(crate) fn pull_fixed(&mut self, i: usize, j: usize, kick: &Vector) {
+        if !self.scene.track_support {
+            return;
+        }
+        let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
+        let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
+        let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
+        let pull = kick * (self.layout.node_weight(i, j) * symmetry.share());
+        self.state.sums.pull_support(kind, at, &pull, symmetry);
+    }
+
     /// Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
     /// a quarter of a kick, not only another unit. Contact needs nothing: its next impulse covers what is missing.
     fn halve_step(&mut self) {
@@ -77,19 +87,14 @@ impl Sim<'_> {
         let body = self.state.body;
         self.load_body(quarter);
         self.book_load(quarter, &body);
-        let (kind, share) = (self.scene.attachment.kind, self.scene.symmetry.share());
         for j in 0..self.layout.nodes_y {
-            let run = self.blocks.runs.get(j).copied().unwrap_or([0; 4]);
             for i in 0..self.layout.nodes_x {
                 let a = self.acceleration(i, j);
-                let (u, v) = self.node(i, j);
-                if !in_runs(&run, i) {
+                if self.is_fixed(i, j) {
+                    self.pull_fixed(i, j, &(Vector::from(a) * 0.25));
+                } else {
+                    let (u, v) = self.node(i, j);
                     self.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));
-                } else if self.scene.track_support {
-                    let side = usize::from(i as u32 >= run[1]);
-                    let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
-                    let pull = Vector::from(a) * (0.25 * self.layout.node_weight(i, j) * share);
-                    self.state.sums.pull_support(kind, at, &pull, self.scene.symmetry);
                 }
             }
         }
@@ -121,9 +126,6 @@ impl Sim<'_> {
         let report = self.sweep();
         if report.non_finite {
             return Err(Failure::NonFinite);
-        }
-        if self.layout.crossing {
-            self.correct_crossings();
         }
         if self.scene.symmetry == Symmetry::default() {
             self.failed_segments += report.newly_failed;
@@ -247,9 +249,7 @@ impl Sim<'_> {
             critical: self.model.critical,
             instructions: self.instructions,
         };
-        let Blocks { hot, history, yarn, carry, kept, ranges, runs, crossings, .. } = &mut self.blocks;
-        crossings.iter_mut().for_each(|found| found.count = 0);
-        let ends = [pass.horizontals, pass.verticals];
+        let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
         let share = self.scene.symmetry.share();
@@ -261,10 +261,6 @@ impl Sim<'_> {
             let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
             let run = runs.get(j).copied().unwrap_or([0; 4]);
             let above = if j + 1 < rows_stored { layout::row(above, chunks, 0) } else { &[] };
-            if self.layout.crossing {
-                let find = FindCrossings { row, above, first: j * pass.verticals, ends, found: crossings };
-                lanes::dispatch(self.instructions, find);
-            }
             keep_fixed(row, kept, &run);
             let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
             report = report.merged(met);
@@ -386,7 +382,12 @@ impl Sim<'_> {
             if let Some(flags) = self.blocks.flags.get_mut(node as usize / 32) {
                 *flags |= 1 << (node % 32);
             }
-            let speed_after = normal.dot(&Vector::from(v)) * self.model.unit_speed;
+            // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
+            let speed_after = if self.layout.implicit {
+                candidate.speed_before + normal.dot(&kick) * self.model.unit_speed
+            } else {
+                normal.dot(&Vector::from(v)) * self.model.unit_speed
+            };
             let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
             // What all images of the node give; without mirror planes it is the node's own.
             let given = impulse * candidate.weight;

@@ -4,9 +4,8 @@
 //! eight planes [ux uy uz vx vy vz kh kv] of eight numbers each, one cache line a plane. Rows are padded with zeros to whole
 //! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
 
-use crate::crossing::CROSSING_REALS;
 use crate::error::{Code, Error};
-use crate::scene::{Crossing, Integrator, Scene, Shape, StepAfterFailure};
+use crate::scene::{Integrator, Scene, Shape, StepAfterFailure};
 use crate::shape::Solid;
 use crate::state::Parts;
 use crate::sweep::Axis;
@@ -51,8 +50,6 @@ pub struct Layout {
     pub track_detachment: bool,
     /// true if the theta rule steps the nodes.
     pub implicit: bool,
-    /// true if segments that go slack or taut pull with their mean force.
-    pub crossing: bool,
     /// true if the step is halved after the first failure.
     pub halving: bool,
     /// Greatest number of contact candidates.
@@ -83,7 +80,6 @@ impl Layout {
         let stochastic = scene.yarn.stochastic;
         let track_detachment = scene.track_detachment;
         let implicit = matches!(scene.integrator, Integrator::Theta(_));
-        let crossing = scene.crossing == Crossing::Mean;
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let candidates = candidate_capacity(scene).min(nodes);
 
@@ -98,12 +94,10 @@ impl Layout {
             .checked_add(nodes_y.checked_mul(2)?)?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
         let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
-        let crossings = if crossing { segments } else { 0 };
-        let scratch = scratch.checked_add(crossings.checked_mul(CROSSING_REALS)?)?;
         let reals = rows.checked_add(scratch)?.checked_add(ALIGN_REALS - 1)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
-        let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?.checked_add(crossings)?;
+        let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
 
         // Node rows: u and v of every node, then the history of its horizontal and vertical segment where they exist.
         let flags = if track_detachment { nodes.div_ceil(32) } else { 0 };
@@ -128,7 +122,6 @@ impl Layout {
             stochastic,
             track_detachment,
             implicit,
-            crossing,
             halving,
             candidates,
             reals,

@@ -36,7 +36,6 @@ mod blocks;
 #[cfg(feature = "micro")]
 pub mod calibrate;
 pub mod contact;
-mod crossing;
 pub mod energy;
 pub mod error;
 mod explicit;
@@ -73,7 +72,7 @@ pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Crossing, Draw, Drive, Faces, Integrator, MAX_FACES, Projectile, RotationRule, Scene,
-    Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, MAX_FACES, Projectile, RotationRule, Scene, Shape,
+    Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};

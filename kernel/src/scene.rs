@@ -237,16 +237,6 @@ pub enum StepAfterFailure {
     Half = 1,
 }
 
-/// How a segment pulls in a step in which it goes slack or taut.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Crossing {
-    /// As everywhere, with its force at the step's middle. A sheet that rattles slack gains energy.
-    Point = 0,
-    /// With its mean force over the step (`crossing.rs`; velocity Verlet only): thirty times less energy is gained.
-    Mean = 1,
-}
-
 /// How the projectile turns between impulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotationRule {
@@ -291,8 +281,6 @@ pub struct Scene {
     pub integrator: Integrator,
     /// What the step does once a segment has failed.
     pub step_after_failure: StepAfterFailure,
-    /// How a segment pulls in a step in which it goes slack or taut.
-    pub crossing: Crossing,
     /// How the projectile turns.
     pub rotation_rule: RotationRule,
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one.
@@ -373,7 +361,6 @@ impl Scene {
             step_check: StepCheck::Refuse,
             integrator: Integrator::Verlet,
             step_after_failure: StepAfterFailure::Keep,
-            crossing: Crossing::Point,
             rotation_rule: RotationRule::Midpoint,
             force_window: 1e-6,
             track_detachment: true,
@@ -535,9 +522,6 @@ impl Scene {
             positive("integrator.tolerance", rule.tolerance)?;
             if self.step_after_failure != StepAfterFailure::Keep {
                 return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
-            }
-            if self.crossing != Crossing::Point {
-                return Err(Error::plain(Code::OutOfRange, "crossing"));
             }
             if rule.max_iterations < 1 {
                 return Err(Error::new(Code::OutOfRange, "integrator.max_iterations", 0.0, 1.0));

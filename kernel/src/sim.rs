@@ -334,12 +334,13 @@ impl<'a> Sim<'a> {
         }
         self.rebuild_derived();
         // The explicit scheme stores the velocity at t_{-1/2}: back by half a kick with the forces at t_0.
-        for k in 0..if self.layout.implicit { 0 } else { self.layout.nodes() } {
-            let (i, j) = (k % nx, k / nx);
-            if !self.is_fixed(i, j) {
-                let (u, v) = self.node(i, j);
-                let a = self.acceleration(i, j);
-                self.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
+        if !self.layout.implicit {
+            for (i, j) in (0..self.layout.nodes()).map(|k| (k % nx, k / nx)) {
+                if !self.is_fixed(i, j) {
+                    let (u, v) = self.node(i, j);
+                    let a = self.acceleration(i, j);
+                    self.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
+                }
             }
         }
         self.start_audit();

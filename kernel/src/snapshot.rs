@@ -10,7 +10,7 @@
 use crate::error::{Code, Error};
 use crate::layout;
 use crate::pose::Vector;
-use crate::scene::{Crossing, Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
+use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
 use crate::sim::Sim;
 use crate::state::{COUNT_MAX, Parts, State, Visitor};
 
@@ -119,9 +119,6 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
         hash.real(rule.theta);
         hash.real(rule.tolerance);
         hash.word(rule.max_iterations as u64);
-    }
-    if scene.crossing != Crossing::Point {
-        hash.word(0x6_0000 + scene.crossing as u64);
     }
     if scene.step_after_failure != StepAfterFailure::Keep {
         hash.word(0x5_0000 + scene.step_after_failure as u64);

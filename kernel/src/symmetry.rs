@@ -61,13 +61,8 @@ impl Line {
         match (self.mirrored, i + 1 == self.modelled()) {
             (false, _) => 1.0,
             (true, false) => 2.0,
-            (true, true) => {
-                if self.odd() {
-                    0.0
-                } else {
-                    1.0
-                }
-            }
+            (true, true) if self.odd() => 0.0,
+            (true, true) => 1.0,
         }
     }
 

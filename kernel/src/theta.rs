@@ -21,7 +21,6 @@ use crate::scene::ThetaRule;
 use crate::sim::Sim;
 use crate::state::COUNT_MAX;
 use crate::sweep::{self, Axis, FAILED, YarnRow};
-use crate::weave;
 
 // First planes of the iterate's rows, three each.
 /// Guess of the displacement at the step's end.
@@ -232,7 +231,7 @@ impl Sim<'_> {
     /// Takes the converged guess: positions, velocities without impulses, supports, damage.
     fn commit(&mut self, rule: ThetaRule) {
         let chunks = self.layout.chunks;
-        let (kind, symmetry, theta) = (self.scene.attachment.kind, self.scene.symmetry, rule.theta);
+        let theta = rule.theta;
         for j in 0..self.layout.nodes_y {
             let run = self.blocks.runs.get(j).copied().unwrap_or([0; 4]);
             let (mut low, mut high) = (0.0, 0.0);
@@ -241,12 +240,7 @@ impl Sim<'_> {
                 let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
                 let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
                 if in_runs(&run, i) {
-                    if self.scene.track_support {
-                        let side = usize::from(i as u32 >= run[1]);
-                        let attachment = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
-                        let pull = Vector::from(a) * (self.layout.node_weight(i, j) * symmetry.share());
-                        self.state.sums.pull_support(kind, attachment, &pull, symmetry);
-                    }
+                    self.pull_fixed(i, j, &Vector::from(a));
                     continue;
                 }
                 let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];

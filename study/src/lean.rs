@@ -10,9 +10,7 @@ use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, bench, report};
 use clap::Args;
-use fabric::{
-    AttachmentKind, Crossing, Drive, Error, Integrator, Layout, Scene, Shape, Sim, Symmetry, ThetaRule, TimeStep,
-};
+use fabric::{AttachmentKind, Drive, Error, Integrator, Layout, Scene, Shape, Sim, Symmetry, ThetaRule, TimeStep};
 use object::{Object, ObjectSection, ObjectSymbol};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -210,7 +208,6 @@ fn pairs() -> Vec<Pair> {
             true,
         ),
         pair("energies after every step", struck(impact), Form { each: energies, ..struck(impact) }, true),
-        pair("mean forces at crossings", struck(impact), struck(Scene { crossing: Crossing::Mean, ..impact }), false),
         pair("support impulses", struck(impact), struck(Scene { track_support: true, ..impact }), true),
         pair("detachment watched", struck(impact), struck(Scene { track_detachment: true, ..impact }), true),
         pair(

@@ -17,8 +17,8 @@
 
 use crate::Result;
 use fabric::{
-    AttachmentKind, Crossing, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck,
-    ThetaRule, TimeStep, prism,
+    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck, ThetaRule,
+    TimeStep, prism,
 };
 use serde::Deserialize;
 use serde::de::Error as _;
@@ -45,7 +45,6 @@ struct SceneFile {
     step_check: Option<StepCheckName>,
     integrator: Option<IntegratorFile>,
     step_after_failure: Option<StepAfterFailureName>,
-    crossing: Option<CrossingName>,
     rotation_rule: Option<RotationFile>,
     force_window: Option<f64>,
     track_detachment: Option<bool>,
@@ -198,13 +197,6 @@ struct ThetaFile {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum CrossingName {
-    Point,
-    Mean,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
 enum StepAfterFailureName {
     Keep,
     Half,
@@ -291,7 +283,6 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut scene.step_check, file.step_check.map(step_check));
     set(&mut scene.integrator, file.integrator.map(integrator));
     set(&mut scene.step_after_failure, file.step_after_failure.map(step_after_failure));
-    set(&mut scene.crossing, file.crossing.map(crossing));
     set(&mut scene.rotation_rule, file.rotation_rule.map(rotation_rule));
     set(&mut scene.force_window, file.force_window);
     set(&mut scene.track_detachment, file.track_detachment);
@@ -363,13 +354,6 @@ fn step_after_failure(name: StepAfterFailureName) -> StepAfterFailure {
     match name {
         StepAfterFailureName::Keep => StepAfterFailure::Keep,
         StepAfterFailureName::Half => StepAfterFailure::Half,
-    }
-}
-
-fn crossing(name: CrossingName) -> Crossing {
-    match name {
-        CrossingName::Point => Crossing::Point,
-        CrossingName::Mean => Crossing::Mean,
     }
 }
 

@@ -13,4 +13,4 @@ pub const TUMBLING_BULLET: u64 = 0x9ec6_68c6_e330_f937;
 pub const BOX_ON_A_CORNER: u64 = 0xc6d0_106f_c2e2_cf08;
 pub const DISC_SECTOR: u64 = 0x3241_aa8e_1d54_acec;
 pub const QUARTER_UNDER_A_CYLINDER: u64 = 0xadb4_4a1b_3533_e880;
-pub const DRAWN_YARNS_BY_THE_THETA_RULE: u64 = 0xeb06_0440_231a_9ccb;
+pub const DRAWN_YARNS_BY_THE_THETA_RULE: u64 = 0xebd2_bf2c_8896_7444;

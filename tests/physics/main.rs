@@ -5,7 +5,6 @@
 mod balances;
 mod contact;
 mod convergence;
-mod crossing;
 mod frames;
 mod free_flight;
 mod halving;

@@ -6,12 +6,10 @@
 //!
 //! A setting is on the front of a measure if no other one costs no more and errs no more, with one of the two less. It is on
 //! the front of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the
-//! kernel refuses, and the reference, do not compete; nor, by node-steps, does `crossing = mean`, whose corrections no counter
-//! counts.
+//! kernel refuses, and the reference, do not compete.
 
 use super::impact::{ABSORBED, COUNT, Ensemble, MEASURES, Network, RESIDUAL, Setting};
 use super::{Cell, Table};
-use fabric::Crossing;
 
 /// The fronts: by node-steps and by seconds among all settings, and the same among those on the full network.
 pub const NAMES: [&str; 4] = ["steps", "seconds", "steps_full_network", "seconds_full_network"];
@@ -45,10 +43,9 @@ impl Row {
         self.error[index].max(self.resolution[index])
     }
 
-    /// Whether it competes, by seconds or by node-steps.
-    fn competes(&self, by_seconds: bool) -> bool {
-        let counted = by_seconds || self.ensemble.setting.crossing == Crossing::Point;
-        !self.reference && self.ensemble.setting.accepted() && self.ensemble.runs > 0 && counted
+    /// Whether it competes.
+    fn competes(&self) -> bool {
+        !self.reference && self.ensemble.setting.accepted() && self.ensemble.runs > 0
     }
 
     fn cost(&self, by_seconds: bool) -> f64 {
@@ -123,7 +120,7 @@ pub fn judge(ensembles: Vec<Ensemble>) -> Judged {
 /// On what part of a front a row is.
 fn front(rows: &[Row], number: usize, by_seconds: bool, full_only: bool) -> Front {
     let row = &rows[number];
-    let among = |of: &Row| of.competes(by_seconds) && (!full_only || of.ensemble.setting.network == Network::Full);
+    let among = |of: &Row| of.competes() && (!full_only || of.ensemble.setting.network == Network::Full);
     let beaten = |measures: &[usize]| {
         let mut others = rows.iter().enumerate().filter(|(other, of)| *other != number && among(of));
         others.any(|(_, other)| beats(other, row, measures, by_seconds))
@@ -183,7 +180,7 @@ pub fn choice(judged: &Judged) -> Table {
     ]);
     for wanted in WANTED {
         let mut best: Option<(f64, usize, &Row, f64)> = None;
-        for row in judged.rows.iter().filter(|row| row.competes(false)) {
+        for row in judged.rows.iter().filter(|row| row.competes()) {
             let own = row.error[ABSORBED].max(0.5 * row.resolution[ABSORBED]);
             let spread = judged.floor[ABSORBED];
             if own.is_nan() || own >= wanted {

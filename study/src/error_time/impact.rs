@@ -17,9 +17,7 @@ use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report};
 use fabric::scene::{STEP_DEFAULT_FRACTION, STEP_MAX_FRACTION};
-use fabric::{
-    AttachmentKind, Crossing, Failure, Integrator, Outcome, Scene, Sim, StepAfterFailure, Symmetry, TimeStep,
-};
+use fabric::{AttachmentKind, Failure, Integrator, Outcome, Scene, Sim, StepAfterFailure, Symmetry, TimeStep};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -109,8 +107,6 @@ pub struct Setting {
     pub network: Network,
     /// What the step does once a segment has failed.
     pub after_failure: StepAfterFailure,
-    /// How segments pull that go slack or taut.
-    pub crossing: Crossing,
 }
 
 /// What of the sheet is modelled.
@@ -127,13 +123,7 @@ pub enum Network {
 impl Setting {
     /// Velocity Verlet on the full network.
     pub fn verlet(step: f64) -> Setting {
-        Setting {
-            step,
-            integrator: Integrator::Verlet,
-            network: Network::Full,
-            after_failure: StepAfterFailure::Keep,
-            crossing: Crossing::Point,
-        }
+        Setting { step, integrator: Integrator::Verlet, network: Network::Full, after_failure: StepAfterFailure::Keep }
     }
 
     /// The line it belongs to in a plot.
@@ -141,9 +131,6 @@ impl Setting {
         let mut integrator = super::integrator_name(self.integrator);
         if self.after_failure == StepAfterFailure::Half {
             integrator += ", half after failure";
-        }
-        if self.crossing == Crossing::Mean {
-            integrator += ", mean crossing";
         }
         match self.network {
             Network::Full => integrator,
@@ -171,8 +158,7 @@ impl Setting {
             Network::Coarse(factor) => f64::from(factor).powi(-3),
         };
         let half = if self.after_failure == StepAfterFailure::Half { 1.6 } else { 1.0 };
-        let mean = if self.crossing == Crossing::Mean { 15.0 } else { 1.0 };
-        passes * share * half * mean / self.step
+        passes * share * half / self.step
     }
 }
 
@@ -222,7 +208,7 @@ pub fn scene_at(case: &Case, setting: &Setting, faster: f64, effort: Effort) -> 
     let speed = (2.0 * ENERGY / scene.projectile.mass).sqrt();
     scene.projectile.velocity = [0.0, 0.0, speed * (1.0 + faster)];
     scene.integrator = setting.integrator;
-    (scene.step_after_failure, scene.crossing) = (setting.after_failure, setting.crossing);
+    scene.step_after_failure = setting.after_failure;
     match setting.network {
         Network::Full => (),
         Network::Quarter => scene.symmetry = Symmetry { mirror_x: true, mirror_y: true },
@@ -344,13 +330,9 @@ fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
             settings.push((Setting { network: Network::Coarse(factor), ..Setting::verlet(step) }, runs));
         }
     }
-    let remedied: &[f64] = if effort == Effort::Full && !corners { &[0.3, 0.4, 0.5] } else { &[0.4] };
+    let remedied: &[f64] = if effort == Effort::Full && !corners { &[0.3, 0.4, 0.47, 0.5] } else { &[0.4] };
     for &step in remedied {
         settings.push((Setting { after_failure: StepAfterFailure::Half, ..Setting::verlet(step) }, runs));
-    }
-    // Mean forces at crossings cost as much as the theta rule: few runs, none of the long ones.
-    for &step in if corners { &[] } else { remedied } {
-        settings.push((Setting { crossing: Crossing::Mean, ..Setting::verlet(step) }, few));
     }
     // The theta rule costs ten times as much: where it is compared, and one point elsewhere.
     let implicit: Vec<(f64, f64)> = match (effort, index) {
