@@ -60,6 +60,12 @@ def opened(version):
     return _opened[version]
 
 
+def library(version):
+    """The library of this machine in an unpacked archive."""
+    platform = {"x86_64": ("linux64", "x86_64-linux"), "aarch64": ("aarch64-linux", "aarch64-linux")}[os.uname().machine]
+    return pathlib.Path(opened(version)[1], "binaries", platform[version - 2], "FabricShield.so")
+
+
 class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 
