@@ -246,6 +246,9 @@ impl Instance {
         kept.start = kept.parameters.motion();
         match Running::new(&kept.scene()) {
             Ok(running) => {
+                if let Some(variable) = kept.parameters.out_of_range() {
+                    return self.refuse_field(Category::Error, (variable.name, "out of range"));
+                }
                 let mut line = Line::new();
                 let layout = running.sim.layout();
                 let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
