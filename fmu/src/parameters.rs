@@ -260,6 +260,8 @@ mod tests {
     fn the_default_position_is_one_millimetre_before_the_sheet() {
         let mut parameters = Parameters::default();
         parameters.place_projectile();
+        // Exactly the start value: a host that sets it gets the same bits as one that does not.
+        assert_eq!(parameters.get(Id::Position), VARIABLES[Id::Position as usize].start);
         assert!((parameters.vector(Id::Position)[2] + 0.02005).abs() < 1e-15);
         parameters.set(Id::Preset, 0, 1.0);
         parameters.place_projectile();

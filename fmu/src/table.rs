@@ -412,7 +412,7 @@ pub const VARIABLES: &[Variable] = &[
         "projectile.position",
         100,
         &POSITION,
-        &[0.0, 0.0, -0.02005],
+        &[0.0, 0.0, -(0.0381 / 2.0 + 1e-3)],
         "Centre of mass, host's axes. If never set: nose 1 mm before the sheet. Mode integrated reads it when initialisation \
          ends; mode host_driven at every step",
     ),

@@ -69,7 +69,7 @@ def library(version):
 class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 
-    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, logging_on=False):
+    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=False):
         self.version, self.log = version, []
         description, folder = opened(version)
         self.variables = {variable.name: variable for variable in description.modelVariables}
@@ -91,8 +91,9 @@ class Host:
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(
-                logMessage=self._log3, loggingOn=logging_on, eventModeUsed=events, earlyReturnAllowed=events
-            )
+                logMessage=self._log3, loggingOn=logging_on, eventModeUsed=events,
+                earlyReturnAllowed=events if early is None else early,
+            )  # fmt: skip
         if values is not None:
             status = self.initialise(values, start, stop)
             assert status <= WARNING, (status, self.log)

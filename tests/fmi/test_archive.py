@@ -58,6 +58,17 @@ class Archive(unittest.TestCase):
         floor = max(tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([0-9.]+)", run("readelf", "-V")))
         self.assertLessEqual(floor, (2, 17))
 
+    def test_the_library_asks_its_host_for_memory_and_nothing_else(self):
+        """No function of libm above all: its bits differ from one C library to the next."""
+        listed = subprocess.run(["nm", "-D", "--undefined-only", library(2)], check=True, capture_output=True, text=True)
+        strong = {line.split()[-1].split("@")[0] for line in listed.stdout.splitlines() if line.split()[0] == "U"}
+        self.assertLessEqual(strong, {"calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"})
+
+    def test_the_icons_are_pictures(self):
+        for version, name in ((2, "model.png"), (3, "terminalsAndIcons/icon.png")):
+            with zipfile.ZipFile(ARCHIVES[version]) as packed:
+                self.assertEqual(packed.read(name)[:8], b"\x89PNG\r\n\x1a\n")
+
     def test_every_variable_answers_and_starts_as_described(self):
         for version in (2, 3):
             host = Host(version)

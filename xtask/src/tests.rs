@@ -40,6 +40,9 @@ const VERIFY: &[Step] = &[
     }),
     ("error against run time", || study(&["error-time"])),
     ("stability, and its page", stability),
+    ("FMU reference results", || {
+        command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
+    }),
 ];
 
 /// Every check that a change must pass.
