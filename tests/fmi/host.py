@@ -61,9 +61,9 @@ def opened(version):
 
 
 def library(version):
-    """The library of this machine in an unpacked archive."""
-    platform = {"x86_64": ("linux64", "x86_64-linux"), "aarch64": ("aarch64-linux", "aarch64-linux")}[os.uname().machine]
-    return pathlib.Path(opened(version)[1], "binaries", platform[version - 2], "FabricShield.so")
+    """The binary in an archive that this machine runs."""
+    name = fmpy.platform if version == 2 and fmpy.platform_tuple == "x86_64-linux" else fmpy.platform_tuple
+    return pathlib.Path(opened(version)[1], "binaries", name, "FabricShield.so")
 
 
 class Host:

@@ -13,7 +13,7 @@ from host import library, opened
 @unittest.skipUnless(platform.machine() == "x86_64", "the C host sets x86's control register")
 class Environment(unittest.TestCase):
     def test_a_changed_environment_changes_no_bit_and_comes_back(self):
-        description = opened(2)[0]
+        description, _ = opened(2)
         headers = pathlib.Path(fmpy.__file__).parent / "c-code"
         with tempfile.TemporaryDirectory() as built:
             program = pathlib.Path(built, "environment")
