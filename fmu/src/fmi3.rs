@@ -59,8 +59,13 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
         let shown = text(name).unwrap_or(c"");
+        // Why there is no instance is told in any case.
         let place = create(Log::new(Logger::Three(logger), environment, shown, logging_on != 0), name, token);
         if let Some(instance) = place.as_mut() {
+            if logging_on == 0 {
+                // In FMI 3.0 the logger is then not called at all; FMI 2.0 means messages for debugging only.
+                instance.log.switch(false, core::iter::empty());
+            }
             instance.event_mode_used = event_mode_used != 0;
             instance.early_return_allowed = early_return_allowed != 0;
         }

@@ -160,11 +160,6 @@ impl Variable {
         size
     }
 
-    /// Unit, one of [`UNITS`]; empty for types without unit.
-    pub fn unit(&self) -> &'static str {
-        self.quantity.map_or("", |quantity| quantity.unit)
-    }
-
     /// Least and greatest value: the variable's own, or those of its quantity or choice.
     pub fn limits(&self) -> [f64; 2] {
         match (self.range, self.quantity, self.kind) {
@@ -192,19 +187,19 @@ impl Variable {
 }
 
 type Text = &'static str;
-type Of = &'static Quantity;
+type OfQuantity = &'static Quantity;
 
 const fn row(id: Id, name: Text, reference: u32, kind: Kind, role: Role, description: Text) -> Variable {
     let (shape, quantity, start): (&[usize], _, &[f64]) = (&[], None, &[]);
     Variable { id, name, reference, kind, role, shape, quantity, start, range: None, nominal: 0.0, description }
 }
 
-const fn input(id: Id, name: Text, reference: u32, of: Of, start: &'static [f64], about: Text) -> Variable {
+const fn input(id: Id, name: Text, reference: u32, of: OfQuantity, start: &'static [f64], about: Text) -> Variable {
     let shape: &[usize] = if start.len() == 4 { &[4] } else { &[3] };
     Variable { quantity: Some(of), start, shape, ..row(id, name, reference, Kind::Real, Role::Input, about) }
 }
 
-const fn real(id: Id, name: Text, reference: u32, of: Of, start: &'static [f64], about: Text) -> Variable {
+const fn real(id: Id, name: Text, reference: u32, of: OfQuantity, start: &'static [f64], about: Text) -> Variable {
     Variable { quantity: Some(of), start, ..row(id, name, reference, Kind::Real, Role::Fixed, about) }
 }
 
@@ -216,7 +211,7 @@ const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, start: &'static
     Variable { start, ..row(id, name, reference, kind, Role::Tunable, about) }
 }
 
-const fn output(id: Id, name: Text, reference: u32, of: Of, about: Text) -> Variable {
+const fn output(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
     Variable { quantity: Some(of), ..row(id, name, reference, Kind::Real, Role::Continuous, about) }
 }
 
@@ -341,13 +336,12 @@ const fn quantity(name: Text, unit: Text, display: Text, least: f64, nominal: f6
 }
 
 const ANY_SIGN: f64 = f64::NEG_INFINITY;
-/// See [`QUANTITIES`]; so for those below.
-pub const POSITION: Quantity = quantity("Position", "m", "mm", ANY_SIGN, 1e-3, "Place or displacement");
+const POSITION: Quantity = quantity("Position", "m", "mm", ANY_SIGN, 1e-3, "Place or displacement");
 const LENGTH: Quantity = quantity("Length", "m", "mm", 0.0, 1e-2, "Size of a thing");
 const AREA: Quantity = quantity("Area", "m2", "mm2", 0.0, 1e-7, "Cross-section of a yarn");
 const VELOCITY: Quantity = quantity("Velocity", "m/s", "", ANY_SIGN, 100.0, "Velocity");
 const ACCELERATION: Quantity = quantity("Acceleration", "m/s2", "", ANY_SIGN, 1e5, "Acceleration");
-const TURNING: Quantity = quantity("AngularVelocity", "rad/s", "deg/s", ANY_SIGN, 100.0, "Angular velocity");
+const ANGULAR_VELOCITY: Quantity = quantity("AngularVelocity", "rad/s", "deg/s", ANY_SIGN, 100.0, "Angular velocity");
 const QUATERNION: Quantity =
     quantity("Quaternion", "1", "", ANY_SIGN, 1.0, "Element of a unit quaternion, scalar first");
 const RATIO: Quantity = quantity("Ratio", "1", "", ANY_SIGN, 1.0, "Number without unit");
@@ -358,7 +352,7 @@ const IMPULSE: Quantity = quantity("Impulse", "N.s", "", ANY_SIGN, 1.0, "Force o
 const ANGULAR_IMPULSE: Quantity = quantity("AngularImpulse", "N.m.s", "", ANY_SIGN, 1e-3, "Torque over time");
 const ENERGY: Quantity = quantity("Energy", "J", "", ANY_SIGN, 10.0, "Energy or work");
 const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young's modulus of a yarn");
-const COMPLIANCE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
+const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
 const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");
 const TIME: Quantity = quantity("Time", "s", "us", ANY_SIGN, 1e-3, "Point in time");
 
@@ -369,7 +363,7 @@ pub const QUANTITIES: &[&Quantity] = &[
     &AREA,
     &VELOCITY,
     &ACCELERATION,
-    &TURNING,
+    &ANGULAR_VELOCITY,
     &QUATERNION,
     &RATIO,
     &MASS,
@@ -379,7 +373,7 @@ pub const QUANTITIES: &[&Quantity] = &[
     &ANGULAR_IMPULSE,
     &ENERGY,
     &MODULUS,
-    &COMPLIANCE,
+    &DAMAGE_SLOPE,
     &DURATION,
     &TIME,
 ];
@@ -436,7 +430,7 @@ pub const VARIABLES: &[Variable] = &[
         Id::AngularVelocity,
         "projectile.angular_velocity",
         130,
-        &TURNING,
+        &ANGULAR_VELOCITY,
         ZERO,
         "Angular velocity in the host's axes. Read like projectile.position",
     ),
@@ -537,7 +531,7 @@ pub const VARIABLES: &[Variable] = &[
         Id::DamageSlope,
         "yarn.damage_slope",
         252,
-        &COMPLIANCE,
+        &DAMAGE_SLOPE,
         &[7.91e-9],
         "Slope of the damage rate over the modulus",
     ),
@@ -645,7 +639,7 @@ pub const VARIABLES: &[Variable] = &[
         Id::StateAngularVelocity,
         "state.angular_velocity",
         400,
-        &TURNING,
+        &ANGULAR_VELOCITY,
         "Angular velocity of that body, host's axes",
     )
     .shaped(&[3]),

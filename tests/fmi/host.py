@@ -69,7 +69,7 @@ def library(version):
 class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 
-    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=False):
+    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True):
         self.version, self.log = version, []
         description, folder = opened(version)
         self.variables = {variable.name: variable for variable in description.modelVariables}

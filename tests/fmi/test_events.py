@@ -93,7 +93,7 @@ class Events(unittest.TestCase):
         host = Host(3, {**SMALL, "log.level": 3}, logging_on=True).run(0, 5, H)
         self.assertTrue(host.said("first contact at internal step"))
         host.close()
-        host = Host(3, SMALL).run(0, 5, H)
+        host = Host(3, SMALL, logging_on=False).run(0, 5, H)
         self.assertEqual(host.log, [])
         host.close()
 

@@ -14,7 +14,7 @@ static void logger(fmi3InstanceEnvironment environment, fmi3Status status, fmi3S
 }
 
 static fmi3Instance instantiate(void) {
-    return fmi3InstantiateCoSimulation("calls", token, NULL, fmi3False, fmi3False, with_events, with_events, NULL, 0,
+    return fmi3InstantiateCoSimulation("calls", token, NULL, fmi3False, fmi3True, with_events, with_events, NULL, 0,
                                        &messages, with_logger ? logger : NULL, NULL);
 }
 
@@ -449,10 +449,22 @@ static void check_without_events(void) {
     with_events = 1;
 }
 
+/* Without logging the logger is not called; it can be switched on later. */
+static void check_silence(void) {
+    reach(-1);
+    messages = 0;
+    fmu = fmi3InstantiateCoSimulation("calls", token, NULL, fmi3False, fmi3False, 0, 0, NULL, 0, &messages, logger, NULL);
+    expect(fmu && step(0.0, 1e-7) == fmi3Error && messages == 0, "logger", "loggingOn = fmi3False", "called");
+    const fmi3String errors[] = {"logStatusError"};
+    expect(fmi3SetDebugLogging(fmu, fmi3True, 1, errors) == fmi3OK, "SetDebugLogging", "Instantiated", "not OK");
+    expect(step(0.0, 1e-7) == fmi3Error && messages == 1, "logger", "switched on", "not called once");
+}
+
 int main(int count, char **arguments) {
     if (count != 2) return 2;
     token = arguments[1];
     check_instantiate();
+    check_silence();
     for (with_logger = 1; with_logger >= 0; with_logger--) {
         check_table(TABLE, COUNT(TABLE), STATES, with_logger);
         check_undisturbed(with_logger);
