@@ -46,7 +46,7 @@ pub unsafe fn enter(
 pub unsafe fn create(log: Log, name: *const c_char, token: *const c_char) -> *mut Instance {
     // SAFETY: the caller's promise.
     let (name, token) = unsafe { (text(name), text(token)) };
-    if name.is_none_or(CStr::is_empty) {
+    if name.is_none_or(|name| name.to_bytes().iter().all(u8::is_ascii_whitespace)) {
         log.say(crate::log::Category::Error, "instanceName: missing");
         return ptr::null_mut();
     }

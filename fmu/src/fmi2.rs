@@ -145,7 +145,7 @@ pub unsafe extern "C" fn fmi2Reset(c: *mut Instance) -> Status {
 pub unsafe extern "C" fn fmi2GetReal(c: *mut Instance, vr: *const u32, n: usize, values: *mut f64) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2GetReal", Phase::ANY, |instance| {
+        enter(c, "fmi2GetReal", Phase::READABLE_IN_2, |instance| {
             door::get(instance, Version::Two, Kind::Real, array(vr, n), array_mut(values, n), |x| x)
         })
     }
@@ -156,7 +156,7 @@ pub unsafe extern "C" fn fmi2GetReal(c: *mut Instance, vr: *const u32, n: usize,
 pub unsafe extern "C" fn fmi2GetInteger(c: *mut Instance, vr: *const u32, n: usize, values: *mut c_int) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2GetInteger", Phase::ANY, |instance| {
+        enter(c, "fmi2GetInteger", Phase::READABLE_IN_2, |instance| {
             let convert = door::to_integer;
             door::get(instance, Version::Two, Kind::Integer, array(vr, n), array_mut(values, n), convert)
         })
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn fmi2GetInteger(c: *mut Instance, vr: *const u32, n: usi
 pub unsafe extern "C" fn fmi2GetBoolean(c: *mut Instance, vr: *const u32, n: usize, values: *mut c_int) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2GetBoolean", Phase::ANY, |instance| {
+        enter(c, "fmi2GetBoolean", Phase::READABLE_IN_2, |instance| {
             let convert = |x| c_int::from(x != 0.0);
             door::get(instance, Version::Two, Kind::Boolean, array(vr, n), array_mut(values, n), convert)
         })
@@ -184,7 +184,7 @@ pub unsafe extern "C" fn fmi2GetString(
     _values: *mut *const c_char,
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { none_of_this_type(c, "fmi2GetString", n) }
+    unsafe { none_of_this_type(c, "fmi2GetString", Phase::READABLE_IN_2, n) }
 }
 
 /// Sets Real variables.
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn fmi2GetString(
 pub unsafe extern "C" fn fmi2SetReal(c: *mut Instance, vr: *const u32, n: usize, values: *const f64) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2SetReal", Phase::ANY, |instance| {
+        enter(c, "fmi2SetReal", Phase::SETTABLE, |instance| {
             door::set(instance, Version::Two, Kind::Real, array(vr, n), array(values, n), |x| x)
         })
     }
@@ -203,7 +203,7 @@ pub unsafe extern "C" fn fmi2SetReal(c: *mut Instance, vr: *const u32, n: usize,
 pub unsafe extern "C" fn fmi2SetInteger(c: *mut Instance, vr: *const u32, n: usize, values: *const c_int) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2SetInteger", Phase::ANY, |instance| {
+        enter(c, "fmi2SetInteger", Phase::SETTABLE, |instance| {
             door::set(instance, Version::Two, Kind::Integer, array(vr, n), array(values, n), f64::from)
         })
     }
@@ -214,7 +214,7 @@ pub unsafe extern "C" fn fmi2SetInteger(c: *mut Instance, vr: *const u32, n: usi
 pub unsafe extern "C" fn fmi2SetBoolean(c: *mut Instance, vr: *const u32, n: usize, values: *const c_int) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2SetBoolean", Phase::ANY, |instance| {
+        enter(c, "fmi2SetBoolean", Phase::SETTABLE, |instance| {
             let convert = |x: c_int| f64::from(u8::from(x != 0));
             door::set(instance, Version::Two, Kind::Boolean, array(vr, n), array(values, n), convert)
         })
@@ -230,7 +230,7 @@ pub unsafe extern "C" fn fmi2SetString(
     _values: *const *const c_char,
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { none_of_this_type(c, "fmi2SetString", n) }
+    unsafe { none_of_this_type(c, "fmi2SetString", Phase::SETTABLE, n) }
 }
 
 /// Copies the state; a state given by the host is used again.
@@ -280,6 +280,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: *mut Instance, state: *mu
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
         enter(c, "fmi2SerializedFMUstateSize", Phase::ANY, |instance| match instance.serialized_size(state) {
+            Ok(_) if size.is_null() => instance.refuse("null pointer"),
             Ok(bytes) => {
                 put(size, bytes);
                 Status::Ok
@@ -397,9 +398,9 @@ pub unsafe extern "C" fn fmi2CancelStep(c: *mut Instance) -> Status {
 pub unsafe extern "C" fn fmi2GetStatus(c: *mut Instance, kind: c_int, value: *mut Status) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2GetStatus", Phase::ANY, |instance| {
-            if kind != DO_STEP_STATUS {
-                return instance.refuse("fmi2GetStatus: unknown kind");
+        enter(c, "fmi2GetStatus", Phase::AFTER_SETTING_UP, |instance| {
+            if kind != DO_STEP_STATUS || value.is_null() {
+                return instance.refuse("fmi2GetStatus: unknown kind, or null pointer");
             }
             put(value, Status::Ok);
             Status::Ok
@@ -412,9 +413,9 @@ pub unsafe extern "C" fn fmi2GetStatus(c: *mut Instance, kind: c_int, value: *mu
 pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut Instance, kind: c_int, value: *mut f64) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2GetRealStatus", Phase::ANY, |instance| {
-            if kind != LAST_SUCCESSFUL_TIME {
-                return instance.refuse("fmi2GetRealStatus: unknown kind");
+        enter(c, "fmi2GetRealStatus", Phase::AFTER_SETTING_UP, |instance| {
+            if kind != LAST_SUCCESSFUL_TIME || value.is_null() {
+                return instance.refuse("fmi2GetRealStatus: unknown kind, or null pointer");
             }
             put(value, instance.kept.time);
             Status::Ok
@@ -434,9 +435,9 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(c: *mut Instance, _kind: c_int, _v
 pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut Instance, kind: c_int, value: *mut c_int) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(c, "fmi2GetBooleanStatus", Phase::ANY, |instance| {
-            if kind != TERMINATED {
-                return instance.refuse("fmi2GetBooleanStatus: unknown kind");
+        enter(c, "fmi2GetBooleanStatus", Phase::AFTER_SETTING_UP, |instance| {
+            if kind != TERMINATED || value.is_null() {
+                return instance.refuse("fmi2GetBooleanStatus: unknown kind, or null pointer");
             }
             put(value, c_int::from(instance.kept.terminated));
             Status::Ok
@@ -452,9 +453,9 @@ pub unsafe extern "C" fn fmi2GetStringStatus(c: *mut Instance, _kind: c_int, _va
 }
 
 /// Reading or writing none is fine, any is not.
-unsafe fn none_of_this_type(c: *mut Instance, function: &str, n: usize) -> Status {
+pub(crate) unsafe fn none_of_this_type(c: *mut Instance, function: &str, phases: u32, n: usize) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { if n == 0 { enter(c, function, Phase::ANY, |_| Status::Ok) } else { unsupported(c, function) } }
+    unsafe { if n == 0 { enter(c, function, phases, |_| Status::Ok) } else { unsupported(c, function) } }
 }
 
 pub(crate) unsafe fn unsupported(c: *mut Instance, function: &str) -> Status {

@@ -5,11 +5,11 @@
 #![allow(non_snake_case, clippy::missing_safety_doc)] // the standard's names, and its rules for pointers
 
 use crate::door::{self, Version, array, array_mut, create, enter, put, text};
-use crate::fmi2::unsupported;
+use crate::fmi2::{none_of_this_type, unsupported};
 use crate::instance::{Early, Instance, Phase};
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::state::Saved;
-use crate::table::{CHOICES, Id, Kind};
+use crate::table::{CHOICES, Id, Kind, whole};
 use core::ffi::{c_char, c_void};
 use core::ptr;
 
@@ -59,8 +59,13 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
         let shown = text(name).unwrap_or(c"");
+        // Why there is no instance is told in any case.
         let place = create(Log::new(Logger::Three(logger), environment, shown, logging_on != 0), name, token);
         if let Some(instance) = place.as_mut() {
+            if logging_on == 0 {
+                // In FMI 3.0 the logger is then not called at all; FMI 2.0 means messages for debugging only.
+                instance.log.switch(false, core::iter::empty());
+            }
             instance.event_mode_used = event_mode_used != 0;
             instance.early_return_allowed = early_return_allowed != 0;
         }
@@ -296,7 +301,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(instance, "fmi3SetFloat64", Phase::ANY, |instance| {
+        enter(instance, "fmi3SetFloat64", Phase::SETTABLE, |instance| {
             door::set(instance, Version::Three, Kind::Real, array(vr, count), array(values, length), |x| x)
         })
     }
@@ -313,7 +318,7 @@ pub unsafe extern "C" fn fmi3SetInt32(
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(instance, "fmi3SetInt32", Phase::ANY, |instance| {
+        enter(instance, "fmi3SetInt32", Phase::SETTABLE, |instance| {
             door::set(instance, Version::Three, Kind::Integer, array(vr, count), array(values, length), f64::from)
         })
     }
@@ -330,7 +335,7 @@ pub unsafe extern "C" fn fmi3SetInt64(
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(instance, "fmi3SetInt64", Phase::ANY, |instance| {
+        enter(instance, "fmi3SetInt64", Phase::SETTABLE, |instance| {
             let (vr, values) = (array(vr, count), array(values, length));
             door::set(instance, Version::Three, ENUMERATION, vr, values, |x| x as f64)
         })
@@ -348,7 +353,7 @@ pub unsafe extern "C" fn fmi3SetBoolean(
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(instance, "fmi3SetBoolean", Phase::ANY, |instance| {
+        enter(instance, "fmi3SetBoolean", Phase::SETTABLE, |instance| {
             let (vr, values) = (array(vr, count), array(values, length));
             door::set(instance, Version::Three, Kind::Boolean, vr, values, |x| f64::from(u8::from(x != 0)))
         })
@@ -449,19 +454,45 @@ pub unsafe extern "C" fn fmi3DoStep(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetNumberOfVariableDependencies(
     instance: *mut Instance,
-    _reference: u32,
+    reference: u32,
     count: *mut usize,
 ) -> Status {
     // SAFETY: the host keeps the standard's rules for pointers.
     unsafe {
-        enter(instance, "fmi3GetNumberOfVariableDependencies", Phase::ANY, |_| {
+        enter(instance, "fmi3GetNumberOfVariableDependencies", Phase::ANY, |instance| {
+            if count.is_null() || whole(reference).is_none_or(|variable| !variable.role.is_output()) {
+                return instance.refuse("fmi3GetNumberOfVariableDependencies: not an output, or null pointer");
+            }
             put(count, 0);
             Status::Ok
         })
     }
 }
 
-/// Functions of other interface types, other data types and optional features: refused and logged. They look at nothing but the
+/// Types no variable has: reading or writing none is fine, any is not. The arguments after the count are of no interest, and
+/// under these calling conventions need not be declared.
+macro_rules! of_no_variable {
+    ($phases:expr; $($name:ident)*) => {$(
+        /// No variable has this type.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(instance: *mut Instance, _vr: *const u32, count: usize) -> Status {
+            // SAFETY: the host keeps the standard's rules for pointers.
+            unsafe { none_of_this_type(instance, stringify!($name), $phases, count) }
+        }
+    )*};
+}
+
+of_no_variable! { Phase::ANY;
+    fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64
+    fmi3GetString fmi3GetBinary fmi3GetClock
+}
+
+of_no_variable! { Phase::SETTABLE;
+    fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetUInt32 fmi3SetUInt64
+    fmi3SetString fmi3SetBinary fmi3SetClock
+}
+
+/// Functions of other interface types and of optional features: refused and logged. They look at nothing but the
 /// instance, which under these calling conventions is all they need to declare.
 macro_rules! unsupported {
     ($($name:ident)*) => {$(
@@ -475,10 +506,6 @@ macro_rules! unsupported {
 }
 
 unsupported! {
-    fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64
-    fmi3GetString fmi3GetBinary fmi3GetClock
-    fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetUInt32 fmi3SetUInt64
-    fmi3SetString fmi3SetBinary fmi3SetClock
     fmi3GetVariableDependencies fmi3GetDirectionalDerivative fmi3GetAdjointDerivative
     fmi3EnterConfigurationMode fmi3ExitConfigurationMode
     fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal fmi3GetShiftFraction

@@ -42,6 +42,12 @@ impl Phase {
     pub const SETTING_UP: u32 = Phase::Instantiated as u32 | Phase::Initialization as u32;
     /// While it runs.
     pub const RUNNING: u32 = Phase::Step as u32 | Phase::Event as u32;
+    /// Variables may be set; which ones is said by their roles.
+    pub const SETTABLE: u32 = Phase::SETTING_UP | Phase::RUNNING;
+    /// Once a step was possible, and after the end.
+    pub const AFTER_SETTING_UP: u32 = Phase::RUNNING | Phase::Terminated as u32;
+    /// From the beginning of initialisation on: FMI 2.0 reads no variable before.
+    pub const READABLE_IN_2: u32 = Phase::ANY & !(Phase::Instantiated as u32);
     /// Any.
     pub const ANY: u32 = 63;
 }
@@ -240,6 +246,9 @@ impl Instance {
         kept.start = kept.parameters.motion();
         match Running::new(&kept.scene()) {
             Ok(running) => {
+                if let Some(variable) = kept.parameters.out_of_range() {
+                    return self.refuse_field(Category::Error, (variable.name, "out of range"));
+                }
                 let mut line = Line::new();
                 let layout = running.sim.layout();
                 let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
@@ -305,7 +314,7 @@ impl Instance {
         use crate::table::Role;
         let phases = match variable.role {
             Role::Fixed => Phase::SETTING_UP,
-            Role::Input | Role::Tunable => Phase::SETTING_UP | Phase::RUNNING,
+            Role::Input | Role::Tunable => Phase::SETTABLE,
             Role::Continuous | Role::Discrete => 0,
         };
         if phases & self.kept.phase as u32 == 0 {

@@ -1,6 +1,6 @@
 //! Values of inputs and parameters as the host set them, and the scene they make.
 
-use crate::table::{COUNT, Id, Kind, OFFSETS, SLOTS, STARTS, VARIABLES, Variable};
+use crate::table::{COUNT, Id, Kind, OFFSETS, Role, SLOTS, STARTS, VARIABLES, Variable};
 use fabric::pose::{self, Vector};
 use fabric::projectile::into_body;
 use fabric::shape::Solid;
@@ -56,13 +56,20 @@ impl Parameters {
         self.scalar(Id::Mode) == 1.0
     }
 
-    /// Whether a value may be set: within the range of the table, and one of the choices. NaN is left to the kernel.
+    /// Whether a value may be set: within the range of the table, and one of the choices. Real parameters are checked when
+    /// initialisation ends, by the kernel, whose words say more, and then by [`Parameters::out_of_range`].
     pub fn acceptable(variable: &Variable, value: f64) -> bool {
-        let [least, greatest] = match variable.kind {
-            Kind::Choice(choice) => [0.0, choice.items.len() as f64 - 1.0],
-            _ => variable.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
-        };
-        !(value < least || value > greatest)
+        let [least, greatest] = variable.limits();
+        variable.kind == Kind::Real || (least <= value && value <= greatest)
+    }
+
+    /// The first Real parameter that is not a number within its range, though the scene may not read it.
+    pub fn out_of_range(&self) -> Option<&'static Variable> {
+        VARIABLES.iter().find(|variable| {
+            let [least, greatest] = variable.limits();
+            let within = |value: &f64| value.is_finite() && least <= *value && *value <= greatest;
+            variable.kind == Kind::Real && variable.role == Role::Fixed && !self.get(variable.id).iter().all(within)
+        })
     }
 
     /// Sets one element. A new preset brings along everything the host has not set.
@@ -253,6 +260,8 @@ mod tests {
     fn the_default_position_is_one_millimetre_before_the_sheet() {
         let mut parameters = Parameters::default();
         parameters.place_projectile();
+        // Exactly the start value: a host that sets it gets the same bits as one that does not.
+        assert_eq!(parameters.get(Id::Position), VARIABLES[Id::Position as usize].start);
         assert!((parameters.vector(Id::Position)[2] + 0.02005).abs() < 1e-15);
         parameters.set(Id::Preset, 0, 1.0);
         parameters.place_projectile();

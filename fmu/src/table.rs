@@ -136,13 +136,13 @@ pub struct Variable {
     pub role: Role,
     /// Dimensions; empty for a scalar.
     pub shape: &'static [usize],
-    /// Unit, one of [`UNITS`]; empty for types without unit.
-    pub unit: &'static str,
+    /// What kind of number a Real is; None for the other types.
+    pub quantity: Option<&'static Quantity>,
     /// Start values of inputs and parameters, one per element; empty for outputs.
     pub start: &'static [f64],
-    /// Least and greatest value the setter takes.
+    /// Least and greatest value, if they are not those of the quantity.
     pub range: Option<[f64; 2]>,
-    /// Typical size; 0 if none is stated.
+    /// Typical size, if it is not that of the quantity; 0 otherwise.
     pub nominal: f64,
     /// Meaning.
     pub description: &'static str,
@@ -158,6 +158,16 @@ impl Variable {
             k += 1;
         }
         size
+    }
+
+    /// Least and greatest value: the variable's own, or those of its quantity or choice.
+    pub fn limits(&self) -> [f64; 2] {
+        match (self.range, self.quantity, self.kind) {
+            (Some(range), _, _) => range,
+            (None, Some(quantity), _) => [quantity.least, f64::INFINITY],
+            (None, None, Kind::Choice(choice)) => [0.0, choice.items.len() as f64 - 1.0],
+            (None, None, _) => [f64::NEG_INFINITY, f64::INFINITY],
+        }
     }
 
     const fn shaped(mut self, shape: &'static [usize]) -> Variable {
@@ -177,19 +187,20 @@ impl Variable {
 }
 
 type Text = &'static str;
+type OfQuantity = &'static Quantity;
 
 const fn row(id: Id, name: Text, reference: u32, kind: Kind, role: Role, description: Text) -> Variable {
-    let (shape, unit, start): (&[usize], _, &[f64]) = (&[], "", &[]);
-    Variable { id, name, reference, kind, role, shape, unit, start, range: None, nominal: 0.0, description }
+    let (shape, quantity, start): (&[usize], _, &[f64]) = (&[], None, &[]);
+    Variable { id, name, reference, kind, role, shape, quantity, start, range: None, nominal: 0.0, description }
 }
 
-const fn input(id: Id, name: Text, reference: u32, unit: Text, start: &'static [f64], about: Text) -> Variable {
+const fn input(id: Id, name: Text, reference: u32, of: OfQuantity, start: &'static [f64], about: Text) -> Variable {
     let shape: &[usize] = if start.len() == 4 { &[4] } else { &[3] };
-    Variable { unit, start, shape, ..row(id, name, reference, Kind::Real, Role::Input, about) }
+    Variable { quantity: Some(of), start, shape, ..row(id, name, reference, Kind::Real, Role::Input, about) }
 }
 
-const fn real(id: Id, name: Text, reference: u32, unit: Text, start: &'static [f64], about: Text) -> Variable {
-    Variable { unit, start, ..row(id, name, reference, Kind::Real, Role::Fixed, about) }
+const fn real(id: Id, name: Text, reference: u32, of: OfQuantity, start: &'static [f64], about: Text) -> Variable {
+    Variable { quantity: Some(of), start, ..row(id, name, reference, Kind::Real, Role::Fixed, about) }
 }
 
 const fn parameter(id: Id, name: Text, reference: u32, kind: Kind, start: &'static [f64], about: Text) -> Variable {
@@ -200,12 +211,16 @@ const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, start: &'static
     Variable { start, ..row(id, name, reference, kind, Role::Tunable, about) }
 }
 
-const fn output(id: Id, name: Text, reference: u32, unit: Text, about: Text) -> Variable {
-    Variable { unit, ..row(id, name, reference, Kind::Real, Role::Continuous, about) }
+const fn output(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
+    Variable { quantity: Some(of), ..row(id, name, reference, Kind::Real, Role::Continuous, about) }
 }
 
-const fn discrete(id: Id, name: Text, reference: u32, kind: Kind, unit: Text, about: Text) -> Variable {
-    Variable { unit, ..row(id, name, reference, kind, Role::Discrete, about) }
+const fn discrete(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
+    row(id, name, reference, kind, Role::Discrete, about)
+}
+
+const fn time(id: Id, name: Text, reference: u32, about: Text) -> Variable {
+    Variable { quantity: Some(&TIME), ..row(id, name, reference, Kind::Real, Role::Discrete, about) }
 }
 
 /// Who moves the projectile.
@@ -295,8 +310,72 @@ pub const UNITS: &[Unit] = &[
     unit("m/s", [0, 1, -1, 0], &[]),
     unit("m/s2", [0, 1, -2, 0], &[]),
     unit("m2", [0, 2, 0, 0], &[("mm2", 1e6)]),
-    unit("rad/s", [0, 0, -1, 1], &[]),
+    unit("rad/s", [0, 0, -1, 1], &[("deg/s", 180.0 / core::f64::consts::PI)]),
     unit("s", [0, 0, 1, 0], &[("us", 1e6)]),
+];
+
+/// What kind of number a Real is: a type definition of both model descriptions.
+#[derive(Debug, PartialEq)]
+pub struct Quantity {
+    /// Name of the type.
+    pub name: &'static str,
+    /// Unit, one of [`UNITS`].
+    pub unit: &'static str,
+    /// Unit hosts should show, one of the unit's display units; empty for the unit itself.
+    pub display: &'static str,
+    /// Least value; minus infinity if there is none.
+    pub least: f64,
+    /// Typical size.
+    pub nominal: f64,
+    /// Meaning.
+    pub description: &'static str,
+}
+
+const fn quantity(name: Text, unit: Text, display: Text, least: f64, nominal: f64, description: Text) -> Quantity {
+    Quantity { name, unit, display, least, nominal, description }
+}
+
+const ANY_SIGN: f64 = f64::NEG_INFINITY;
+const POSITION: Quantity = quantity("Position", "m", "mm", ANY_SIGN, 1e-3, "Place or displacement");
+const LENGTH: Quantity = quantity("Length", "m", "mm", 0.0, 1e-2, "Size of a thing");
+const AREA: Quantity = quantity("Area", "m2", "mm2", 0.0, 1e-7, "Cross-section of a yarn");
+const VELOCITY: Quantity = quantity("Velocity", "m/s", "", ANY_SIGN, 100.0, "Velocity");
+const ACCELERATION: Quantity = quantity("Acceleration", "m/s2", "", ANY_SIGN, 1e5, "Acceleration");
+const ANGULAR_VELOCITY: Quantity = quantity("AngularVelocity", "rad/s", "deg/s", ANY_SIGN, 100.0, "Angular velocity");
+const QUATERNION: Quantity =
+    quantity("Quaternion", "1", "", ANY_SIGN, 1.0, "Element of a unit quaternion, scalar first");
+const RATIO: Quantity = quantity("Ratio", "1", "", ANY_SIGN, 1.0, "Number without unit");
+const MASS: Quantity = quantity("Mass", "kg", "g", 0.0, 1e-2, "Mass");
+const FORCE: Quantity = quantity("Force", "N", "kN", ANY_SIGN, 1e4, "Force");
+const TORQUE: Quantity = quantity("Torque", "N.m", "", ANY_SIGN, 10.0, "Torque");
+const IMPULSE: Quantity = quantity("Impulse", "N.s", "", ANY_SIGN, 1.0, "Force over time");
+const ANGULAR_IMPULSE: Quantity = quantity("AngularImpulse", "N.m.s", "", ANY_SIGN, 1e-3, "Torque over time");
+const ENERGY: Quantity = quantity("Energy", "J", "", ANY_SIGN, 10.0, "Energy or work");
+const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young's modulus of a yarn");
+const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
+const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");
+const TIME: Quantity = quantity("Time", "s", "us", ANY_SIGN, 1e-3, "Point in time");
+
+/// Every quantity in use, for the type definitions.
+pub const QUANTITIES: &[&Quantity] = &[
+    &POSITION,
+    &LENGTH,
+    &AREA,
+    &VELOCITY,
+    &ACCELERATION,
+    &ANGULAR_VELOCITY,
+    &QUATERNION,
+    &RATIO,
+    &MASS,
+    &FORCE,
+    &TORQUE,
+    &IMPULSE,
+    &ANGULAR_IMPULSE,
+    &ENERGY,
+    &MODULUS,
+    &DAMAGE_SLOPE,
+    &DURATION,
+    &TIME,
 ];
 
 /// Log categories: name and meaning.
@@ -326,26 +405,24 @@ pub const VARIABLES: &[Variable] = &[
         Id::Position,
         "projectile.position",
         100,
-        "m",
-        &[0.0, 0.0, -0.02005],
+        &POSITION,
+        &[0.0, 0.0, -(0.0381 / 2.0 + 1e-3)],
         "Centre of mass, host's axes. If never set: nose 1 mm before the sheet. Mode integrated reads it when initialisation \
          ends; mode host_driven at every step",
-    )
-    .nominal(1e-3),
+    ),
     input(
         Id::Velocity,
         "projectile.velocity",
         110,
-        "m/s",
+        &VELOCITY,
         &[0.0, 0.0, 100.0],
         "Velocity of the centre of mass. Read like projectile.position",
-    )
-    .nominal(100.0),
+    ),
     input(
         Id::Orientation,
         "projectile.orientation",
         120,
-        "1",
+        &QUATERNION,
         ONE_TURN,
         "Unit quaternion, scalar first, that turns body vectors into the host's axes. Read like projectile.position",
     ),
@@ -353,25 +430,23 @@ pub const VARIABLES: &[Variable] = &[
         Id::AngularVelocity,
         "projectile.angular_velocity",
         130,
-        "rad/s",
+        &ANGULAR_VELOCITY,
         ZERO,
         "Angular velocity in the host's axes. Read like projectile.position",
-    )
-    .nominal(100.0),
+    ),
     input(
         Id::Acceleration,
         "projectile.acceleration",
         140,
-        "m/s2",
+        &ACCELERATION,
         ZERO,
         "Optional, mode host_driven: acceleration expected over the step. If zero: last mean force over projectile.mass",
-    )
-    .nominal(1e5),
+    ),
     input(
         Id::ExternalForce,
         "external.force",
         150,
-        "N",
+        &FORCE,
         ZERO,
         "Mode integrated: force at the centre of mass, held over the step (gravity, drag)",
     )
@@ -380,7 +455,7 @@ pub const VARIABLES: &[Variable] = &[
         Id::ExternalTorque,
         "external.torque",
         160,
-        "N.m",
+        &TORQUE,
         ZERO,
         "Mode integrated: torque about the centre of mass, held over the step",
     )
@@ -395,35 +470,32 @@ pub const VARIABLES: &[Variable] = &[
         "Where parameters come from that the host does not set. A parameter that the host sets counts over any preset",
     ),
     parameter(Id::Shape, "projectile.shape", 210, Kind::Choice(&SHAPE), &[1.0], "Form of the projectile"),
-    real(Id::Radius, "projectile.radius", 211, "m", &[6.35e-3], "Radius, at least sheet.spacing (not read for a box)").nominal(1e-2),
-    real(Id::Length, "projectile.length", 212, "m", &[0.0381], "Whole length along the axis (read for the cylinders only)")
-        .nominal(1e-2),
+    real(Id::Radius, "projectile.radius", 211, &LENGTH, &[6.35e-3], "Radius, at least sheet.spacing (not read for a box)"),
+    real(Id::Length, "projectile.length", 212, &LENGTH, &[0.0381], "Whole length along the axis (read for the cylinders only)"),
     real(
         Id::Mass,
         "projectile.mass",
         213,
-        "kg",
+        &MASS,
         &[0.037],
         "Mass, at least that of a node. Mode host_driven: 0 if not known; then there is no interface.residual and no \
          acceleration from the mean force",
-    )
-    .nominal(1e-2),
+    ),
     real(
         Id::Size,
         "projectile.size",
         214,
-        "m",
+        &LENGTH,
         &[0.0127; 3],
         "Edge lengths of a box, each at least twice sheet.spacing (read for a box only)",
     )
-    .shaped(&[3])
-    .nominal(1e-2),
+    .shaped(&[3]),
     parameter(Id::NodesX, "sheet.nodes_x", 220, Kind::Integer, &[350.0], "Nodes along x, at least 2").range(0.0, LARGEST),
     parameter(Id::NodesY, "sheet.nodes_y", 221, Kind::Integer, &[350.0], "Nodes along y, at least 2").range(0.0, LARGEST),
-    real(Id::Spacing, "sheet.spacing", 222, "m", &[0.0254 / 35.0], "Node spacing = rest length of a segment, > 0")
+    real(Id::Spacing, "sheet.spacing", 222, &LENGTH, &[0.0254 / 35.0], "Node spacing = rest length of a segment, > 0")
         .nominal(1e-3),
-    real(Id::NodeMass, "sheet.node_mass", 223, "kg", &[6.52e-8], "Mass of a node of one ply, > 0").nominal(1e-7),
-    real(Id::YarnArea, "sheet.yarn_area", 224, "m2", &[1.075e-7], "Cross-section of a yarn of one ply, > 0").nominal(1e-7),
+    real(Id::NodeMass, "sheet.node_mass", 223, &MASS, &[6.52e-8], "Mass of a node of one ply, > 0").nominal(1e-7),
+    real(Id::YarnArea, "sheet.yarn_area", 224, &AREA, &[1.075e-7], "Cross-section of a yarn of one ply, > 0"),
     parameter(
         Id::Plies,
         "sheet.plies",
@@ -433,12 +505,12 @@ pub const VARIABLES: &[Variable] = &[
         "Coincident plies lumped into one network, 1 to 1000: an upper bound, without contact between plies",
     )
     .range(0.0, LARGEST),
-    real(Id::SheetPosition, "sheet.position", 230, "m", ZERO, "Middle of the sheet in the host's frame").shaped(&[3]),
+    real(Id::SheetPosition, "sheet.position", 230, &POSITION, ZERO, "Middle of the sheet in the host's frame").shaped(&[3]),
     real(
         Id::SheetOrientation,
         "sheet.orientation",
         233,
-        "1",
+        &QUATERNION,
         ONE_TURN,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal = z) into the host's",
     )
@@ -448,33 +520,35 @@ pub const VARIABLES: &[Variable] = &[
         Id::DiscInset,
         "attachment.disc_inset",
         241,
-        "m",
+        &LENGTH,
         &[25.4e-3],
         "Four corners: distance of a disc's centre from both edges",
     ),
-    real(Id::DiscRadius, "attachment.disc_radius", 242, "m", &[19.05e-3], "Four corners: radius of the discs"),
-    real(Id::ModulusMean, "yarn.modulus_mean", 250, "Pa", &[140.21e9], "Mean Young's modulus of a segment, > 0")
-        .nominal(1e11),
-    real(Id::ModulusSd, "yarn.modulus_sd", 251, "Pa", &[2.04e9], "Standard deviation of the modulus, >= 0").nominal(1e9),
+    real(Id::DiscRadius, "attachment.disc_radius", 242, &LENGTH, &[19.05e-3], "Four corners: radius of the discs"),
+    real(Id::ModulusMean, "yarn.modulus_mean", 250, &MODULUS, &[140.21e9], "Mean Young's modulus of a segment, > 0"),
+    real(Id::ModulusSd, "yarn.modulus_sd", 251, &MODULUS, &[2.04e9], "Standard deviation of the modulus, >= 0").nominal(1e9),
     real(
         Id::DamageSlope,
         "yarn.damage_slope",
         252,
-        "1/Pa",
+        &DAMAGE_SLOPE,
         &[7.91e-9],
         "Slope of the damage rate over the modulus",
     ),
-    real(Id::DamageIntercept, "yarn.damage_intercept", 253, "1", &[-878.46], "Damage rate at zero modulus on that line"),
-    real(Id::DamageSd, "yarn.damage_sd", 254, "1", &[8.35], "Standard deviation of the damage rate about the line, >= 0"),
-    real(Id::CriticalStretch, "yarn.critical_stretch", 255, "1", &[1.03], "Stretch at which damage begins, > 1"),
+    real(Id::DamageIntercept, "yarn.damage_intercept", 253, &RATIO, &[-878.46], "Damage rate at zero modulus on that line"),
+    real(Id::DamageSd, "yarn.damage_sd", 254, &RATIO, &[8.35], "Standard deviation of the damage rate about the line, >= 0")
+    .range(0.0, f64::INFINITY),
+    real(Id::CriticalStretch, "yarn.critical_stretch", 255, &RATIO, &[1.03], "Stretch at which damage begins, > 1")
+    .range(1.0, f64::INFINITY),
     real(
         Id::AlphaFail,
         "yarn.alpha_fail",
         256,
-        "1",
+        &RATIO,
         &[0.01],
         "Remaining part of the stiffness at which a segment fails, in [0, 1)",
-    ),
+    )
+    .range(0.0, 1.0),
     parameter(
         Id::Stochastic,
         "yarn.stochastic",
@@ -488,12 +562,12 @@ pub const VARIABLES: &[Variable] = &[
         Id::Dt,
         "dt",
         261,
-        "s",
+        &DURATION,
         &[DEFAULT_DT],
         "Internal time step, constant for the whole run. Refused above half the stability limit; the log says the largest",
     )
     .nominal(1e-8),
-    real(Id::ForceWindow, "force_window", 262, "s", &[1e-6], "Window of contact.force_peak, > 0").nominal(1e-6),
+    real(Id::ForceWindow, "force_window", 262, &DURATION, &[1e-6], "Window of contact.force_peak, > 0"),
     parameter(
         Id::TrackDetachment,
         "track_detachment",
@@ -523,86 +597,79 @@ pub const VARIABLES: &[Variable] = &[
         Id::ForceMean,
         "contact.force_mean",
         300,
-        "N",
+        &FORCE,
         "Mean force on the projectile over the last communication step: impulse over the step size",
     )
-    .shaped(&[3])
-    .nominal(1e4),
+    .shaped(&[3]),
     output(
         Id::TorqueMean,
         "contact.torque_mean",
         310,
-        "N.m",
+        &TORQUE,
         "Mean torque on the projectile about its moving centre of mass over the last communication step",
     )
     .shaped(&[3]),
-    output(Id::ForcePeak, "contact.force_peak", 313, "N", "Largest mean force over consecutive windows of force_window")
-        .nominal(1e4),
-    output(Id::Impulse, "contact.impulse", 320, "N.s", "Impulse on the projectile since the start").shaped(&[3]),
+    output(Id::ForcePeak, "contact.force_peak", 313, &FORCE, "Largest mean force over consecutive windows of force_window"),
+    output(Id::Impulse, "contact.impulse", 320, &IMPULSE, "Impulse on the projectile since the start").shaped(&[3]),
     output(
         Id::AngularImpulse,
         "contact.angular_impulse",
         330,
-        "N.m.s",
+        &ANGULAR_IMPULSE,
         "Angular impulse on the projectile about its moving centre of mass since the start",
     )
     .shaped(&[3]),
-    output(Id::Work, "contact.work", 333, "J", "Work of the projectile on the fabric since the start: the energy absorbed")
-        .nominal(10.0),
-    output(Id::SupportImpulse, "support.impulse", 340, "N.s", "Impulse of the sheet on all its supports since the start")
+    output(Id::Work, "contact.work", 333, &ENERGY, "Work of the projectile on the fabric since the start: the energy absorbed"),
+    output(Id::SupportImpulse, "support.impulse", 340, &IMPULSE, "Impulse of the sheet on all its supports since the start")
         .shaped(&[3]),
     output(
         Id::AttachmentImpulse,
         "support.attachment_impulse",
         350,
-        "N.s",
+        &IMPULSE,
         "The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)",
     )
     .shaped(&[4, 3]),
-    output(Id::StatePosition, "state.position", 370, "m", "Centre of mass of the body the fabric saw")
-        .shaped(&[3])
-        .nominal(1e-3),
-    output(Id::StateVelocity, "state.velocity", 380, "m/s", "Velocity of that body (half an internal step earlier)")
-        .shaped(&[3])
-        .nominal(100.0),
-    output(Id::StateOrientation, "state.orientation", 390, "1", "Orientation of that body, scalar first").shaped(&[4]),
+    output(Id::StatePosition, "state.position", 370, &POSITION, "Centre of mass of the body the fabric saw")
+        .shaped(&[3]),
+    output(Id::StateVelocity, "state.velocity", 380, &VELOCITY, "Velocity of that body (half an internal step earlier)")
+        .shaped(&[3]),
+    output(Id::StateOrientation, "state.orientation", 390, &QUATERNION, "Orientation of that body, scalar first").shaped(&[4]),
     output(
         Id::StateAngularVelocity,
         "state.angular_velocity",
         400,
-        "rad/s",
+        &ANGULAR_VELOCITY,
         "Angular velocity of that body, host's axes",
     )
-    .shaped(&[3])
-    .nominal(100.0),
-    output(Id::EnergyKinetic, "energy.kinetic", 410, "J", "Kinetic energy of the fabric"),
-    output(Id::EnergyStrain, "energy.strain", 411, "J", "Strain energy of the yarns"),
-    output(Id::EnergyDissipated, "energy.dissipated", 412, "J", "Energy dissipated by rupture"),
+    .shaped(&[3]),
+    output(Id::EnergyKinetic, "energy.kinetic", 410, &ENERGY, "Kinetic energy of the fabric"),
+    output(Id::EnergyStrain, "energy.strain", 411, &ENERGY, "Strain energy of the yarns"),
+    output(Id::EnergyDissipated, "energy.dissipated", 412, &ENERGY, "Energy dissipated by rupture"),
     output(
         Id::EnergyContactLoss,
         "energy.contact_loss",
         413,
-        "J",
+        &ENERGY,
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
-    output(Id::EnergyResidual, "energy.residual", 414, "J", "What the energy balance does not close by"),
+    output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,
         "interface.residual",
         415,
-        "J",
+        &ENERGY,
         "Mode host_driven with a mass: the host's loss of kinetic energy since the start, from the velocities it supplied, \
          minus contact.work, both at the start of the last communication step. Work of gravity or drag in the host is part of it",
     ),
-    output(Id::MaxDeflection, "fabric.max_deflection", 420, "m", "Largest distance of a node from the sheet's plane")
-        .nominal(1e-3),
-    output(Id::MaxStretch, "fabric.max_stretch", 421, "1", "Largest stretch of a segment that has not failed"),
-    discrete(Id::FailedSegments, "fabric.failed_segments", 422, Kind::Integer, "", "Number of failed segments"),
+    output(Id::MaxDeflection, "fabric.max_deflection", 420, &POSITION, "Largest distance of a node from the sheet's plane"),
+    output(Id::MaxStretch, "fabric.max_stretch", 421, &RATIO, "Largest stretch of a segment that has not failed"),
+    discrete(Id::FailedSegments, "fabric.failed_segments", 422, Kind::Integer, "Number of failed segments"),
     output(
         Id::WorstPenetration,
         "fabric.worst_penetration",
         423,
-        "m",
+        &POSITION,
         "Deepest penetration of a node into the projectile so far",
     )
     .nominal(1e-6),
@@ -610,14 +677,14 @@ pub const VARIABLES: &[Variable] = &[
         Id::MomentumResidual,
         "momentum.residual",
         430,
-        "N.s",
+        &IMPULSE,
         "Size of what the momentum balance of fabric, projectile and supports does not close by",
     ),
-    output(Id::StepFraction, "step.fraction", 431, "1", "dt over the stability limit of the sheet as drawn"),
-    discrete(Id::Unconverged, "contact.unconverged", 432, Kind::Integer, "", "Contact solves that ran out of sweeps"),
-    discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "", "The latest outcome, or contact or flight"),
-    discrete(Id::TimeFirstContact, "time_first_contact", 441, Kind::Real, "s", "Time of the first contact; -1 before"),
-    discrete(Id::TimeEvent, "time_event", 442, Kind::Real, "s", "Time of the latest outcome; -1 before"),
+    output(Id::StepFraction, "step.fraction", 431, &RATIO, "dt over the stability limit of the sheet as drawn"),
+    discrete(Id::Unconverged, "contact.unconverged", 432, Kind::Integer, "Contact solves that ran out of sweeps"),
+    discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "The latest outcome, or contact or flight"),
+    time(Id::TimeFirstContact, "time_first_contact", 441, "Time of the first contact; -1 before"),
+    time(Id::TimeEvent, "time_event", 442, "Time of the latest outcome; -1 before"),
 ];
 
 /// Number of variables.
@@ -655,17 +722,26 @@ pub const STARTS: [f64; SLOTS] = {
     starts
 };
 
-/// A hash of names, references, types, roles and sizes, and of the version: a library and a model description of
-/// different builds refuse each other.
+/// A hash of the table (names, references, types, roles, sizes and start values) and of the kernel's version and image format:
+/// a library and a model description of different builds refuse each other.
 pub const TOKEN_HASH: u64 = {
-    let mut hash = hashed(0xcbf2_9ce4_8422_2325, env!("CARGO_PKG_VERSION").as_bytes());
+    let mut hash = hashed(0xcbf2_9ce4_8422_2325, fabric::VERSION.as_bytes());
+    hash = hashed(hash, &fabric::snapshot::FORMAT.to_le_bytes());
     let mut k = 0;
     while k < COUNT {
         let variable = &VARIABLES[k];
         hash = hashed(hash, variable.name.as_bytes());
         hash = hashed(hash, &variable.reference.to_le_bytes());
-        hash = hashed(hash, variable.unit.as_bytes());
+        if let Some(quantity) = variable.quantity {
+            hash = hashed(hash, quantity.name.as_bytes());
+            hash = hashed(hash, quantity.unit.as_bytes());
+        }
         hash = hashed(hash, &[kind_number(variable.kind), variable.role as u8, variable.size() as u8]);
+        let mut e = 0;
+        while e < variable.start.len() {
+            hash = hashed(hash, &variable.start[e].to_bits().to_le_bytes());
+            e += 1;
+        }
         k += 1;
     }
     hash
@@ -734,10 +810,23 @@ mod tests {
                 assert!(references.insert(variable.reference + element), "{}", variable.name);
             }
             assert_eq!(variable.start.len(), if variable.role.is_output() { 0 } else { variable.size() });
-            assert_eq!(variable.kind == Kind::Real, !variable.unit.is_empty(), "{}", variable.name);
-            assert!(variable.unit.is_empty() || UNITS.iter().any(|unit| unit.name == variable.unit));
+            assert_eq!(variable.kind == Kind::Real, variable.quantity.is_some(), "{}", variable.name);
+            assert!(variable.quantity.is_none_or(|quantity| QUANTITIES.contains(&quantity)));
+            let [least, greatest] = variable.limits();
+            assert!(variable.start.iter().all(|&x| least <= x && x <= greatest), "{}", variable.name);
             assert!(variable.role != Role::Continuous || variable.kind == Kind::Real);
         }
+    }
+
+    #[test]
+    fn quantities_have_known_units_and_every_unit_is_used() {
+        for quantity in QUANTITIES {
+            let unit = UNITS.iter().find(|unit| unit.name == quantity.unit).expect(quantity.name);
+            let shown = |(name, _): &(&str, f64)| *name == quantity.display;
+            assert!(quantity.display.is_empty() || unit.display.iter().any(shown), "{}", quantity.name);
+            assert!(VARIABLES.iter().any(|variable| variable.quantity == Some(quantity)), "{}", quantity.name);
+        }
+        assert!(UNITS.iter().all(|unit| QUANTITIES.iter().any(|quantity| quantity.unit == unit.name)));
     }
 
     #[test]

@@ -76,3 +76,6 @@ pub use scene::{
     Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};
+
+/// Version of this crate. Another version may give other bits: images and models of one are not for the other.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -60,10 +60,16 @@ def opened(version):
     return _opened[version]
 
 
+def library(version):
+    """The binary in an archive that this machine runs."""
+    name = fmpy.platform if version == 2 and fmpy.platform_tuple == "x86_64-linux" else fmpy.platform_tuple
+    return pathlib.Path(opened(version)[1], "binaries", name, "FabricShield.so")
+
+
 class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 
-    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, logging_on=False):
+    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True):
         self.version, self.log = version, []
         description, folder = opened(version)
         self.variables = {variable.name: variable for variable in description.modelVariables}
@@ -85,8 +91,9 @@ class Host:
         else:
             self.fmu = fmi3.FMU3Slave(**arguments)
             self.fmu.instantiate(
-                logMessage=self._log3, loggingOn=logging_on, eventModeUsed=events, earlyReturnAllowed=events
-            )
+                logMessage=self._log3, loggingOn=logging_on, eventModeUsed=events,
+                earlyReturnAllowed=events if early is None else early,
+            )  # fmt: skip
         if values is not None:
             status = self.initialise(values, start, stop)
             assert status <= WARNING, (status, self.log)

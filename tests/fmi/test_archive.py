@@ -8,7 +8,7 @@ import zipfile
 
 import fmpy
 from fmpy.validation import validate_fmu
-from host import ARCHIVES, Host, opened
+from host import ARCHIVES, Host, library, opened
 from lxml import etree
 
 
@@ -50,8 +50,7 @@ class Archive(unittest.TestCase):
             "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
             "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates",
         }  # fmt: skip
-        library = next(pathlib.Path(opened(2)[1]).rglob("FabricShield.so"))
-        run = lambda *command: subprocess.run([*command, library], check=True, capture_output=True, text=True).stdout
+        run = lambda *command: subprocess.run([*command, library(2)], check=True, capture_output=True, text=True).stdout
         exported = {line.split()[-1] for line in run("nm", "-D", "--defined-only").splitlines()}
         self.assertEqual(exported, wanted)
         needed = re.findall(r"NEEDED.*\[(.*)\]", run("readelf", "-d"))
@@ -59,9 +58,21 @@ class Archive(unittest.TestCase):
         floor = max(tuple(map(int, v.split("."))) for v in re.findall(r"GLIBC_([0-9.]+)", run("readelf", "-V")))
         self.assertLessEqual(floor, (2, 17))
 
+    def test_the_library_asks_its_host_for_memory_and_nothing_else(self):
+        """No function of libm above all: its bits differ from one C library to the next."""
+        listed = subprocess.run(["nm", "-D", "--undefined-only", library(2)], check=True, capture_output=True, text=True)
+        strong = {line.split()[-1].split("@")[0] for line in listed.stdout.splitlines() if line.split()[0] == "U"}
+        self.assertLessEqual(strong, {"calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"})
+
+    def test_the_icons_are_pictures(self):
+        for version, name in ((2, "model.png"), (3, "terminalsAndIcons/icon.png")):
+            with zipfile.ZipFile(ARCHIVES[version]) as packed:
+                self.assertEqual(packed.read(name)[:8], b"\x89PNG\r\n\x1a\n")
+
     def test_every_variable_answers_and_starts_as_described(self):
         for version in (2, 3):
             host = Host(version)
+            host.begin({})
             for variable in host.variables.values():
                 if variable.causality == "independent":
                     continue

@@ -32,15 +32,48 @@ class Integrated(unittest.TestCase):
             self.assertEqual(image, images[0])
 
     def test_times_summed_up_are_accepted(self):
-        host, t, h = Host(2, SMALL, stop=4e-5), 0.0, 1e-9
-        for _ in range(40000):
+        """A hundred thousand steps."""
+        host, t, h = Host(2, SMALL, stop=1e-4), 0.0, 1e-9
+        for _ in range(100000):
             self.assertEqual(host.step(t, h), OK)
             t += h
-        other = Host(2, SMALL).run(0, 40, 1e-6)
+        other = Host(2, SMALL).run(0, 100, 1e-6)
+        self.assertNotEqual(t, 100000 * h)
         self.assertEqual(host.get("state.position"), other.get("state.position"))
         self.assertEqual(host.step(t, 1e-6), ERROR)
         self.assertTrue(host.said("stop time"))
         host.close(), other.close()
+
+    def test_every_way_of_counting_time_gives_the_same_bits(self):
+        """As masters do it: products, sums, whole nanoseconds, differences of times, and a start far from zero."""
+        def products(k, h, start):
+            return start + k * h, h
+
+        def differences(k, h, start):
+            return start + k * h, (start + (k + 1) * h) - (start + k * h)
+
+        def nanoseconds(k, h, start):
+            whole = round(h * 1e9)
+            return (round(start * 1e9) + k * whole) * 1e-9, whole * 1e-9
+
+        def sums(k, h, start):
+            t = start
+            for _ in range(k):
+                t += h
+            return t, h
+
+        for version in (2, 3):
+            results = []
+            for start in (0.0, 10.0, -1000.0):
+                for counted in (products, differences, nanoseconds, sums):
+                    for h in (1e-7, 1e-6):
+                        host = Host(version, SMALL, start=start, stop=start + END)
+                        for k in range(round(END / h)):
+                            self.assertEqual(host.step(*counted(k, h, start)), OK, (start, counted.__name__, h, k, host.log))
+                        results.append({name: host.get(name) for name in host_independent() if not name.startswith("time")})
+                        host.close()
+            for result in results[1:]:
+                self.assertEqual(result, results[0])
 
     def test_odd_and_tiny_steps(self):
         for h, steps in [(3.3e-8, 300), (1e-9, 2000), (2e-8, 500)]:

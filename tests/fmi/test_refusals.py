@@ -72,7 +72,6 @@ class Refusals(unittest.TestCase):
                     host = Host(version)
                     for name in bad:
                         self.assertTrue(host._elements(name), name)
-                    good = {name: host.get(name) for name in bad}
                     host.begin(SMALL)
                     good = {name: host.get(name) for name in bad}
                     statuses = [host.try_set(name, value) for name, value in bad.items()]

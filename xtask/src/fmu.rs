@@ -2,7 +2,7 @@
 
 use crate::tools::{self, Outcome, cargo};
 use fabric_fmu::MODEL_IDENTIFIER;
-use fabric_fmu::table::{self, Kind, Role, Variable};
+use fabric_fmu::table::{self, Id, Kind, Role, Variable};
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -168,6 +168,23 @@ fn units(out: &mut String) {
 /// The type definitions; FMI 2.0 wraps each in a SimpleType.
 fn types(out: &mut String, two: bool) {
     out.push_str("  <TypeDefinitions>\n");
+    for quantity in table::QUANTITIES {
+        let about = ("description", some(quantity.description));
+        let attributes = [
+            ("quantity", some(quantity.name)),
+            ("unit", some(quantity.unit)),
+            ("displayUnit", (!quantity.display.is_empty()).then(|| quantity.display.to_string())),
+            ("min", finite(quantity.least)),
+            ("nominal", finite(quantity.nominal)),
+        ];
+        let name = ("name", some(quantity.name));
+        if two {
+            out.push_str(&format!("{}>\n", tag(2, "SimpleType", &[name, about])));
+            out.push_str(&format!("{}/>\n    </SimpleType>\n", tag(3, "Real", &attributes)));
+        } else {
+            out.push_str(&format!("{}/>\n", tag(2, "Float64Type", &[&[name, about], &attributes[..]].concat())));
+        }
+    }
     for choice in table::CHOICES {
         let name = [("name", some(choice.name))];
         if two {
@@ -226,15 +243,46 @@ fn initial(variable: &Variable) -> Option<String> {
     }
 }
 
-/// Unit, range and nominal of a variable.
+/// A limit or typical size, if there is one.
+fn finite(value: f64) -> Option<String> {
+    value.is_finite().then(|| number(Kind::Real, value))
+}
+
+/// Declared type, unit (again, for hosts that do not look at types), and range and nominal where they are not the type's.
 fn value_attributes(variable: &Variable) -> Vec<(&'static str, Option<String>)> {
-    let limit = |k: usize| variable.range.map(|range| number(variable.kind, range[k]));
+    let limit = |k: usize| variable.range.filter(|r| r[k].is_finite()).map(|range| number(variable.kind, range[k]));
+    let declared = match (variable.kind, variable.quantity) {
+        (Kind::Choice(choice), _) => some(choice.name),
+        (_, Some(quantity)) => some(quantity.name),
+        _ => None,
+    };
     vec![
-        ("unit", (!variable.unit.is_empty()).then(|| variable.unit.to_string())),
+        ("declaredType", declared),
+        ("unit", variable.quantity.map(|quantity| quantity.unit.to_string())),
         ("min", limit(0)),
         ("max", limit(1)),
         ("nominal", (variable.nominal != 0.0).then(|| number(Kind::Real, variable.nominal))),
     ]
+}
+
+/// What an output depends on when initialisation ends: nothing (it is zero, or -1), the input of the same meaning, or, where the
+/// attribute is left out, all inputs and parameters.
+fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
+    let input = |id: Id| some(name_of(&table::VARIABLES[id as usize]));
+    let known = match variable.id {
+        // Without a position from the host it comes from shape, orientation and sheet.
+        Id::StatePosition | Id::StepFraction => None,
+        Id::StateVelocity => input(Id::Velocity),
+        Id::StateOrientation => input(Id::Orientation),
+        Id::StateAngularVelocity => input(Id::AngularVelocity),
+        _ => some(""),
+    };
+    ("dependencies", known)
+}
+
+/// Index of a variable's first element in FMI 2.0, from 1 on.
+fn index_of(variable: &Variable) -> usize {
+    1 + table::VARIABLES.iter().take(variable.id as usize).map(Variable::size).sum::<usize>()
 }
 
 /// The name of an element in FMI 2.0: `name`, `name[2]` or `name[2,3]`.
@@ -288,20 +336,20 @@ fn fmi2() -> String {
                 ("initial", initial(variable)),
             ];
             out.push_str(&format!("{}>\n", tag(2, "ScalarVariable", &attributes)));
-            let (name, declared) = match variable.kind {
-                Kind::Real => ("Real", None),
-                Kind::Integer => ("Integer", None),
-                Kind::Boolean => ("Boolean", None),
-                Kind::Choice(choice) => ("Enumeration", some(choice.name)),
+            let name = match variable.kind {
+                Kind::Real => "Real",
+                Kind::Integer => "Integer",
+                Kind::Boolean => "Boolean",
+                Kind::Choice(_) => "Enumeration",
             };
-            let mut attributes = vec![("declaredType", declared)];
-            attributes.extend(value_attributes(variable));
+            let mut attributes = value_attributes(variable);
             attributes.push(("start", variable.start.get(element).map(|&start| number(variable.kind, start))));
             out.push_str(&format!("{}/>\n    </ScalarVariable>\n", tag(3, name, &attributes)));
             if variable.role.is_output() {
                 let direct = [("index", some(index)), ("dependencies", some(""))];
                 outputs.push_str(&format!("{}/>\n", tag(3, "Unknown", &direct)));
-                unknowns.push_str(&format!("{}/>\n", tag(3, "Unknown", &[("index", some(index))])));
+                let initial = at_start(variable, |known| (index_of(known) + element).to_string());
+                unknowns.push_str(&format!("{}/>\n", tag(3, "Unknown", &[("index", some(index)), initial])));
             }
         }
     }
@@ -346,17 +394,18 @@ fn fmi3() -> String {
         ("description", some("Simulation time")),
         ("causality", some("independent")),
         ("variability", some("continuous")),
+        ("declaredType", some("Time")),
         ("unit", some("s")),
     ];
     out.push_str(&format!("{}/>\n", tag(2, "Float64", &time)));
     let mut outputs = String::new();
     let mut unknowns = String::new();
     for variable in table::VARIABLES {
-        let (name, declared) = match variable.kind {
-            Kind::Real => ("Float64", None),
-            Kind::Integer => ("Int32", None),
-            Kind::Boolean => ("Boolean", None),
-            Kind::Choice(choice) => ("Enumeration", some(choice.name)),
+        let name = match variable.kind {
+            Kind::Real => "Float64",
+            Kind::Integer => "Int32",
+            Kind::Boolean => "Boolean",
+            Kind::Choice(_) => "Enumeration",
         };
         let starts: Vec<_> = variable.start.iter().map(|&start| number(variable.kind, start)).collect();
         let mut attributes = vec![
@@ -366,7 +415,6 @@ fn fmi3() -> String {
             ("causality", some(causality(variable))),
             ("variability", some(variability(variable))),
             ("initial", initial(variable)),
-            ("declaredType", declared),
         ];
         attributes.extend(value_attributes(variable));
         attributes.push(("start", (!starts.is_empty()).then(|| starts.join(" "))));
@@ -384,7 +432,8 @@ fn fmi3() -> String {
             let reference = ("valueReference", some(variable.reference));
             let direct = [reference.clone(), ("dependencies", some(""))];
             outputs.push_str(&format!("{}/>\n", tag(2, "Output", &direct)));
-            unknowns.push_str(&format!("{}/>\n", tag(2, "InitialUnknown", &[reference])));
+            let initial = at_start(variable, |known| known.reference.to_string());
+            unknowns.push_str(&format!("{}/>\n", tag(2, "InitialUnknown", &[reference, initial])));
         }
     }
     out.push_str("  </ModelVariables>\n  <ModelStructure>\n");

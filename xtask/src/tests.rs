@@ -1,6 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python, run as command, target, top};
+use crate::tools::{Outcome, cargo, python_with, run as command, target, top};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -40,6 +40,9 @@ const VERIFY: &[Step] = &[
     }),
     ("error against run time", || study(&["error-time"])),
     ("stability, and its page", stability),
+    ("FMU reference results", || {
+        command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
+    }),
 ];
 
 /// Every check that a change must pass.
@@ -77,7 +80,7 @@ fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options::default())?;
     let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
     study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;
-    command(python()?, &["tests/fmi/run.py"])
+    command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
 }
 
 /// Where tests/fmi/test_stability.py looks for its cases.
@@ -89,7 +92,7 @@ fn fmu_cases() -> String {
 fn stability() -> Outcome {
     let docs = target().join("docs");
     study(&["stability", "--docs", &docs.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
-    command(python()?, &["tests/fmi/run.py", "test_stability"])?;
+    command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     for name in ["stability.md", "images/stability_map.svg"] {
         let read =
             |path: std::path::PathBuf| std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));

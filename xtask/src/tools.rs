@@ -71,18 +71,26 @@ pub fn panic_gate(package: &str) -> Outcome {
 
 /// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
 pub fn python() -> Result<PathBuf, String> {
+    python_with("requirements.txt")
+}
+
+/// The same with the packages of another list too.
+pub fn python_with(list: &str) -> Result<PathBuf, String> {
     let venv = target().join("venv");
     let python = venv.join("bin").join("python");
-    let wanted =
-        std::fs::read_to_string(top().join("requirements.txt")).map_err(|e| format!("requirements.txt: {e}"))?;
-    let stamp = venv.join("requirements.installed");
-    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-        return Ok(python);
+    if !python.exists() {
+        println!("Setting up the Python environment in {} ...", venv.display());
+        run("python3", &["-m", "venv", &venv.to_string_lossy()])
+            .map_err(|e| format!("{e}; Python 3.11 or newer with the venv module is needed"))?;
     }
-    println!("Setting up the Python environment in {} ...", venv.display());
-    run("python3", &["-m", "venv", &venv.to_string_lossy()])
-        .map_err(|e| format!("{e}; Python 3.11 or newer with the venv module is needed"))?;
-    run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", "requirements.txt"])?;
-    std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+    for list in ["requirements.txt", list] {
+        let wanted = std::fs::read_to_string(top().join(list)).map_err(|e| format!("{list}: {e}"))?;
+        let stamp = venv.join(format!("{}.installed", list.replace('/', "-")));
+        if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+            continue;
+        }
+        run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", list])?;
+        std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+    }
     Ok(python)
 }

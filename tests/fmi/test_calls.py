@@ -1,0 +1,46 @@
+"""Each function of both versions in each state, and bad arguments: the tables in calls/calls2.c and calls/calls3.c.
+
+The programs are built against the official headers (those that FMPy brings) and linked with the library itself.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import fmpy
+from host import library, opened
+
+HEADERS = pathlib.Path(fmpy.__file__).parent / "c-code"
+SOURCES = pathlib.Path(__file__).parent / "calls"
+
+
+def build(source, version, folder, *options):
+    """Builds a C host that is linked with the FMU's library; returns the program."""
+    program = pathlib.Path(folder, pathlib.Path(source).stem)
+    warnings = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run(["cc", *warnings, *options, f"-I{HEADERS}", source, library(version), "-o", program], check=True)
+    return program
+
+
+class Calls(unittest.TestCase):
+    def check(self, *under):
+        for version in (2, 3):
+            token = opened(version)[0].guid
+            with tempfile.TemporaryDirectory() as folder:
+                program = build(SOURCES / f"calls{version}.c", version, folder, "-g")
+                run = subprocess.run([*under, program, token], capture_output=True, text=True)
+            print(f"\n  FMI {version}.0: {run.stdout.strip()}", end=" ")
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
+    def test_every_call_in_every_state(self):
+        self.check()
+
+    @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
+    def test_no_byte_is_misread_or_lost(self):
+        self.check("valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9")
+
+
+if __name__ == "__main__":
+    unittest.main()

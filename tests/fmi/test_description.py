@@ -1,0 +1,127 @@
+"""Both model descriptions: the official schemas, a second checker, and what neither of them sees."""
+
+import logging
+import pathlib
+import unittest
+import zipfile
+
+import fmpy
+from host import ARCHIVES, ERROR, OK, SMALL, WARNING, Host, opened
+from lxml import etree
+
+NAMES = {2: "fmi2", 3: "fmi3"}
+
+
+def tree(version):
+    with zipfile.ZipFile(ARCHIVES[version]) as packed:
+        return etree.fromstring(packed.read("modelDescription.xml"))
+
+
+def variables(version):
+    return list(tree(version).find("ModelVariables"))
+
+
+class Description(unittest.TestCase):
+    def test_it_is_valid_against_the_official_schema(self):
+        for version, name in NAMES.items():
+            schema = pathlib.Path(fmpy.__file__).parent / f"schema/{name}/{name}ModelDescription.xsd"
+            etree.XMLSchema(etree.parse(str(schema))).assertValid(tree(version))
+
+    def test_the_second_checker_finds_nothing(self):
+        from fmu_manipulation_toolbox.checker import OperationGenericCheck, OperationSemanticCheck
+        from fmu_manipulation_toolbox.operations import FMU
+
+        logging.getLogger("fmu_manipulation_toolbox").setLevel(logging.CRITICAL)
+        for version, archive in ARCHIVES.items():
+            fmu, schema, rules = FMU(str(archive)), OperationGenericCheck(), OperationSemanticCheck()
+            fmu.apply_operation(schema)
+            fmu.apply_operation(rules)
+            self.assertEqual(schema.compliant_with_version, f"{version}.0")
+            self.assertEqual(rules.errors, [])
+
+    def test_the_model_structure_lists_the_outputs_each_once(self):
+        two = tree(2)
+        indices = [str(k + 1) for k, v in enumerate(variables(2)) if v.get("causality") == "output"]
+        for name in ("Outputs", "InitialUnknowns"):
+            self.assertEqual([u.get("index") for u in two.find("ModelStructure").find(name)], indices)
+        three = tree(3)
+        references = [v.get("valueReference") for v in variables(3) if v.get("causality") == "output"]
+        for name in ("Output", "InitialUnknown"):
+            self.assertEqual([u.get("valueReference") for u in three.find("ModelStructure").findall(name)], references)
+
+    def test_outputs_have_no_direct_feed_through(self):
+        for version, path in ((2, "ModelStructure/Outputs/Unknown"), (3, "ModelStructure/Output")):
+            self.assertEqual({u.get("dependencies") for u in tree(version).findall(path)}, {""})
+
+    def test_what_the_initial_values_depend_on(self):
+        """Stated dependencies are right: turning one input changes exactly the outputs that name it."""
+        two, names = tree(2), [v.get("name") for v in variables(2)]
+        stated = {
+            names[int(u.get("index")) - 1]: [names[int(k) - 1] for k in u.get("dependencies").split()]
+            for u in two.find("ModelStructure/InitialUnknowns")
+            if u.get("dependencies") is not None
+        }
+        plain = Host(2, SMALL)
+        for turned, value in [("projectile.velocity[1]", 3.0), ("projectile.angular_velocity[2]", 7.0), ("projectile.radius", 6.3e-3)]:
+            host = Host(2, {**SMALL, turned: value})
+            for output, dependencies in stated.items():
+                self.assertEqual(host.get(output) != plain.get(output), turned in dependencies, (turned, output))
+            host.close()
+        plain.close()
+
+    def test_both_versions_have_one_token_which_the_library_takes(self):
+        self.assertEqual(tree(2).get("guid"), tree(3).get("instantiationToken"))
+        Host(2).close(), Host(3).close()
+
+    def test_every_real_has_a_unit_of_known_dimension(self):
+        for version, real in ((2, "Real"), (3, "Float64")):
+            root = tree(version)
+            units = {unit.get("name"): unit for unit in root.find("UnitDefinitions")}
+            for unit in units.values():
+                self.assertIsNotNone(unit.find("BaseUnit"))
+            types = {t.get("name"): t[0] if version == 2 else t for t in root.find("TypeDefinitions")}
+            for variable in variables(version):
+                typed = variable[0] if version == 2 else variable
+                if typed.tag == real:
+                    declared = types[typed.get("declaredType")]
+                    self.assertEqual(declared.get("unit"), typed.get("unit"))
+                    self.assertIn(typed.get("unit"), units)
+                    shown = declared.get("displayUnit")
+                    self.assertIn(shown, [None] + [d.get("name") for d in units[typed.get("unit")].findall("DisplayUnit")])
+                    self.assertGreater(float(typed.get("nominal") or declared.get("nominal")), 0.0)
+
+    def test_log_categories_and_default_experiment(self):
+        for version in (2, 3):
+            root, host = tree(version), Host(version)
+            names = [category.get("name") for category in root.find("LogCategories")]
+            self.assertEqual(host.attempt(host.fmu.setDebugLogging, True, names), OK)
+            for name in names:
+                self.assertEqual(host.attempt(host.fmu.setDebugLogging, True, [name]), OK)
+            host.close()
+            experiment = root.find("DefaultExperiment")
+            self.assertEqual([experiment.get(k) for k in ("startTime", "stopTime", "stepSize")], ["0.0", "0.001", "1e-6"])
+
+    def test_what_lies_outside_min_and_max_is_refused(self):
+        """Whether the scene reads the parameter or not."""
+        tried = 0
+        for variable in opened(2)[0].modelVariables:
+            if variable.causality != "parameter" or variable.type != "Real":
+                continue
+            least = variable.min or variable.declaredType.min
+            greatest = variable.max or variable.declaredType.max
+            outside = [float("nan")]
+            outside += [float(least) - 0.5] if least is not None else []
+            outside += [float(greatest) + 0.5] if greatest is not None else []
+            for value in outside:
+                host = Host(2)
+                status = host.begin({**SMALL, variable.name: value})
+                status = max(status, host.attempt(host.fmu.exitInitializationMode) if status <= WARNING else OK)
+                self.assertEqual(status, ERROR, (variable.name, value))
+                self.assertIn(variable.name.split("[")[0], host.log[-1][2])
+                host.close()
+                tried += 1
+        self.assertGreater(tried, 40)
+
+
+if __name__ == "__main__":
+    unittest.main()

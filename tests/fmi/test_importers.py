@@ -1,0 +1,75 @@
+"""The same run in a C loop, in FMPy and in ecospy, in both versions: the same bits at every step size."""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import fmpy
+from host import ARCHIVES, Host, opened
+from test_calls import build
+
+OUTPUTS = ["contact.work", "energy.kinetic", "energy.strain", "energy.contact_loss", "fabric.max_deflection", "contact.force_peak"]
+GRID = {"sheet.nodes_x": 41, "sheet.nodes_y": 41}
+END = 6e-5  # s; the cylinder has torn the small sheet by then
+STEPS = [(1e-7, 600), (1e-6, 60), (1e-5, 6)]
+
+
+def ecos(version, h, steps):
+    """Outputs after a run in ecospy, which adds up its time. It knows no FMI 3.0 arrays and enumerations; none is needed here."""
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    with EcosSimulationStructure() as structure:
+        structure.add_model("shield", str(ARCHIVES[version]))
+        structure.add_parameter_set("grid", {f"shield::{name}": value for name, value in GRID.items()})
+        with EcosSimulation(structure=structure, step_size=h) as simulation:
+            simulation.init(parameter_set="grid")
+            simulation.step(steps)
+            values = [simulation.get_real(f"shield::{name}") for name in OUTPUTS]
+            simulation.terminate()
+    return values
+
+
+class Importers(unittest.TestCase):
+    def test_the_same_bits_everywhere(self):
+        found = {}
+        with tempfile.TemporaryDirectory() as folder:
+            loop = build(pathlib.Path(__file__).with_name("loop.c"), 2, folder)
+            for h, steps in STEPS:
+                run = subprocess.run([loop, opened(2)[0].guid, repr(h), str(steps)], check=True, capture_output=True, text=True)
+                for version, line in zip((2, 3), run.stdout.splitlines()):
+                    found["C", version, h] = [float.fromhex(value) for value in line.split()]
+        for h, steps in STEPS:
+            for version in (2, 3):
+                rows = fmpy.simulate_fmu(
+                    str(ARCHIVES[version]), fmi_type="CoSimulation", start_values=GRID, output=OUTPUTS, stop_time=END,
+                    step_size=h, output_interval=h,
+                )  # fmt: skip
+                self.assertAlmostEqual(rows[-1]["time"], END, delta=1e-12)
+                found["FMPy", version, h] = [float(rows[-1][name]) for name in OUTPUTS]
+                code = [sys.executable, __file__, str(version), repr(h), str(steps)]
+                run = subprocess.run(code, capture_output=True, text=True)
+                if run.returncode == 3:
+                    print("\n  ecospy cannot be loaded (it needs libtbb12): left out", end=" ")
+                    continue
+                self.assertEqual(run.returncode, 0, run.stderr)
+                found["ecospy", version, h] = json.loads(run.stdout.splitlines()[-1])
+        expected = found["C", 2, 1e-6]
+        self.assertGreater(expected[0], 1.0)
+        self.assertGreaterEqual(len(found), 12)
+        for name, values in found.items():
+            self.assertEqual(values, expected, name)
+        print(f"\n  {len(found)} runs, contact work {expected[0]!r} J", end=" ")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 4:
+        try:
+            import ecospy  # noqa: F401
+        except (ImportError, OSError):
+            sys.exit(3)
+        print("\n" + json.dumps(ecos(int(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3]))))
+    else:
+        unittest.main()
