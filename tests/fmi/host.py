@@ -60,6 +60,12 @@ def opened(version):
     return _opened[version]
 
 
+def library(version):
+    """The binary in an archive that this machine runs."""
+    name = fmpy.platform if version == 2 and fmpy.platform_tuple == "x86_64-linux" else fmpy.platform_tuple
+    return pathlib.Path(opened(version)[1], "binaries", name, "FabricShield.so")
+
+
 class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 

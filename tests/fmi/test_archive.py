@@ -8,7 +8,7 @@ import zipfile
 
 import fmpy
 from fmpy.validation import validate_fmu
-from host import ARCHIVES, Host, opened
+from host import ARCHIVES, Host, library, opened
 from lxml import etree
 
 
@@ -50,8 +50,7 @@ class Archive(unittest.TestCase):
             "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
             "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates",
         }  # fmt: skip
-        library = next(pathlib.Path(opened(2)[1]).rglob("FabricShield.so"))
-        run = lambda *command: subprocess.run([*command, library], check=True, capture_output=True, text=True).stdout
+        run = lambda *command: subprocess.run([*command, library(2)], check=True, capture_output=True, text=True).stdout
         exported = {line.split()[-1] for line in run("nm", "-D", "--defined-only").splitlines()}
         self.assertEqual(exported, wanted)
         needed = re.findall(r"NEEDED.*\[(.*)\]", run("readelf", "-d"))

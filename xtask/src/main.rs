@@ -3,6 +3,7 @@
 mod chosts;
 mod demo;
 mod fmu;
+mod platforms;
 mod readme;
 mod tests;
 mod tools;

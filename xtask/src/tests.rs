@@ -1,5 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
+use crate::platforms::Targets;
 use crate::tools::{Outcome, cargo, python, run as command, target, top};
 use std::time::Instant;
 
@@ -40,6 +41,9 @@ const VERIFY: &[Step] = &[
     }),
     ("error against run time", || study(&["error-time"])),
     ("stability, and its page", stability),
+    ("two builds of the FMUs in two folders", || {
+        crate::fmu::run(&crate::fmu::Options { targets: Targets::All, reproduce: true, ..Default::default() })
+    }),
 ];
 
 /// Every check that a change must pass.
@@ -71,10 +75,10 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
     Ok(())
 }
 
-/// Compares the committed model descriptions, builds both FMUs, links the panic gate and runs the FMPy tests.
+/// Compares the committed model descriptions, builds both FMUs for every platform it has tools for, links the panic gate and runs the FMPy tests.
 fn fmu() -> Outcome {
-    crate::fmu::run(&crate::fmu::Options { check: true, gate: true })?;
-    crate::fmu::run(&crate::fmu::Options::default())?;
+    crate::fmu::run(&crate::fmu::Options { check: true, gate: true, ..Default::default() })?;
+    crate::fmu::run(&crate::fmu::Options { targets: Targets::All, ..Default::default() })?;
     let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
     study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;
     command(python()?, &["tests/fmi/run.py"])
