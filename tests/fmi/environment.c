@@ -1,5 +1,5 @@
 /* A host that has changed the floating-point environment and gives no logger: the bits are the same, and its setting comes back.
-   Arguments: library, guid. Prints the contact work in the usual and in the changed environment. */
+   Arguments: library, guid. Prints the contact work in the usual environment and in each changed one. */
 #include <dlfcn.h>
 #include <stdio.h>
 #include <xmmintrin.h>
@@ -22,9 +22,9 @@ int main(int count, char **arguments) {
     LOAD(GetReal);
     LOAD(DoStep);
 
-    const unsigned usual = 0x1f80, changed = 0x1f80 | 0x8040 | 0x6000; /* flush, denormals are zero, towards zero */
-    const unsigned environments[] = {usual, changed};
-    for (int k = 0; k < 2; k++) {
+    const unsigned usual = 0x1f80, flush = 0x8000, zeros = 0x0040, down = 0x2000, up = 0x4000, chop = 0x6000;
+    const unsigned environments[] = {usual, usual | flush, usual | zeros, usual | down, usual | up, usual | flush | zeros | chop};
+    for (unsigned k = 0; k < sizeof environments / sizeof *environments; k++) {
         fmi2CallbackFunctions functions = {0};
         fmi2Component fmu = Instantiate("environment", fmi2CoSimulation, arguments[2], "", &functions, 0, 1);
         if (!fmu) return 3;

@@ -102,7 +102,7 @@ fn archives(source: &Path, libraries: &[Library], out: &Path) -> Result<[PathBuf
 }
 
 /// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.
-fn pack(archive: &Path, mut entries: Vec<(String, PathBuf)>) -> Outcome {
+pub fn pack(archive: &Path, mut entries: Vec<(String, PathBuf)>) -> Outcome {
     entries.sort();
     let file = fs::File::create(archive).map_err(|error| format!("{}: {error}", archive.display()))?;
     let mut zip = zip::ZipWriter::new(file);

@@ -108,7 +108,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Libra
 }
 
 /// The platform that this program runs on.
-fn host() -> Result<&'static Platform, String> {
+pub fn host() -> Result<&'static Platform, String> {
     let (machine, system) = (std::env::consts::ARCH, std::env::consts::OS);
     PLATFORMS
         .iter()

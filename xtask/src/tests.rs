@@ -1,6 +1,5 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::platforms::Targets;
 use crate::tools::{Outcome, cargo, python, run as command, target, top};
 use std::time::Instant;
 
@@ -26,6 +25,7 @@ const TEST: &[Step] = &[
     ("C header", crate::chosts::header_check),
     ("C and C++ hosts", crate::chosts::run),
     ("FMUs", fmu),
+    ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
     ("studies in short form", studies),
     ("features remove code", || {
@@ -42,7 +42,11 @@ const VERIFY: &[Step] = &[
     ("error against run time", || study(&["error-time"])),
     ("stability, and its page", stability),
     ("two builds of the FMUs in two folders", || {
-        crate::fmu::run(&crate::fmu::Options { targets: Targets::All, reproduce: true, ..Default::default() })
+        crate::fmu::run(&crate::fmu::Options {
+            targets: crate::platforms::Targets::All,
+            reproduce: true,
+            ..Default::default()
+        })
     }),
 ];
 
@@ -78,7 +82,7 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
 /// Compares the committed model descriptions, builds both FMUs for every platform it has tools for, links the panic gate and runs the FMPy tests.
 fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options { check: true, gate: true, ..Default::default() })?;
-    crate::fmu::run(&crate::fmu::Options { targets: Targets::All, ..Default::default() })?;
+    crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
     let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
     study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;
     command(python()?, &["tests/fmi/run.py"])
