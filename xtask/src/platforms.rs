@@ -288,3 +288,17 @@ pub fn reproduced(libraries: &[Library], targets: Targets) -> Result<(PathBuf, V
     }
     Ok((copy, again))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::version;
+
+    #[test]
+    fn versions_are_read_and_ordered() {
+        assert_eq!(version("rustc 1.96.0 (6b00bc388 2026-06-23) (built from a source tarball)"), Some((1, 96)));
+        assert_eq!(version("rustc 1.63.0"), Some((1, 63)));
+        assert_eq!(version("2.14"), Some((2, 14)));
+        assert!(version("2.2.5") < version("2.14"));
+        assert_eq!(version("PRIVATE"), None);
+    }
+}
