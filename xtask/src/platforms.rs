@@ -120,6 +120,7 @@ pub fn host() -> Result<&'static Platform, String> {
 #[derive(Clone, PartialEq)]
 struct Compiler {
     cargo: OsString,
+    /// Only where it is not the one that this cargo comes with.
     rustc: Option<PathBuf>,
     /// It has no compiled `core` for the target but the source of it.
     build_core: bool,
@@ -146,12 +147,12 @@ fn compiler(platform: &Platform) -> Result<Compiler, String> {
         return Ok(own());
     }
     let system = PathBuf::from("/usr/bin/rustc");
-    for (rustc, cargo) in [(ours, own().cargo), (system, "/usr/bin/cargo".into())] {
+    for (rustc, cargo, named) in [(ours, own().cargo, None), (system.clone(), "/usr/bin/cargo".into(), Some(system))] {
         let Ok(root) = printed(&rustc, &["--print", "sysroot"]) else { continue };
         let has_source = Path::new(&root).join("lib/rustlib/src/rust/library/core").exists();
         let new_enough = printed(&rustc, &["--version"]).is_ok_and(|text| version(&text) >= version(MINIMUM));
         if has_source && new_enough {
-            return Ok(Compiler { cargo, rustc: Some(rustc), build_core: true });
+            return Ok(Compiler { cargo, rustc: named, build_core: true });
         }
     }
     Err(format!(
@@ -179,11 +180,11 @@ fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platfo
         .args(place);
     command.current_dir(source);
     if let Some(rustc) = &compiler.rustc {
-        // Building `core` is not stable: this switch allows it, for these libraries only.
-        command.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
+        command.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
     }
     if compiler.build_core {
-        command.arg("-Zbuild-std=core");
+        // Not stable: this variable allows it, for these libraries only.
+        command.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
     }
     for platform in others {
         command.args(["--target", platform.triple]);
