@@ -36,11 +36,6 @@ const TEST: &[Step] = &[
 
 /// The long checks, by hand before a release: about half an hour.
 const VERIFY: &[Step] = &[
-    ("ensembles against the prototype's numbers", || {
-        cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
-    }),
-    ("error against run time", || study(&["error-time"])),
-    ("stability, and its page", stability),
     ("two builds of the FMUs in two folders", || {
         crate::fmu::run(&crate::fmu::Options {
             targets: crate::platforms::Targets::All,
@@ -48,6 +43,11 @@ const VERIFY: &[Step] = &[
             ..Default::default()
         })
     }),
+    ("ensembles against the prototype's numbers", || {
+        cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
+    }),
+    ("error against run time", || study(&["error-time"])),
+    ("stability, and its page", stability),
 ];
 
 /// Every check that a change must pass.
@@ -79,7 +79,8 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
     Ok(())
 }
 
-/// Compares the committed model descriptions, builds both FMUs for every platform it has tools for, links the panic gate and runs the FMPy tests.
+/// Compares the committed model descriptions, links the panic gate, builds both FMUs for every platform there are tools for, and
+/// runs the FMPy tests.
 fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options { check: true, gate: true, ..Default::default() })?;
     crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
