@@ -1,6 +1,7 @@
 //! `cargo xtask fmu`: the model descriptions from the table of variables, and the two archives.
 
-use crate::tools::{self, Outcome, cargo};
+use crate::platforms::{self, Library, Targets};
+use crate::tools::{self, Outcome};
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::table::{self, Id, Kind, Role, Variable};
 use std::fs;
@@ -16,6 +17,12 @@ pub struct Options {
     /// Only link the library so that a panic which any exported function could reach is a link error.
     #[arg(long)]
     pub gate: bool,
+    /// Which platforms the archives hold: all whose tools are installed, or only this one.
+    #[arg(long, value_enum, default_value_t)]
+    pub targets: Targets,
+    /// Build everything a second time in another folder and compare the archives byte by byte.
+    #[arg(long)]
+    pub reproduce: bool,
 }
 
 const DESCRIPTION: &str =
@@ -46,48 +53,62 @@ pub fn run(options: &Options) -> Outcome {
     for (name, text) in &descriptions {
         fs::write(folder().join(name), text).map_err(|error| format!("modelDescription/{name}: {error}"))?;
     }
-    cargo(&["build", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])?;
-    let library = tools::target().join("ship").join("libfabric_shield.so");
-    let (platform2, platform3) = match std::env::consts::ARCH {
-        "x86_64" => ("linux64", "x86_64-linux"),
-        "aarch64" => ("aarch64-linux", "aarch64-linux"),
-        other => return Err(format!("no FMU platform is defined for {other}")),
-    };
-    let common: &[(&str, PathBuf)] = &[
-        ("documentation/index.html", folder().join("documentation/index.html")),
-        ("documentation/licenses/license.txt", folder().join("documentation/licenses/license.txt")),
-    ];
-    let binary = |platform: &str| (format!("binaries/{platform}/{MODEL_IDENTIFIER}.so"), library.clone());
-    let file = |name: &str, path: &str| (name.to_string(), folder().join(path));
-    let shared = || common.iter().map(|(name, path)| (name.to_string(), path.clone()));
-
-    let mut two: Vec<_> = shared().collect();
-    two.extend([file("modelDescription.xml", "fmi2.xml"), file("model.png", "icon.png"), binary(platform2)]);
-    let mut three: Vec<_> = shared().collect();
-    three.extend([
-        file("modelDescription.xml", "fmi3.xml"),
-        file("terminalsAndIcons/icon.png", "icon.png"),
-        file("terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons.xml"),
-        binary(platform3),
-    ]);
-    let out = tools::target().join("fmu");
-    fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
-    for (name, entries) in [("fmi2", two), ("fmi3", three)] {
-        let archive = out.join(format!("{MODEL_IDENTIFIER}-{name}.fmu"));
-        pack(&archive, entries)?;
+    if options.targets == Targets::Host {
+        println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
+    }
+    let libraries = platforms::build(&tools::top(), &tools::target(), options.targets)?;
+    let archives = archives(&tools::top(), &libraries, &tools::target().join("fmu"))?;
+    if options.reproduce {
+        let (copy, again) = platforms::reproduced(&libraries, options.targets)?;
+        let others = self::archives(&copy, &again, &copy.with_file_name("fmu"))?;
+        for (one, other) in archives.iter().zip(&others) {
+            let sum = |path: &Path| tools::output("sha256sum", &["--binary", &path.to_string_lossy()]);
+            let sums = [sum(one)?, sum(other)?].map(|text| text.split_whitespace().next().unwrap_or("").to_string());
+            println!("  {}  {}\n  {}  {}", sums[0], one.display(), sums[1], other.display());
+            if sums[0] != sums[1] {
+                return Err("two builds in two folders differ".into());
+            }
+        }
+    }
+    for archive in archives {
         println!("{}", archive.display());
     }
     Ok(())
 }
 
+/// Packs the two archives with what the checkout in `source` has besides the libraries.
+fn archives(source: &Path, libraries: &[Library], out: &Path) -> Result<[PathBuf; 2], String> {
+    let file = |name: &str, path: &str| (name.to_string(), source.join("modelDescription").join(path));
+    let documentation = ["documentation/index.html", "documentation/licenses/license.txt"];
+    let mut two = vec![file("modelDescription.xml", "fmi2.xml"), file("model.png", "icon.png")];
+    let mut three = vec![
+        file("modelDescription.xml", "fmi3.xml"),
+        file("terminalsAndIcons/icon.png", "icon.png"),
+        file("terminalsAndIcons/terminalsAndIcons.xml", "terminalsAndIcons.xml"),
+    ];
+    for (entries, version) in [(&mut two, 2), (&mut three, 3)] {
+        entries.extend(documentation.map(|name| file(name, name)));
+        entries.extend(libraries.iter().map(|Library { platform, path }| {
+            let folder = if version == 2 { platform.fmi2 } else { platform.fmi3 };
+            (format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension), path.clone())
+        }));
+    }
+    fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let names = ["fmi2", "fmi3"].map(|name| out.join(format!("{MODEL_IDENTIFIER}-{name}.fmu")));
+    for (archive, entries) in names.iter().zip([two, three]) {
+        pack(archive, entries)?;
+    }
+    Ok(names)
+}
+
 /// Packs files so that the same files give the same bytes: sorted, with one fixed time and mode.
-fn pack(archive: &Path, mut entries: Vec<(String, PathBuf)>) -> Outcome {
+pub fn pack(archive: &Path, mut entries: Vec<(String, PathBuf)>) -> Outcome {
     entries.sort();
     let file = fs::File::create(archive).map_err(|error| format!("{}: {error}", archive.display()))?;
     let mut zip = zip::ZipWriter::new(file);
     for (name, path) in entries {
         let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let mode = if name.ends_with(".so") { 0o755 } else { 0o644 };
+        let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
         let options = zip::write::SimpleFileOptions::default()
             .compression_method(zip::CompressionMethod::Deflated)
             .compression_level(Some(9))

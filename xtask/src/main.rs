@@ -3,7 +3,9 @@
 mod chosts;
 mod demo;
 mod fmu;
+mod platforms;
 mod readme;
+mod rotorburst;
 mod tests;
 mod tools;
 
@@ -27,6 +29,8 @@ enum Command {
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
     Fmu(fmu::Options),
+    /// Build the rotorburst example as a host in C and as an SSP package, and compare both with the host in Python.
+    Rotorburst(rotorburst::Options),
     /// Write include/fabric_kernel.h.
     Header,
     /// Measure ns per node-step.
@@ -39,6 +43,7 @@ fn main() -> std::process::ExitCode {
         Command::Test(options) => tests::run(&options),
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
+        Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Header => chosts::header_write(),
         Command::Bench => tests::bench(),
     };

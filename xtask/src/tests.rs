@@ -25,6 +25,7 @@ const TEST: &[Step] = &[
     ("C header", crate::chosts::header_check),
     ("C and C++ hosts", crate::chosts::run),
     ("FMUs", fmu),
+    ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
     ("studies in short form", studies),
     ("features remove code", || {
@@ -35,6 +36,13 @@ const TEST: &[Step] = &[
 
 /// The long checks, by hand before a release: about half an hour.
 const VERIFY: &[Step] = &[
+    ("two builds of the FMUs in two folders", || {
+        crate::fmu::run(&crate::fmu::Options {
+            targets: crate::platforms::Targets::All,
+            reproduce: true,
+            ..Default::default()
+        })
+    }),
     ("ensembles against the prototype's numbers", || {
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
@@ -74,10 +82,11 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
     Ok(())
 }
 
-/// Compares the committed model descriptions, builds both FMUs, links the panic gate and runs the FMPy tests.
+/// Compares the committed model descriptions, links the panic gate, builds both FMUs for every platform there are tools for, and
+/// runs the FMPy tests.
 fn fmu() -> Outcome {
-    crate::fmu::run(&crate::fmu::Options { check: true, gate: true })?;
-    crate::fmu::run(&crate::fmu::Options::default())?;
+    crate::fmu::run(&crate::fmu::Options { check: true, gate: true, ..Default::default() })?;
+    crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
     let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
     study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])

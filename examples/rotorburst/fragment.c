@@ -1,0 +1,112 @@
+#include "fragment.h"
+
+#include <math.h>
+
+static const double PI = 3.14159265358979323846;
+static const double GRAVITY = -9.81;     /* along y, m/s2 */
+static const double AIR_DENSITY = 1.225; /* kg/m3 */
+
+static double length_of(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+/* Principal moments of inertia, kg m2. */
+static void moments(const fragment_body *body, double moment[3])
+{
+    const double square = body->radius * body->radius, across = body->mass * (3.0 * square + body->length * body->length) / 12.0;
+    for (int k = 0; k < 3; k++) {
+        if (body->length == 0.0) moment[k] = 0.4 * body->mass * square;
+        else moment[k] = k < 2 ? across : 0.5 * body->mass * square;
+    }
+}
+
+/* Matrix of a unit quaternion: its columns are the body's axes. */
+static void rotation(const double q[4], double turn[3][3])
+{
+    const double w = q[0], x = q[1], y = q[2], z = q[3];
+    const double rows[3][3] = {
+        {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)},
+        {2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)},
+        {2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)},
+    };
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) turn[i][j] = rows[i][j];
+}
+
+void fragment_turned(const double turn[3], const double b[4], double result[4])
+{
+    const double angle = length_of(turn), factor = angle == 0.0 ? 0.0 : sin(0.5 * angle) / angle;
+    const double a[4] = {cos(0.5 * angle), turn[0] * factor, turn[1] * factor, turn[2] * factor};
+    const double product[4] = {
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + b[0] * a[1] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] + b[0] * a[2] + a[3] * b[1] - a[1] * b[3],
+        a[0] * b[3] + b[0] * a[3] + a[1] * b[2] - a[2] * b[1],
+    };
+    for (int k = 0; k < 4; k++) result[k] = product[k];
+}
+
+/* Angular velocity at an orientation and an angular momentum. */
+static void rate_of(const fragment_body *body, const double orientation[4], const double momentum[3], double rate[3])
+{
+    double turn[3][3], moment[3], inside[3];
+    rotation(orientation, turn);
+    moments(body, moment);
+    for (int j = 0; j < 3; j++)
+        inside[j] = (turn[0][j] * momentum[0] + turn[1][j] * momentum[1] + turn[2][j] * momentum[2]) / moment[j];
+    for (int i = 0; i < 3; i++) rate[i] = turn[i][0] * inside[0] + turn[i][1] * inside[1] + turn[i][2] * inside[2];
+}
+
+/* How far the front is ahead of the centre of mass along z, m. */
+static double reach(const fragment *f)
+{
+    double turn[3][3];
+    if (f->body.length == 0.0) return f->body.radius;
+    rotation(f->orientation, turn);
+    const double along = fmin(fabs(turn[2][2]), 1.0);
+    return 0.5 * f->body.length * along + f->body.radius * sqrt(1.0 - along * along);
+}
+
+fragment fragment_launched(const fragment_body *body, double distance, double speed, double spin, double tilt)
+{
+    const double about_x[3] = {tilt, 0.0, 0.0}, straight[4] = {1.0, 0.0, 0.0, 0.0};
+    fragment f = {*body, {0.0, 0.0, 0.0}, {0.0, 0.0, speed}, {0.0}, {0.0}};
+    double turn[3][3], moment[3];
+    fragment_turned(about_x, straight, f.orientation);
+    f.position[2] = -distance - reach(&f);
+    rotation(f.orientation, turn);
+    moments(body, moment);
+    for (int k = 0; k < 3; k++) f.angular_momentum[k] = turn[k][2] * moment[2] * spin;
+    return f;
+}
+
+double fragment_front(const fragment *f) { return f->position[2] + reach(f); }
+
+void fragment_angular_velocity(const fragment *f, double rate[3]) { rate_of(&f->body, f->orientation, f->angular_momentum, rate); }
+
+void fragment_own_force(const fragment *f, double force[3])
+{
+    const double area = PI * f->body.radius * f->body.radius;
+    const double drag = -0.5 * AIR_DENSITY * f->body.drag_coefficient * area * length_of(f->velocity);
+    for (int k = 0; k < 3; k++) force[k] = drag * f->velocity[k];
+    force[1] += f->body.mass * GRAVITY;
+}
+
+void fragment_step(fragment *f, double h, const double own[3], const double force[3], const double torque[3], double tick)
+{
+    /* The rotation is the midpoint rule for q' = w q/2 at the angular momentum in the middle of the step. */
+    double rate[3], halfway[4], middle[3], turn[3], length = 0.0;
+    fragment_angular_velocity(f, rate);
+    for (int k = 0; k < 3; k++) {
+        const double from_own = own[k] / f->body.mass, from_shield = force[k] / f->body.mass;
+        f->position[k] += f->velocity[k] * h + 0.5 * from_own * h * h + 0.5 * from_shield * h * (h + tick);
+        f->velocity[k] += (from_own + from_shield) * h;
+        middle[k] = f->angular_momentum[k] + 0.5 * h * torque[k];
+        f->angular_momentum[k] += h * torque[k];
+        turn[k] = 0.5 * h * rate[k];
+    }
+    fragment_turned(turn, f->orientation, halfway);
+    rate_of(&f->body, halfway, middle, rate);
+    for (int k = 0; k < 3; k++) turn[k] = h * rate[k];
+    fragment_turned(turn, f->orientation, f->orientation);
+    for (int k = 0; k < 4; k++) length += f->orientation[k] * f->orientation[k];
+    for (int k = 0; k < 4; k++) f->orientation[k] /= sqrt(length);
+}

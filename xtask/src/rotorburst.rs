@@ -1,0 +1,69 @@
+//! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the host in Python.
+
+use crate::tools::{Outcome, output, python, run as command, target, top};
+use crate::{chosts, fmu, platforms};
+use std::path::{Path, PathBuf};
+
+/// Options of the command.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Only what is judged: the time up to the first failed segment.
+    #[arg(long)]
+    pub short: bool,
+}
+
+/// Builds the host, the fragment's FMU and the package, and compares the three forms.
+pub fn run(options: &Options) -> Outcome {
+    let python = python()?;
+    fmu::run(&fmu::Options::default())?;
+    let out = target().join("rotorburst");
+    std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    let shield = target().join("fmu/FabricShield-fmi2.fmu");
+    let host = host(&out)?;
+    let package = package(&python, &out, &shield)?;
+    println!("{}\n{}", host.display(), package.display());
+
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    let program = text(&top().join("examples/rotorburst/agreement.py"));
+    let (shield, host, package, results) = (text(&shield), text(&host), text(&package), text(&out.join("results")));
+    let mut arguments = vec![&*program, "--fmu", &shield, "--host", &host, "--ssp", &package, "--out", &results];
+    if options.short {
+        arguments.push("--short");
+    }
+    command(python, &arguments)
+}
+
+const WARNINGS: [&str; 6] = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"];
+
+/// The host in C, linked with the kernel.
+fn host(out: &Path) -> Result<PathBuf, String> {
+    let (library, program) = (chosts::libraries()?.join("libfabric_kernel.a"), out.join("rotorburst"));
+    let sources = ["-Iinclude", "examples/rotorburst/rotorburst.c", "examples/rotorburst/fragment.c"];
+    let last = [&*library.to_string_lossy(), "-lm", "-o", &program.to_string_lossy()];
+    command("cc", &[&WARNINGS[..], &sources, &last].concat())?;
+    Ok(program)
+}
+
+/// FragmentTrajectory.fmu for this platform, and Rotorburst.ssp with both FMUs. The FMI headers are those that FMPy brings.
+fn package(python: &Path, out: &Path, shield: &Path) -> Result<PathBuf, String> {
+    let headers = output(python, &["-c", "import fmpy, os; print(os.path.dirname(fmpy.__file__) + '/c-code')"])?;
+    let library = out.join("FragmentTrajectory.so");
+    let sources = ["examples/rotorburst/ssp/fragment_fmu.c", "examples/rotorburst/fragment.c"];
+    let kind = ["-fPIC", "-shared", "-fvisibility=hidden", "-Wno-unused-parameter", "-I", headers.trim()];
+    let last = ["-lm", "-o", &library.to_string_lossy()];
+    command("cc", &[&WARNINGS[..], &kind, &sources, &last].concat())?;
+
+    let source = |name: &str| top().join("examples/rotorburst/ssp").join(name);
+    let trajectory = out.join("FragmentTrajectory.fmu");
+    let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmi2);
+    fmu::pack(&trajectory, vec![("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
+    let package = out.join("Rotorburst.ssp");
+    let entries = [
+        ("SystemStructure.ssd", source("SystemStructure.ssd")),
+        ("resources/parameters.ssv", source("parameters.ssv")),
+        ("resources/FragmentTrajectory.fmu", trajectory),
+        ("resources/FabricShield.fmu", shield.to_path_buf()),
+    ];
+    fmu::pack(&package, entries.map(|(name, path)| (name.to_string(), path)).to_vec())?;
+    Ok(package)
+}
