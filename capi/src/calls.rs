@@ -6,49 +6,10 @@
 
 use crate::block::{self, fk_sim};
 use crate::float::in_our_environment;
+use crate::sizes::{known, known_size, put, put_part, read, usable};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, Path, Scene};
-
-/// A structure that starts with its own size.
-trait Structure: Copy {
-    /// Name for faults.
-    const NAME: &'static str;
-}
-
-impl Structure for fk_scene {
-    const NAME: &'static str = "fk_scene";
-}
-impl Structure for fk_fault {
-    const NAME: &'static str = "fk_fault";
-}
-impl Structure for fk_motion {
-    const NAME: &'static str = "fk_motion";
-}
-impl Structure for fk_path {
-    const NAME: &'static str = "fk_path";
-}
-impl Structure for fk_step_limits {
-    const NAME: &'static str = "fk_step_limits";
-}
-impl Structure for fk_contact {
-    const NAME: &'static str = "fk_contact";
-}
-impl Structure for fk_support {
-    const NAME: &'static str = "fk_support";
-}
-impl Structure for fk_energy {
-    const NAME: &'static str = "fk_energy";
-}
-impl Structure for fk_fabric {
-    const NAME: &'static str = "fk_fabric";
-}
-impl Structure for fk_counters {
-    const NAME: &'static str = "fk_counters";
-}
-impl Structure for fk_outcome {
-    const NAME: &'static str = "fk_outcome";
-}
 
 /// 0 or the error's number.
 fn status(result: Result<(), Error>) -> i32 {
@@ -56,48 +17,6 @@ fn status(result: Result<(), Error>) -> i32 {
         Ok(()) => FK_OK,
         Err(error) => error.code.number(),
     }
-}
-
-/// Refuses null, misaligned and unknown-sized structures.
-///
-/// # Safety
-/// `pointer` is null or points to a readable structure.
-unsafe fn known<T: Structure>(pointer: *const T) -> Result<(), Error> {
-    if pointer.is_null() {
-        return Err(Error::plain(Code::NullPointer, T::NAME));
-    }
-    if !pointer.is_aligned() {
-        return Err(Error::plain(Code::Misaligned, T::NAME));
-    }
-    // SAFETY: every structure starts with its 64-bit size.
-    let size = unsafe { pointer.cast::<u64>().read() };
-    let expected = size_of::<T>() as u64;
-    if size == expected { Ok(()) } else { Err(Error::new(Code::StructSize, T::NAME, size as f64, expected as f64)) }
-}
-
-/// Reads a structure.
-///
-/// # Safety
-/// As for [`known`].
-unsafe fn read<T: Structure>(pointer: *const T) -> Result<T, Error> {
-    // SAFETY: the caller's promise; known() refuses null and misaligned pointers and foreign sizes.
-    unsafe {
-        known(pointer)?;
-        Ok(pointer.read())
-    }
-}
-
-/// Writes a structure that the caller has given its size.
-///
-/// # Safety
-/// As for [`known`], and writable.
-unsafe fn put<T: Structure>(pointer: *mut T, value: T) -> Result<(), Error> {
-    // SAFETY: the caller's promise; known() refuses null and misaligned pointers and foreign sizes.
-    unsafe {
-        known(pointer)?;
-        pointer.write(value);
-    }
-    Ok(())
 }
 
 /// Writes a single number.
@@ -187,23 +106,16 @@ pub unsafe extern "C" fn fk_scene_default(scene: *mut fk_scene, struct_size: u64
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64, preset: u32) -> i32 {
     let fill = || {
-        if scene.is_null() {
-            return Err(Error::plain(Code::NullPointer, "fk_scene"));
-        }
-        if !scene.is_aligned() {
-            return Err(Error::plain(Code::Misaligned, "fk_scene"));
-        }
-        if struct_size != size_of::<fk_scene>() as u64 {
-            return Err(Error::plain(Code::StructSize, "fk_scene"));
-        }
+        usable(scene)?;
+        let size = known_size::<fk_scene>(struct_size)?;
         let preset = match preset {
             FK_PRESET_SHEET_3IN_SPHERE => Scene::sheet_3in_sphere(),
             FK_PRESET_SHEET_10IN_CYLINDER => Scene::sheet_10in_cylinder(),
             FK_PRESET_TURBINE_DISC_SECTOR => Scene::turbine_disc_sector(),
             other => return Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
         };
-        // SAFETY: not null, aligned, and the caller says it has the structure's size.
-        unsafe { scene.write(fk_scene::of(&preset)) };
+        // SAFETY: not null, aligned, and the caller says that it has this size.
+        unsafe { put_part(scene, size, fk_scene::of(&preset)) };
         Ok(())
     };
     status(fill())
@@ -285,13 +197,14 @@ unsafe fn telling(fault: *mut fk_fault, work: impl FnOnce() -> Result<(), Error>
         return status(work());
     }
     // SAFETY: the caller's structure.
-    if let Err(unusable) = unsafe { known(fault) } {
-        return unusable.code.number();
-    }
+    let size = match unsafe { known(fault) } {
+        Ok(size) => size,
+        Err(unusable) => return unusable.code.number(),
+    };
     let result = work();
     if let Err(error) = &result {
-        // SAFETY: known() found it writable as a structure; the caller vouches for the memory.
-        unsafe { fault.write(fk_fault::of(error)) };
+        // SAFETY: known() found it usable and of this size; the caller vouches for the memory.
+        unsafe { put_part(fault, size, fk_fault::of(error)) };
     }
     status(result)
 }
@@ -726,6 +639,10 @@ pub unsafe extern "C" fn fk_digest(sim: *const fk_sim, digest: *mut u64) -> i32 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fabric::{
+        Attachment, AttachmentKind, Crossing, Draw, Drive, Faces, Integrator, Projectile, RotationRule, Shape, Sheet,
+        StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+    };
 
     #[test]
     fn every_code_has_its_constant() {
@@ -771,14 +688,109 @@ mod tests {
         assert_eq!(numbers.as_slice(), Code::ALL.map(Code::number).as_slice());
     }
 
+    /// The preset with one choice after another made differently from it.
+    fn variants() -> std::vec::Vec<Scene> {
+        let mut scenes = std::vec::Vec::from([
+            Scene::sheet_3in_sphere(),
+            Scene::sheet_10in_cylinder(),
+            Scene::turbine_disc_sector(),
+        ]);
+        let mut vary = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::sheet_3in_sphere();
+            change(&mut scene);
+            assert_ne!(scene, Scene::sheet_3in_sphere());
+            scenes.push(scene);
+        };
+        for kind in [AttachmentKind::TwoSides, AttachmentKind::FourCorners, AttachmentKind::Free] {
+            vary(&|scene| scene.attachment.kind = kind);
+        }
+        for shape in [Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box, Shape::Polyhedron] {
+            vary(&|scene| scene.projectile.shape = shape);
+        }
+        vary(&|scene| scene.drive = Drive::Prescribed);
+        vary(&|scene| scene.time_step = TimeStep::Seconds(1.5e-8));
+        vary(&|scene| scene.time_step = TimeStep::Fraction(0.25));
+        vary(&|scene| scene.step_check = StepCheck::None);
+        let rule = ThetaRule { theta: 0.75, tolerance: 3e-7, max_iterations: 77 };
+        vary(&|scene| scene.integrator = Integrator::Theta(rule));
+        vary(&|scene| scene.rotation_rule = RotationRule::Theta(0.625));
+        vary(&|scene| scene.step_after_failure = StepAfterFailure::Half);
+        vary(&|scene| scene.crossing = Crossing::Mean);
+        vary(&|scene| scene.symmetry.mirror_x = true);
+        vary(&|scene| scene.symmetry.mirror_y = true);
+        vary(&|scene| scene.yarn.draw = Draw::Yarn);
+        vary(&|scene| scene.yarn.stochastic = false);
+        vary(&|scene| scene.track_detachment = false);
+        vary(&|scene| scene.track_support = false);
+        scenes
+    }
+
+    /// A scene in which no two numbers are alike. No `..`: a new field of the scene does not compile before it is here.
+    fn every_number_its_own() -> Scene {
+        let mut next = 0.0;
+        let mut number = || {
+            next += 1.0;
+            next
+        };
+        let mut planes = [[0.0; 4]; fabric::MAX_FACES];
+        planes.iter_mut().flatten().for_each(|component| *component = number());
+        Scene {
+            sheet: Sheet {
+                nodes_x: 1001,
+                nodes_y: 1002,
+                spacing: number(),
+                node_mass: number(),
+                yarn_area: number(),
+                plies: 1003,
+                position: [number(), number(), number()],
+                orientation: [number(), number(), number(), number()],
+            },
+            symmetry: Symmetry { mirror_x: true, mirror_y: false },
+            attachment: Attachment { kind: AttachmentKind::FourCorners, disc_inset: number(), disc_radius: number() },
+            yarn: Yarn {
+                modulus_mean: number(),
+                modulus_sd: number(),
+                damage_slope: number(),
+                damage_intercept: number(),
+                damage_sd: number(),
+                critical_stretch: number(),
+                damage_a: number(),
+                damage_b: number(),
+                alpha_fail: number(),
+                stochastic: true,
+                draw: Draw::Yarn,
+            },
+            projectile: Projectile {
+                shape: Shape::Polyhedron,
+                radius: number(),
+                length: number(),
+                size: [number(), number(), number()],
+                faces: Faces { count: 1004, planes },
+                moments: [number(), number(), number()],
+                mass: number(),
+                position: [number(), number(), number()],
+                velocity: [number(), number(), number()],
+                orientation: [number(), number(), number(), number()],
+                angular_velocity: [number(), number(), number()],
+            },
+            drive: Drive::Prescribed,
+            seed: 0x0123_4567_89ab_cdef,
+            time_step: TimeStep::Seconds(number()),
+            step_check: StepCheck::None,
+            integrator: Integrator::Theta(ThetaRule { theta: number(), tolerance: number(), max_iterations: 1005 }),
+            step_after_failure: StepAfterFailure::Half,
+            crossing: Crossing::Mean,
+            rotation_rule: RotationRule::Theta(number()),
+            force_window: number(),
+            track_detachment: true,
+            track_support: false,
+            contact_capacity: 1006,
+        }
+    }
+
     #[test]
     fn a_scene_survives_the_round_trip() {
-        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder(), Scene::turbine_disc_sector()] {
-            assert_eq!(fk_scene::of(&scene).scene(), Ok(scene));
-        }
-        for shape in [fabric::Shape::HemisphericalCylinder, fabric::Shape::Box] {
-            let mut scene = Scene::sheet_3in_sphere();
-            (scene.projectile.shape, scene.projectile.size) = (shape, [0.01, 0.02, 0.03]);
+        for scene in variants().into_iter().chain([every_number_its_own()]) {
             assert_eq!(fk_scene::of(&scene).scene(), Ok(scene));
         }
     }
