@@ -23,7 +23,7 @@
 #include <stdint.h>
 
 // Version of this interface: changes whenever a structure or a function does.
-#define FK_ABI_VERSION 2
+#define FK_ABI_VERSION 3
 
 // Success.
 #define FK_OK 0
@@ -431,6 +431,20 @@ typedef struct fk_step_limits {
     double step_max;
 } fk_step_limits;
 
+// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+typedef struct fk_grid {
+    // Set to sizeof(fk_grid) by the caller.
+    uint64_t struct_size;
+    // Nodes along x: sheet_nodes_x, or what mirror_x leaves of them.
+    uint64_t nodes_x;
+    // Nodes along y: sheet_nodes_y, or what mirror_y leaves of them.
+    uint64_t nodes_y;
+    // Segments along x, row by row, horizontal / nodes_y in each row.
+    uint64_t horizontal;
+    // Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
+    uint64_t vertical;
+} fk_grid;
+
 // Contact sums since the start, host's axes.
 typedef struct fk_contact {
     // Set to sizeof(fk_contact) by the caller.
@@ -604,6 +618,10 @@ int32_t fk_get_time(const struct fk_sim *sim, uint64_t *steps, double *seconds);
 // The time step and its limits.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_step_limits(const struct fk_sim *sim, struct fk_step_limits *out);
+
+// What is modelled of the sheet.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
+int32_t fk_get_grid(const struct fk_sim *sim, struct fk_grid *out);
 
 // The projectile: pose at the present time, rates of the last half step.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.

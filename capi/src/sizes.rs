@@ -42,6 +42,7 @@ zero_by_default!(
     fk_motion,
     fk_path,
     fk_step_limits,
+    fk_grid,
     fk_contact,
     fk_support,
     fk_energy,

@@ -8,7 +8,7 @@ use fabric::{
 };
 
 /// Version of this interface: changes whenever a structure or a function does.
-pub const FK_ABI_VERSION: u32 = 2;
+pub const FK_ABI_VERSION: u32 = 3;
 
 /// Success.
 pub const FK_OK: i32 = 0;
@@ -349,6 +349,22 @@ pub struct fk_step_limits {
     pub dt_crit: f64,
     /// Largest accepted step, 0.5 dt_crit.
     pub step_max: f64,
+}
+
+/// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_grid {
+    /// Set to sizeof(fk_grid) by the caller.
+    pub struct_size: u64,
+    /// Nodes along x: sheet_nodes_x, or what mirror_x leaves of them.
+    pub nodes_x: u64,
+    /// Nodes along y: sheet_nodes_y, or what mirror_y leaves of them.
+    pub nodes_y: u64,
+    /// Segments along x, row by row, horizontal / nodes_y in each row.
+    pub horizontal: u64,
+    /// Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
+    pub vertical: u64,
 }
 
 /// Contact sums since the start, host's axes.

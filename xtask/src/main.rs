@@ -3,6 +3,7 @@
 mod chosts;
 mod demo;
 mod fmu;
+mod install;
 mod readme;
 mod tests;
 mod tools;
@@ -27,6 +28,8 @@ enum Command {
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
     Fmu(fmu::Options),
+    /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
+    Install(install::Options),
     /// Write include/fabric_kernel.h.
     Header,
     /// Measure ns per node-step.
@@ -39,6 +42,7 @@ fn main() -> std::process::ExitCode {
         Command::Test(options) => tests::run(&options),
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
+        Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
         Command::Bench => tests::bench(),
     };

@@ -16,7 +16,7 @@ pub fn run() -> Outcome {
     };
     let source = save("example.c", "c")?;
     let program = folder.join("example").to_string_lossy().into_owned();
-    let library = target().join("ship").join("libfabric_kernel.a");
+    let library = crate::chosts::prefix().join("lib/libfabric_kernel.a");
     let compile =
         ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Iinclude", &source, &library.to_string_lossy(), "-o", &program];
     command("cc", &compile)?;
