@@ -1,5 +1,6 @@
 //! The project's commands. They order other programs, build and pack; nothing here steps a simulation.
 
+mod abi;
 mod chosts;
 mod demo;
 mod fmu;

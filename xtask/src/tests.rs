@@ -24,6 +24,7 @@ const TEST: &[Step] = &[
     ("kernel without its features", || cargo(&["test", "--quiet", "--package", "fabric-kernel"])),
     ("C header", crate::chosts::header_check),
     ("C and C++ hosts", crate::chosts::run),
+    ("binary interface", crate::abi::run),
     ("FMUs", fmu),
     ("README", crate::readme::run),
     ("studies in short form", studies),
