@@ -13,23 +13,25 @@ pub(crate) trait Structure: Copy {
     /// Name for faults.
     const NAME: &'static str;
     /// Sizes of earlier releases, bytes. Each is the start of the present structure.
-    const OLDER: &'static [usize] = &[];
+    const OLDER: &'static [usize];
     /// What a host sees whose structure is shorter: its part of this. Of input the rest is the default.
     fn default() -> Self;
 }
 
 impl Structure for fk_scene {
     const NAME: &'static str = "fk_scene";
+    const OLDER: &'static [usize] = &[];
     fn default() -> Self {
         fk_scene::of(&Scene::sheet_10in_cylinder())
     }
 }
 
-/// Structures whose default is zero.
+/// Structures whose default is zero, each with its older sizes.
 macro_rules! zero_by_default {
-    ($($name:ident),*) => {$(
+    ($($name:ident: $older:expr),* $(,)?) => {$(
         impl Structure for $name {
             const NAME: &'static str = stringify!($name);
+            const OLDER: &'static [usize] = &$older;
             fn default() -> Self {
                 // SAFETY: integers, floating-point numbers and arrays of them, for which zero is a value.
                 unsafe { core::mem::zeroed() }
@@ -37,19 +39,19 @@ macro_rules! zero_by_default {
         }
     )*};
 }
-zero_by_default!(
-    fk_fault,
-    fk_motion,
-    fk_path,
-    fk_step_limits,
-    fk_grid,
-    fk_contact,
-    fk_support,
-    fk_energy,
-    fk_fabric,
-    fk_counters,
-    fk_outcome
-);
+zero_by_default! {
+    fk_fault: [],
+    fk_motion: [],
+    fk_path: [],
+    fk_step_limits: [],
+    fk_grid: [],
+    fk_contact: [],
+    fk_support: [],
+    fk_energy: [],
+    fk_fabric: [],
+    fk_counters: [],
+    fk_outcome: [],
+}
 
 /// The size of a host's structure, if this library knows it.
 pub(crate) fn known_size<T: Structure>(size: u64) -> Result<usize, Error> {

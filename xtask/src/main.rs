@@ -3,6 +3,7 @@
 mod abi;
 mod chosts;
 mod demo;
+mod examples;
 mod fmu;
 mod install;
 mod readme;
