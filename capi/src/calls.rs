@@ -68,13 +68,15 @@ fn checked<T>(pointer: *const T, length: u64, field: &'static str) -> Result<usi
     ))
 }
 
-/// Returns FK_ABI_VERSION of the library; compare it with the header's.
+/// Returns FK_ABI_VERSION of the library. A host runs with every library whose number is at least its header's.
+/// Threads: any, at any time. Time: constant. Touches: nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn fk_abi_version() -> u32 {
     FK_ABI_VERSION
 }
 
 /// Returns the library's version, e.g. "0.1.0", a static string.
+/// Threads: any, at any time. Time: constant. Touches: nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn fk_version() -> *const c_char {
     const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
@@ -85,6 +87,7 @@ pub extern "C" fn fk_version() -> *const c_char {
 }
 
 /// Returns what a status number means, a static string; "unknown status" for numbers that no call returns.
+/// Threads: any, at any time. Time: constant. Touches: nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
     if status == FK_OK {
@@ -93,7 +96,9 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
     Code::ALL.iter().find(|code| code.number() == status).map_or(c"unknown status", |code| code.text()).as_ptr()
 }
 
-/// Fills `scene` with the 10 in preset. `struct_size` is sizeof(fk_scene) as the caller was compiled.
+/// Fills `scene` with the 10 in preset, whose values are the defaults given with the fields of fk_scene. `struct_size`
+/// is sizeof(fk_scene) as the caller was compiled.
+/// Threads: any, each with its own scene. Time: constant. Touches: `scene`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_default(scene: *mut fk_scene, struct_size: u64) -> i32 {
@@ -102,6 +107,7 @@ pub unsafe extern "C" fn fk_scene_default(scene: *mut fk_scene, struct_size: u64
 }
 
 /// Fills `scene` with a preset (FK_PRESET_...). `struct_size` is sizeof(fk_scene) as the caller was compiled.
+/// Threads: any, each with its own scene. Time: constant. Touches: `scene`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_UNKNOWN_CHOICE.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64, preset: u32) -> i32 {
@@ -121,9 +127,14 @@ pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64,
     status(fill())
 }
 
-/// Checks a scene, the time step included (which draws every segment of a stochastic sheet). `fault` may be null; on an
-/// error it receives the code, the first bad field, the value and the limit.
-/// Errors: every precondition of fk_scene's fields, FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE.
+/// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
+/// field, its value and the limit.
+/// Threads: any. Time: draws every segment of a stochastic sheet (some 0.1 us each). Touches: `fault`, on an error.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE; of the scene, each where a field of it says so or the
+/// constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
+/// FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
+/// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
+/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_fault) -> i32 {
     let check = || {
@@ -136,8 +147,10 @@ pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_f
     unsafe { telling(fault, check) }
 }
 
-/// Bytes and alignment of the block that fk_init needs for a scene.
-/// Errors: those of fk_scene_check but for the time step. On an error neither number has been written.
+/// Bytes and alignment of the block that fk_init needs for a scene. The size depends on the nodes, the projectile's
+/// size and the options, not on material or motion; it may differ between versions of the library.
+/// Threads: any. Time: constant. Touches: `bytes`, `align`; neither on an error.
+/// Errors: those of fk_scene_check but for the time step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_memory_size(scene: *const fk_scene, bytes: *mut u64, align: *mut u64) -> i32 {
     let answer = || {
@@ -156,9 +169,12 @@ pub unsafe extern "C" fn fk_memory_size(scene: *const fk_scene, bytes: *mut u64,
     status(answer())
 }
 
-/// Makes a simulation of `scene` at the start of the caller's block and hands back its handle in `out`. The block must
-/// not be moved or copied while the handle is used (use fk_state_save and fk_state_load); simply let go of it when done.
-/// `fault` may be null. On an error nothing has been written but `fault`.
+/// Makes a simulation of `scene` at step 0 at the start of the caller's block and hands back its handle in `out`: sheet
+/// flat and at rest, projectile in its start motion. The scene is copied; the block's old content does not matter. The
+/// block must not be moved or copied while the handle is used (use fk_state_save and fk_state_load); simply let go of
+/// it when done.
+/// Threads: any, each with its own block. Time: as fk_scene_check and a pass over the block. Touches: the block and
+/// `out`; on an error only `fault`, which may be null.
 /// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_MISALIGNED, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
 /// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
 #[unsafe(no_mangle)]
@@ -264,7 +280,9 @@ unsafe fn view_even_failed(sim: *const fk_sim, work: impl FnOnce(&fk_sim) -> Res
     status(unsafe { block::look(sim) }.and_then(|block| in_our_environment(|| work(block))))
 }
 
-/// Back to step 0 as after fk_init. Clears a failure, the fault of fk_get_fault and the external load.
+/// Back to step 0 as after fk_init, and to its bits. Clears a failure, the fault of fk_get_fault, the external load,
+/// and what fk_set_motion and fk_set_largest_stretch gave.
+/// Threads: changes. Time: a pass over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_reset(sim: *mut fk_sim) -> i32 {
@@ -278,23 +296,31 @@ pub unsafe extern "C" fn fk_reset(sim: *mut fk_sim) -> i32 {
     status(reset())
 }
 
-/// One step. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, and the failures FK_NON_FINITE, FK_CONTACT_CAPACITY, FK_TOO_FAST,
-/// which every later call but reset, load and the counters repeats.
+/// One step: M7 for the yarns, M8 for contact, then the projectile.
+/// Threads: changes. Time: at most one step's; docs/embedding.md says how to bound it. Touches: the block.
+/// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK; failures FK_NON_FINITE, FK_CONTACT_CAPACITY, FK_TOO_FAST and with the theta
+/// rule FK_NOT_CONVERGED, which every later call but fk_reset, fk_state_load, fk_get_counters and fk_get_fault repeats.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_step(sim: *mut fk_sim) -> i32 {
     // SAFETY: the caller's handle.
     unsafe { change(sim, |sim| Ok(sim.step()?)) }
 }
 
-/// `steps` steps; the bits do not depend on how they are split over calls. Errors as fk_step.
+/// `steps` steps; the bits do not depend on how they are split over calls. A failure ends it early; fk_get_counters
+/// then tells the steps taken.
+/// Threads: changes. Time: `steps` steps. Touches: the block.
+/// Errors: as fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_advance(sim: *mut fk_sim, steps: u64) -> i32 {
     // SAFETY: the caller's handle.
     unsafe { change(sim, |sim| Ok(sim.advance(steps)?)) }
 }
 
-/// Up to `steps` steps, ending when any outcome of `mask` (FK_ARRESTED | ...) is latched. `taken` (may be null) receives the
-/// steps taken. Errors as fk_step.
+/// Up to `steps` steps, ending after the one at which any outcome of `mask` (FK_ARRESTED | ...) is latched, at once if
+/// one already is. Outcomes are tested every 64 steps. `taken` may be null.
+/// Threads: changes. Time: at most `steps` steps. Touches: the block; `taken`, the steps taken, unless a failure ended
+/// them.
+/// Errors: as fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_advance_until(sim: *mut fk_sim, mask: u32, steps: u64, taken: *mut u64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
@@ -309,9 +335,12 @@ pub unsafe extern "C" fn fk_advance_until(sim: *mut fk_sim, mask: u32, steps: u6
     unsafe { change(sim, work) }
 }
 
-/// Moves a prescribed body along `path` for `steps` steps. Call again with the same path to go on along it.
-/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, FK_WRONG_DRIVE, FK_BAD_PATH, FK_NOT_FINITE,
-/// FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as fk_step.
+/// Moves a prescribed body along `path` (M13) for `steps` steps. Call again with the same path to go on along it; the
+/// bits do not depend on how a path is split. Without a path the body coasts.
+/// Threads: changes. Time: `steps` steps. Touches: the block.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, FK_WRONG_DRIVE (the scene's drive is
+/// FK_DRIVE_FREE), FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as
+/// fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_follow(sim: *mut fk_sim, path: *const fk_path, steps: u64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
@@ -325,7 +354,8 @@ pub unsafe extern "C" fn fk_follow(sim: *mut fk_sim, path: *const fk_path, steps
     unsafe { change(sim, work) }
 }
 
-/// Step count and time (steps times dt), s. Either pointer may be null.
+/// Step count, and time = steps times dt, s. Either pointer may be null.
+/// Threads: looks. Time: constant. Touches: `steps`, `seconds`.
 /// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_time(sim: *const fk_sim, steps: *mut u64, seconds: *mut f64) -> i32 {
@@ -345,7 +375,8 @@ pub unsafe extern "C" fn fk_get_time(sim: *const fk_sim, steps: *mut u64, second
     unsafe { view(sim, work) }
 }
 
-/// The time step and its limits.
+/// The time step and its limits (M11).
+/// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_step_limits(sim: *const fk_sim, out: *mut fk_step_limits) -> i32 {
@@ -360,7 +391,8 @@ pub unsafe extern "C" fn fk_get_step_limits(sim: *const fk_sim, out: *mut fk_ste
     unsafe { view(sim, work) }
 }
 
-/// What is modelled of the sheet.
+/// What is modelled of the sheet: the lengths of the arrays below.
+/// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_grid(sim: *const fk_sim, out: *mut fk_grid) -> i32 {
@@ -381,7 +413,8 @@ pub unsafe extern "C" fn fk_get_grid(sim: *const fk_sim, out: *mut fk_grid) -> i
     unsafe { view(sim, work) }
 }
 
-/// The projectile: pose at the present time, rates of the last half step.
+/// The projectile: pose at the present time, rates of the half step before it (M7).
+/// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_projectile(sim: *const fk_sim, out: *mut fk_motion) -> i32 {
@@ -401,8 +434,11 @@ pub unsafe extern "C" fn fk_get_projectile(sim: *const fk_sim, out: *mut fk_moti
     unsafe { view(sim, work) }
 }
 
-/// Sets the force, N, and torque, N m (3 numbers each, host's axes), that act on a free body from now on.
-/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_NOT_FINITE, FK_WRONG_DRIVE, FK_MOVED_BLOCK, a latched failure.
+/// Sets the force, N, and torque about the centre of mass, N m (3 numbers each, host's axes), that act on a free body
+/// from now on, in every step until they are set anew. At the start both are 0.
+/// Threads: changes. Time: constant. Touches: the block.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_NOT_FINITE, FK_WRONG_DRIVE (the scene's drive is FK_DRIVE_PRESCRIBED),
+/// FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_external_load(sim: *mut fk_sim, force: *const f64, torque: *const f64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
@@ -417,10 +453,13 @@ pub unsafe extern "C" fn fk_set_external_load(sim: *mut fk_sim, force: *const f6
     unsafe { change(sim, work) }
 }
 
-/// Starts from given positions, m, and velocities, m/s: `n` = 3 numbers per node each, node by node, rows along x first,
-/// host's frame. Only before the first step; the velocity of fixed nodes must be 0.
-/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_INITIAL_OVERLAP,
-/// FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
+/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+/// node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
+/// Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
+/// fk_set_largest_stretch.
+/// Threads: changes. Time: two passes over the sheet. Touches: the block.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that moves),
+/// FK_INITIAL_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_motion(sim: *mut fk_sim, positions: *const f64, velocities: *const f64, n: u64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
@@ -433,8 +472,10 @@ pub unsafe extern "C" fn fk_set_motion(sim: *mut fk_sim, positions: *const f64, 
     unsafe { change(sim, work) }
 }
 
-/// Gives every segment the largest stretch it has ever had (`n` = number of segments, horizontal ones first, row by row):
-/// a pre-damaged sheet. Only before the first step.
+/// Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
+/// vertical (fk_get_grid) numbers, horizontal ones first, row by row, in [0, 1e100]; up to the critical stretch means
+/// whole. Only before the first step.
+/// Threads: changes. Time: two passes over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_ALREADY_STARTED,
 /// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
@@ -447,7 +488,9 @@ pub unsafe extern "C" fn fk_set_largest_stretch(sim: *mut fk_sim, stretches: *co
     unsafe { change(sim, work) }
 }
 
-/// Contact sums. Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
+/// Contact sums (M8).
+/// Threads: looks. Time: constant. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_contact(sim: *const fk_sim, out: *mut fk_contact) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
@@ -468,6 +511,7 @@ pub unsafe extern "C" fn fk_get_contact(sim: *const fk_sim, out: *mut fk_contact
 }
 
 /// Impulses on the supports; zero without track_support.
+/// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_support(sim: *const fk_sim, out: *mut fk_support) -> i32 {
@@ -482,7 +526,8 @@ pub unsafe extern "C" fn fk_get_support(sim: *const fk_sim, out: *mut fk_support
     unsafe { view(sim, work) }
 }
 
-/// The energies, with a full pass over the sheet.
+/// The energies (M15).
+/// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) -> i32 {
@@ -507,7 +552,9 @@ pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) 
     unsafe { view(sim, work) }
 }
 
-/// Linear momentum, N s, that the balance does not close by: three numbers, host's axes. Meaningful with track_support.
+/// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
+/// numbers, host's axes. Rounding in a sound run. Needs track_support.
+/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_momentum_residual(sim: *const fk_sim, out: *mut f64) -> i32 {
@@ -522,7 +569,8 @@ pub unsafe extern "C" fn fk_get_momentum_residual(sim: *const fk_sim, out: *mut 
     unsafe { view(sim, work) }
 }
 
-/// Largest deflection and stretch, with a full pass over the sheet.
+/// Largest deflection and stretch (M1).
+/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_fabric(sim: *const fk_sim, out: *mut fk_fabric) -> i32 {
@@ -537,7 +585,9 @@ pub unsafe extern "C" fn fk_get_fabric(sim: *const fk_sim, out: *mut fk_fabric) 
     unsafe { view(sim, work) }
 }
 
-/// Counters; also after a failure. Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
+/// Counters; also after a failure.
+/// Threads: looks. Time: constant. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counters) -> i32 {
     let work = |block: &fk_sim| {
@@ -562,8 +612,9 @@ pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counte
     unsafe { view_even_failed(sim, work) }
 }
 
-/// Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed; status
-/// FK_OK and empty texts if none was since fk_init or fk_reset. Also after a failure.
+/// Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed;
+/// status FK_OK and empty texts if none was since fk_init or fk_reset. Also after a failure.
+/// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_fault(sim: *const fk_sim, out: *mut fk_fault) -> i32 {
@@ -576,7 +627,9 @@ pub unsafe extern "C" fn fk_get_fault(sim: *const fk_sim, out: *mut fk_fault) ->
     unsafe { view_even_failed(sim, work) }
 }
 
-/// Outcomes latched so far. Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
+/// Outcomes latched so far: physics, not errors. Tested every 64 steps; they change nothing.
+/// Threads: looks. Time: constant. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_outcome(sim: *const fk_sim, out: *mut fk_outcome) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
@@ -597,7 +650,8 @@ pub unsafe extern "C" fn fk_get_outcome(sim: *const fk_sim, out: *mut fk_outcome
     unsafe { view(sim, work) }
 }
 
-/// Positions, m: `n` = 3 numbers per node, node by node, rows along x first, host's frame.
+/// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_positions(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
@@ -605,36 +659,46 @@ pub unsafe extern "C" fn fk_copy_positions(sim: *const fk_sim, out: *mut f64, n:
     unsafe { view(sim, |sim| sim.copy_positions(array_mut(out, n, "out")?)) }
 }
 
-/// Velocities, m/s: shape and errors as fk_copy_positions.
+/// Velocities at the present time, m/s: `n` and order as fk_copy_positions, host's axes.
+/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_velocities(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
     // SAFETY: the caller's handle and array.
     unsafe { view(sim, |sim| sim.copy_velocities(array_mut(out, n, "out")?)) }
 }
 
-/// alpha of every segment (1 whole, 0 failed): `n` = number of segments, horizontal ones first, row by row, then the
-/// vertical ones. Errors as fk_copy_positions.
+/// alpha of every segment (M5; 1 whole, 0 failed): `n` = horizontal + vertical (fk_get_grid) numbers, horizontal ones
+/// first, row by row, then the vertical ones.
+/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_damage(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
     // SAFETY: the caller's handle and array.
     unsafe { view(sim, |sim| sim.copy_damage(array_mut(out, n, "out")?)) }
 }
 
-/// Stretch of every segment: shape and errors as fk_copy_damage.
+/// Stretch of every segment (M1), failed ones too: `n` and order as fk_copy_damage.
+/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_copy_stretch(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
     // SAFETY: the caller's handle and array.
     unsafe { view(sim, |sim| sim.copy_stretch(array_mut(out, n, "out")?)) }
 }
 
-/// Bytes of a snapshot image. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
+/// Bytes of a snapshot image; constant for a simulation.
+/// Threads: looks. Time: constant. Touches: `bytes`.
+/// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_size(sim: *const fk_sim, bytes: *mut u64) -> i32 {
     // SAFETY: the caller's handle and number.
     unsafe { view(sim, |sim| put_number(bytes, "bytes", sim.snapshot_bytes() as u64)) }
 }
 
-/// Writes the state into `image`, at least fk_state_size bytes: portable between machines.
+/// Writes the state into `image`, at least fk_state_size bytes long (`bytes` is its length): with a checksum, and
+/// portable between machines that run the same version of the library.
+/// Threads: looks. Time: a pass over the sheet. Touches: `image`.
 /// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_save(sim: *const fk_sim, image: *mut u8, bytes: u64) -> i32 {
@@ -642,7 +706,9 @@ pub unsafe extern "C" fn fk_state_save(sim: *const fk_sim, image: *mut u8, bytes
     unsafe { view(sim, |sim| sim.save(array_mut(image, bytes, "image")?)) }
 }
 
-/// Puts the simulation into the state of an image of the same scene; clears a failure. On an error nothing has changed.
+/// Puts the simulation into the state of an image of the same scene, bit for bit; clears a failure. `bytes` is what
+/// fk_state_size says. On an error nothing has changed.
+/// Threads: changes. Time: a few passes over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_IMAGE_MALFORMED, FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_load(sim: *mut fk_sim, image: *const u8, bytes: u64) -> i32 {
@@ -650,7 +716,9 @@ pub unsafe extern "C" fn fk_state_load(sim: *mut fk_sim, image: *const u8, bytes
     unsafe { change_even_failed(sim, |sim| sim.load(array(image, bytes, "image")?)) }
 }
 
-/// A hash of the whole state: equal digests mean equal bits. Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
+/// A hash of the whole state: equal digests mean equal bits, on every machine.
+/// Threads: looks. Time: a pass over the sheet. Touches: `digest`.
+/// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_digest(sim: *const fk_sim, digest: *mut u64) -> i32 {
     // SAFETY: the caller's handle and number.
