@@ -299,10 +299,10 @@ pub struct fk_scene {
     /// Theta of the projectile's rotation, in [0.5, 1]. Default 0.5. Read for rotation_rule = FK_THETA only.
     pub rotation_theta: f64,
     /// FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as
-    /// two halves (FK_VERLET only). Default FK_STEP_KEEP.
+    /// two halves (M9; FK_VERLET only). Default FK_STEP_KEEP.
     pub step_after_failure: u32,
     /// FK_CROSSING_POINT, or FK_CROSSING_MEAN: a segment that goes slack or taut in a step pulls with its mean force
-    /// over the step (M9); a slack sheet then hardly gains energy (FK_VERLET only). Default FK_CROSSING_POINT.
+    /// over the step; a slack sheet then hardly gains energy (FK_VERLET only). Default FK_CROSSING_POINT.
     pub crossing: u32,
 }
 

@@ -71,13 +71,12 @@ static void sector(fk_scene *scene)
     scene->projectile_angular_velocity[1] = -2000.0;
 }
 
-static void slack(fk_scene *scene)
+static void halved(fk_scene *scene)
 {
     sheet(scene, 31, 31);
     scene->attachment_kind = FK_TWO_SIDES;
     scene->step_kind = FK_STEP_SECONDS;
     scene->step_value = 2e-8;
-    scene->crossing = FK_CROSSING_MEAN;
     scene->step_after_failure = FK_STEP_HALF;
 }
 
@@ -96,7 +95,7 @@ static const test_scene test_scenes[TEST_SCENES] = {
     {"box", FK_PRESET_SHEET_3IN_SPHERE, box, 1000},
     {"bullet", FK_PRESET_SHEET_3IN_SPHERE, bullet, 1000},
     {"sector", FK_PRESET_TURBINE_DISC_SECTOR, sector, 500},
-    {"slack", FK_PRESET_SHEET_3IN_SPHERE, slack, 3000},
+    {"halved", FK_PRESET_SHEET_3IN_SPHERE, halved, 3000},
 };
 
 #endif /* SCENES_H */
