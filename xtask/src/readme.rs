@@ -5,8 +5,7 @@ use crate::chosts::{empty_folder, prefix};
 use crate::tools::{Outcome, output, python, run as command, top};
 use std::path::Path;
 
-/// Compiles and runs the C and C++ blocks, runs the Python block, then goes through docs/embedding.md. Needs the installed
-/// library.
+/// Compiles and runs the C and C++ blocks, goes through docs/embedding.md, runs the Python block. Needs the installed library.
 pub fn run() -> Outcome {
     let text = read("README.md")?;
     let folder = empty_folder("readme")?;
@@ -20,8 +19,8 @@ pub fn run() -> Outcome {
         command(compiler, &[&[standard], &flags[..]].concat())?;
         command(&program, &[])?;
     }
-    command(python()?, &[&save(&text, "python", &folder.join("example.py"))?])?;
-    embedding()
+    embedding()?;
+    command(python()?, &[&save(&text, "python", &folder.join("example.py"))?])
 }
 
 /// The C++ program of docs/embedding.md with its CMake project; it must print what the page says.
