@@ -4,6 +4,7 @@
 //! Rules: every call returns a status (0 is success, negative numbers are errors, never reused); the caller owns all memory;
 //! nothing is allocated, kept or called back; one simulation must not be used by two threads at once, different ones may.
 #![no_std]
+#![deny(missing_docs)]
 
 #[cfg(test)]
 extern crate std;
@@ -12,4 +13,5 @@ mod block;
 pub mod calls;
 #[path = "../../fmu/src/float.rs"]
 mod float;
+mod sizes;
 pub mod types;

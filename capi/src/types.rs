@@ -7,8 +7,8 @@ use fabric::{
     Shape, Sheet, StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
 };
 
-/// Version of this interface: changes whenever a structure or a function does.
-pub const FK_ABI_VERSION: u32 = 2;
+/// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
+pub const FK_ABI_VERSION: u32 = 3;
 
 /// Success.
 pub const FK_OK: i32 = 0;
@@ -162,159 +162,180 @@ pub const FK_STATUS_PASSED: u32 = 5;
 /// A step count that has not happened.
 pub const FK_NEVER: u64 = u64::MAX;
 
-/// What is simulated. Fill it with fk_scene_default or fk_scene_preset, then change fields.
+/// What is simulated. Fill it with fk_scene_default or fk_scene_preset, then change fields. The first bad field is named by
+/// fk_scene_check and fk_init. "Default" is what fk_scene_default gives; where the 3 in preset differs it is said.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_scene {
     /// Bytes of this structure; set by fk_scene_default and fk_scene_preset.
     pub struct_size: u64,
-    /// Nodes along x, >= 2.
+    /// Nodes along x, 2 to 1048576. Default 350 (3 in preset: 105).
     pub sheet_nodes_x: u32,
-    /// Nodes along y, >= 2.
+    /// Nodes along y, 2 to 1048576. Default 350 (3 in preset: 105).
     pub sheet_nodes_y: u32,
-    /// Node spacing, m, > 0.
+    /// Node spacing = rest length h of a segment (M1), m, > 0. Default 0.0254/35.
     pub sheet_spacing: f64,
-    /// Mass of a node of one ply, kg, > 0.
+    /// Mass of a node of one ply (M7), kg, > 0; edge nodes too. Default 6.52e-8.
     pub sheet_node_mass: f64,
-    /// Cross-section of a yarn of one ply, m^2, > 0.
+    /// Cross-section A_0 of a yarn of one ply (M4), m^2, > 0. Default 1.075e-7.
     pub sheet_yarn_area: f64,
-    /// Coincident plies, 1 to 1000.
+    /// Coincident plies lumped into one network: mass and area are multiplied. 1 to 1000. Default 1.
     pub sheet_plies: u32,
-    /// FK_TWO_SIDES, FK_FOUR_SIDES, FK_FOUR_CORNERS or FK_FREE_SHEET.
+    /// Which nodes are fixed: FK_TWO_SIDES, FK_FOUR_SIDES, FK_FOUR_CORNERS or FK_FREE_SHEET. Default FK_TWO_SIDES (3 in
+    /// preset: FK_FOUR_SIDES).
     pub attachment_kind: u32,
-    /// Origin of the sheet's frame in the host's, m.
+    /// Origin of the sheet's frame, its middle, in the host's frame, m. Finite. Default 0.
     pub sheet_position: [f64; 3],
-    /// Orientation of the sheet's frame in the host's, unit quaternion.
+    /// Orientation of the sheet's frame in the host's, unit quaternion (to 1e-3). The sheet lies in its own plane z =
+    /// 0. Default (1, 0, 0, 0).
     pub sheet_orientation: [f64; 4],
-    /// Four corners: distance of a disc's centre from both edges, m, >= 0.
+    /// Four corners: distance of a disc's centre from both edges, m, >= 0. Default 25.4e-3 (3 in preset: 7.62e-3). Read
+    /// for FK_FOUR_CORNERS only.
     pub attachment_disc_inset: f64,
-    /// Four corners: radius of the discs, m, > 0.
+    /// Four corners: radius of the discs, m, > 0; they may neither overlap nor reach under the projectile. Default
+    /// 19.05e-3 (3 in preset: 5.715e-3). Read for FK_FOUR_CORNERS only.
     pub attachment_disc_radius: f64,
-    /// Mean Young's modulus of the yarn, Pa, > 0.
+    /// Mean Young's modulus E of the yarn (M3), Pa, > 0. Default 140.21e9.
     pub yarn_modulus_mean: f64,
-    /// Standard deviation of the modulus, Pa, >= 0.
+    /// Standard deviation of the modulus, Pa, >= 0. Default 2.04e9. Read for stochastic yarn only.
     pub yarn_modulus_sd: f64,
-    /// Slope of the damage rate over the modulus, 1/Pa.
+    /// Slope of the damage rate over the modulus (M6), 1/Pa. Default 7.91e-9.
     pub yarn_damage_slope: f64,
-    /// Damage rate at zero modulus; the mean rate must be >= 3.
+    /// Damage rate at zero modulus (M6), dimensionless; the mean rate must be >= 3. Default -878.46.
     pub yarn_damage_intercept: f64,
-    /// Standard deviation of the damage rate, >= 0.
+    /// Standard deviation of the damage rate about M6, dimensionless, >= 0. Default 8.35. Read for stochastic yarn
+    /// only.
     pub yarn_damage_sd: f64,
-    /// Critical stretch, > 1, at most 2.
+    /// Critical stretch U_c (M5), dimensionless, in (1, 2]. Default 1.03.
     pub yarn_critical_stretch: f64,
-    /// Factor A of the damage law, > 0, with A (1 - B) in (0, 1].
+    /// Factor A of the damage law (M5), dimensionless, > 0, with A (1 - B) in (0, 1]. Default 1.
     pub yarn_damage_a: f64,
-    /// Offset B of the damage law, < 1.
+    /// Offset B of the damage law (M5), dimensionless, < 1. Default 0.
     pub yarn_damage_b: f64,
-    /// alpha at or below this becomes 0, in [0, 1).
+    /// alpha (M5) at or below this becomes 0, in [0, 1). Default 0.01.
     pub yarn_alpha_fail: f64,
-    /// 1: each segment draws its own constants; 0: all take the means.
+    /// 1: modulus and damage rate are drawn (yarn_draw); 0: all segments take the means. Default 1.
     pub yarn_stochastic: u32,
-    /// FK_SPHERE, FK_CYLINDER, FK_HEMISPHERICAL_CYLINDER, FK_BOX or FK_POLYHEDRON.
+    /// FK_SPHERE, FK_CYLINDER, FK_HEMISPHERICAL_CYLINDER, FK_BOX or FK_POLYHEDRON (M12). Default FK_CYLINDER (3 in
+    /// preset: FK_SPHERE).
     pub projectile_shape: u32,
-    /// Radius, m, >= sheet_spacing (not read for a box or a polyhedron).
+    /// Radius, m, >= sheet_spacing. Default 6.35e-3. Not read for a box or a polyhedron.
     pub projectile_radius: f64,
-    /// Whole length of a cylinder, m, >= 2 sheet_spacing, with a hemispherical end >= the radius too (read for these only).
+    /// Whole length of a cylinder, m, >= 2 sheet_spacing, with a hemispherical end >= the radius too. Default 38.1e-3.
+    /// Read for the two cylinders only.
     pub projectile_length: f64,
-    /// Mass, kg, >= node mass; 0 = unknown, only with FK_DRIVE_PRESCRIBED.
+    /// Mass, kg, at least that of a node with all its plies; 0 = not known, only with FK_DRIVE_PRESCRIBED. Default
+    /// 0.037 (3 in preset: 8.4e-3).
     pub projectile_mass: f64,
-    /// Centre of mass at the start, m.
+    /// Centre of mass at the start, host's frame, m. No free node may lie inside the projectile. Default (0, 0,
+    /// -0.01905): it touches the sheet (3 in preset: (0, 0, -6.35e-3)).
     pub projectile_position: [f64; 3],
-    /// Velocity at the start, m/s.
+    /// Velocity at the start, host's axes, m/s. (Speed + spin times reach) times dt may not exceed sheet_spacing.
+    /// Default (0, 0, 100).
     pub projectile_velocity: [f64; 3],
-    /// Orientation at the start, unit quaternion.
+    /// Orientation at the start, body to host, unit quaternion (to 1e-3). Default (1, 0, 0, 0).
     pub projectile_orientation: [f64; 4],
-    /// Angular velocity at the start, rad/s, host's axes.
+    /// Angular velocity at the start, host's axes, rad/s. Default 0.
     pub projectile_angular_velocity: [f64; 3],
-    /// Seed of the stochastic yarn.
+    /// Seed of the stochastic yarn, any number. Default 1.
     pub seed: u64,
-    /// Fraction of dt_crit in (0, 0.5], or the step in s, at most 0.5 dt_crit.
+    /// FK_STEP_FRACTION: fraction of dt_crit (M11), in (0, 0.5]. FK_STEP_SECONDS: the step, s, > 0, at most 0.5
+    /// dt_crit. Default 0.4; where the fabric's own energies matter 0.2 (docs/stability.md).
     pub step_value: f64,
-    /// Window of the peak force, s, > 0.
+    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Default 1e-6.
     pub force_window: f64,
-    /// FK_STEP_FRACTION or FK_STEP_SECONDS.
+    /// FK_STEP_FRACTION or FK_STEP_SECONDS. Default FK_STEP_FRACTION.
     pub step_kind: u32,
-    /// FK_STEP_CHECK_REFUSE or FK_STEP_CHECK_NONE.
+    /// FK_STEP_CHECK_REFUSE or FK_STEP_CHECK_NONE. Default FK_STEP_CHECK_REFUSE.
     pub step_check: u32,
-    /// FK_DRIVE_FREE or FK_DRIVE_PRESCRIBED.
+    /// FK_DRIVE_FREE or FK_DRIVE_PRESCRIBED. Default FK_DRIVE_FREE.
     pub drive: u32,
-    /// 1: watch whether the touched nodes are still held (4 bytes a node).
+    /// 1: watch whether the touched nodes are still held, for the outcome "detached" (4 bytes a node). Default 1.
     pub track_detachment: u32,
-    /// 1: sum the impulses on the supports (the momentum residual needs them).
+    /// 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     pub track_support: u32,
-    /// Most nodes under the projectile at once; 0 = automatic.
+    /// Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = four times the nodes that
+    /// would cover the projectile's surface, or all. Default 0.
     pub contact_capacity: u32,
-    /// Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing.
+    /// Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing. Default 12.7e-3 each. Read for a box only.
     pub projectile_size: [f64; 3],
-    /// Polyhedron: principal moments of inertia about the centre of mass along the body's axes, kg m^2, > 0, none greater
-    /// than the other two together. Other shapes are homogeneous. Not read if the mass is unknown.
+    /// Polyhedron: principal moments of inertia about the centre of mass along the body's axes, kg m^2, > 0, none
+    /// greater than the other two together. Default 0. Read for a polyhedron of known mass only; other shapes are
+    /// homogeneous.
     pub projectile_moments: [f64; 3],
-    /// Polyhedron: number of faces, 4 to FK_MAX_FACES.
+    /// Polyhedron: number of faces, 4 to FK_MAX_FACES. Default 0.
     pub projectile_face_count: u32,
-    /// 0.
+    /// 0. Not read.
     pub reserved: u32,
-    /// Polyhedron: of each face the outward unit normal and its distance from the centre of mass, m, >= sheet_spacing; body
-    /// axes. Beyond projectile_face_count not read.
+    /// Polyhedron: of each face the outward unit normal (to 1e-6) and its distance from the centre of mass, m, >=
+    /// sheet_spacing; body axes. Default 0. Beyond projectile_face_count not read.
     pub projectile_faces: [[f64; 4]; FK_MAX_FACES],
     /// 1: mirror plane x = 0 through the sheet's middle; only x <= 0 is modelled. Sums stay those of the whole sheet,
-    /// read-outs of nodes and segments cover the part. For uniform yarn, a free projectile and a centred, untilted hit.
+    /// read-outs of nodes and segments cover the part (fk_get_grid). For uniform yarn, a free projectile and a centred,
+    /// untilted hit. Default 0.
     pub mirror_x: u32,
-    /// 1: mirror plane y = 0; only y <= 0 is modelled.
+    /// 1: mirror plane y = 0; only y <= 0 is modelled. Default 0.
     pub mirror_y: u32,
-    /// What draws its own constants: FK_DRAW_SEGMENT or FK_DRAW_YARN (a whole row or column).
+    /// What draws its own constants: FK_DRAW_SEGMENT or FK_DRAW_YARN (a whole row or column). Default FK_DRAW_SEGMENT.
+    /// Read for stochastic yarn only.
     pub yarn_draw: u32,
-    /// FK_VERLET, or FK_THETA: the paper's theta rule by fixed-point iteration, the reference method.
+    /// How the nodes are stepped: FK_VERLET (M7), or FK_THETA, the paper's theta rule by fixed-point iteration (M10),
+    /// the reference method. Default FK_VERLET.
     pub integrator: u32,
-    /// Theta rule: weight of the forces at the step's end, in [0.5, 1]; 0.5 is of second order.
+    /// Theta rule: weight of the forces at the step's end (M10), in [0.5, 1]; 0.5 is of second order. Default 0.5. This
+    /// and the next two are read for FK_THETA only.
     pub theta: f64,
-    /// Theta rule: the iteration ends when no node moves by more than this, in node spacings, > 0.
+    /// Theta rule: the iteration ends when no node moves by more than this, in node spacings, > 0. Default 1e-10.
     pub theta_tolerance: f64,
-    /// Theta rule: iterations after which a step fails, >= 1.
+    /// Theta rule: iterations after which a step fails (FK_NOT_CONVERGED), >= 1. Default 500.
     pub theta_max_iterations: u32,
-    /// How the projectile turns: FK_MIDPOINT, or FK_THETA, the paper's theta rule, which does not conserve.
+    /// How the projectile turns: FK_MIDPOINT, or FK_THETA, the paper's theta rule (its equations 14 to 16), which does
+    /// not conserve. Default FK_MIDPOINT.
     pub rotation_rule: u32,
-    /// Theta of the projectile's rotation, in [0.5, 1].
+    /// Theta of the projectile's rotation, in [0.5, 1]. Default 0.5. Read for rotation_rule = FK_THETA only.
     pub rotation_theta: f64,
-    /// FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as two
-    /// halves (FK_VERLET only).
+    /// FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as
+    /// two halves (M9; FK_VERLET only). Default FK_STEP_KEEP.
     pub step_after_failure: u32,
     /// 0.
     pub reserved_at_end: u32,
 }
 
-/// Why a request was refused.
+/// Why a request was refused or a step failed.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_fault {
     /// Set to sizeof(fk_fault) by the caller.
     pub struct_size: u64,
-    /// Status number.
+    /// Status number: FK_OK, or an error's.
     pub status: i32,
     /// 0.
     pub reserved: u32,
-    /// Offending value (0 where none applies).
+    /// Offending value in SI units; 0 where none applies.
     pub value: f64,
-    /// Limit crossed (0 where none applies); for FK_STEP_TOO_LARGE the largest allowed step, s.
+    /// Limit crossed, SI units; 0 where none applies. For FK_STEP_TOO_LARGE the largest allowed step, s; for
+    /// FK_WRONG_LENGTH and FK_SHORT_BUFFER the length wanted.
     pub limit: f64,
-    /// Name of the field, zero-terminated; empty if no single field is to blame.
+    /// Name of the field, zero-terminated, e.g. "sheet.spacing" for sheet_spacing; empty if no single field is to
+    /// blame.
     pub field: [c_char; 48],
     /// One line for a log, zero-terminated.
     pub text: [c_char; 168],
 }
 
-/// Pose and rates of a rigid body, host's frame.
+/// Pose and rates of a rigid body, host's frame. Never grows: it is part of fk_path.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_motion {
     /// Set to sizeof(fk_motion) by the caller.
     pub struct_size: u64,
-    /// Centre of mass, m.
+    /// Centre of mass, m. As input: finite.
     pub position: [f64; 3],
-    /// Velocity, m/s.
+    /// Velocity of the centre of mass, m/s. As input: finite.
     pub velocity: [f64; 3],
-    /// Orientation, unit quaternion, scalar first.
+    /// Orientation, body to host, unit quaternion, scalar first. As input: of unit length to 1e-3.
     pub orientation: [f64; 4],
-    /// Angular velocity, rad/s, host's axes.
+    /// Angular velocity, rad/s, host's axes. As input: finite.
     pub angular_velocity: [f64; 3],
 }
 
@@ -324,43 +345,59 @@ pub struct fk_motion {
 pub struct fk_path {
     /// Set to sizeof(fk_path) by the caller.
     pub struct_size: u64,
-    /// Step count at which the path starts: the present one, or that of the path being followed.
+    /// Step count at which the path starts: the present one (fk_get_time), or that of the path being followed.
     pub first: u64,
-    /// Length in steps, >= 1.
+    /// Length in steps, >= 1; less than half a turn of the body.
     pub steps: u64,
-    /// Pose and rates at step first + steps (its own struct_size is checked too).
+    /// Pose and rates at step first + steps (its own struct_size is checked too). The body gets there by M13.
     pub end: fk_motion,
 }
 
-/// The time step and its limits, s.
+/// The time step and its limits (M11).
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_step_limits {
     /// Set to sizeof(fk_step_limits) by the caller.
     pub struct_size: u64,
-    /// Step in use.
+    /// Step in use, s; constant for the life of the simulation.
     pub dt: f64,
-    /// Stability limit of the taut sheet with the stiffest segment drawn.
+    /// Stability limit of the taut sheet with the stiffest segment drawn (M11), s.
     pub dt_crit: f64,
-    /// Largest accepted step, 0.5 dt_crit.
+    /// Largest accepted step, 0.5 dt_crit, s.
     pub step_max: f64,
 }
 
-/// Contact sums since the start, host's axes.
+/// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fk_grid {
+    /// Set to sizeof(fk_grid) by the caller.
+    pub struct_size: u64,
+    /// Nodes along x: sheet_nodes_x, or what mirror_x leaves of them.
+    pub nodes_x: u64,
+    /// Nodes along y: sheet_nodes_y, or what mirror_y leaves of them.
+    pub nodes_y: u64,
+    /// Segments along x, row by row, horizontal / nodes_y in each row.
+    pub horizontal: u64,
+    /// Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
+    pub vertical: u64,
+}
+
+/// Contact sums (M8) since the start or reset, host's axes.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_contact {
     /// Set to sizeof(fk_contact) by the caller.
     pub struct_size: u64,
-    /// Impulse on the projectile, N s.
+    /// Impulse on the projectile, N s. A mean force is a difference of two divided by the time between.
     pub impulse: [f64; 3],
     /// Angular impulse on the projectile about its moving centre of mass, N m s.
     pub angular_impulse: [f64; 3],
     /// Work of the projectile on the fabric = energy absorbed, J.
     pub work: f64,
-    /// Kinetic energy lost in impacts of nodes, J.
+    /// Kinetic energy lost in impacts of nodes, part of the work, J, >= 0.
     pub loss: f64,
-    /// Largest mean force over a window of force_window, N.
+    /// Largest mean force over a window of force_window, N, >= 0.
     pub force_peak: f64,
 }
 
@@ -376,41 +413,41 @@ pub struct fk_support {
     pub attachments: [[f64; 3]; 4],
 }
 
-/// Energies, J.
+/// Energies (M15), J.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_energy {
     /// Set to sizeof(fk_energy) by the caller.
     pub struct_size: u64,
-    /// Kinetic energy of the projectile (0 if its mass is unknown).
+    /// Kinetic energy of the projectile, translation and rotation, J, >= 0 (0 if its mass is unknown).
     pub projectile_kinetic: f64,
-    /// Kinetic energy of the fabric.
+    /// Kinetic energy of the fabric, J, >= 0.
     pub fabric_kinetic: f64,
-    /// Strain energy of the yarns.
+    /// Strain energy of the yarns, J, >= 0.
     pub strain: f64,
-    /// Energy dissipated by rupture.
+    /// Energy dissipated by rupture, J, >= 0.
     pub dissipated: f64,
-    /// Kinetic energy lost in impacts of nodes.
+    /// Kinetic energy lost in impacts of nodes, J, >= 0.
     pub contact_loss: f64,
-    /// Work of the projectile on the fabric.
+    /// Work of the projectile on the fabric, J.
     pub contact_work: f64,
-    /// Work of the external load.
+    /// Work of the external load, J.
     pub external_work: f64,
-    /// What the balance does not close by.
+    /// What the balance (M15) does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
-    /// Change of the audited energy when the step was halved; 0 if it was not.
+    /// Change of the audited energy when the step was halved, J; 0 if it was not.
     pub halving: f64,
 }
 
-/// Extremes of the fabric.
+/// Extremes of the fabric at the present time.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_fabric {
     /// Set to sizeof(fk_fabric) by the caller.
     pub struct_size: u64,
-    /// Largest distance of a node from the sheet's plane, m.
+    /// Largest distance of a node from the sheet's plane, m, >= 0.
     pub max_deflection: f64,
-    /// Largest stretch of a live segment.
+    /// Largest stretch (M1) of a live segment, dimensionless; yarns of the presets fail at about 1.05.
     pub max_stretch: f64,
 }
 
@@ -420,23 +457,23 @@ pub struct fk_fabric {
 pub struct fk_counters {
     /// Set to sizeof(fk_counters) by the caller.
     pub struct_size: u64,
-    /// Steps taken.
+    /// Steps taken since the start or reset.
     pub steps: u64,
-    /// Segments with alpha = 0.
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
     pub failed_segments: u64,
     /// Nodes with a contact impulse in the last step.
     pub contacts: u64,
-    /// Contact solves that ran out of sweeps.
+    /// Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
     pub unconverged: u64,
-    /// Most sweeps of one contact solve.
+    /// Most sweeps of one contact solve, at most 200.
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
     pub most_candidates: u64,
-    /// Places for candidate nodes.
+    /// Places for candidate nodes (contact_capacity).
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m.
+    /// Deepest penetration met, m, >= 0; rounding in a sound run.
     pub worst_penetration: f64,
-    /// Iterations of the theta rule so far.
+    /// Iterations of the theta rule (M10) so far; 0 for FK_VERLET.
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
@@ -450,13 +487,13 @@ pub struct fk_outcome {
     pub struct_size: u64,
     /// FK_STATUS_FLIGHT ...: the latest outcome, or contact or flight.
     pub status: u32,
-    /// FK_ARRESTED ... bits of all latched outcomes.
+    /// FK_ARRESTED | FK_DETACHED | ...: the bits of all latched outcomes.
     pub mask: u32,
-    /// Step count at whose start the first impulse acted.
+    /// Step count at whose start the first impulse acted; FK_NEVER before.
     pub first_contact: u64,
-    /// Step count of arrested, detached, exited, passed.
+    /// Step count at which arrested, detached, exited, passed latched, in this order; FK_NEVER before.
     pub step: [u64; 4],
-    /// Work of the projectile on the fabric until then, J.
+    /// Work of the projectile on the fabric until then, J; 0 before.
     pub work: [f64; 4],
 }
 

@@ -27,7 +27,7 @@
 //! # Ok::<(), fabric::Error>(())
 //! ```
 #![no_std]
-#![deny(unsafe_code)]
+#![deny(unsafe_code, missing_docs)]
 
 #[cfg(test)]
 extern crate std;

@@ -43,7 +43,7 @@ pub struct Contact {
     pub force_peak: f64,
 }
 
-/// Impulse of the sheet on its supports, N s, host's axes. Numbering of the attachments: see [`weave::attachment_of`].
+/// Impulse of the sheet on its supports, N s, host's axes. Numbering of the attachments: see [`crate::weave::attachment_of`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// All together.

@@ -1,6 +1,7 @@
 /* A C host of libfabric_kernel: runs an impact in several ways that must give the same bits, and asks for things that must
- * be refused. Prints what it checked; the last line is the digest. Exit code 1 on the first check that fails. */
+ * be refused. Prints the digests of its runs. Exit code 1 on the first check that fails. */
 #include "fabric_kernel.h"
+#include "scenes.h"
 
 #include <fenv.h>
 #include <math.h>
@@ -73,6 +74,27 @@ static uint64_t digest_of(const fk_sim *sim)
     return digest;
 }
 
+/* The scenes of scenes.h: their digests are printed, to be compared with those of the kernel called from Rust. */
+static void the_digests_of_every_scene(void)
+{
+    int i;
+    for (i = 0; i < TEST_SCENES; i++) {
+        fk_scene scene;
+        block b;
+        fk_sim *sim = NULL;
+        fk_contact contact = {.struct_size = sizeof contact};
+        CHECK(fk_scene_preset(&scene, sizeof scene, test_scenes[i].preset) == FK_OK);
+        test_scenes[i].change(&scene);
+        CHECK(fk_scene_check(&scene, NULL) == FK_OK);
+        b = new_block(&scene, 0xee);
+        CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+        CHECK(fk_advance(sim, test_scenes[i].steps) == FK_OK);
+        CHECK(fk_get_contact(sim, &contact) == FK_OK && contact.work > 0.0);
+        printf("%s %016llx\n", test_scenes[i].name, (unsigned long long)digest_of(sim));
+        free_block(b);
+    }
+}
+
 static uint64_t straight_run(void)
 {
     fk_scene scene = small_scene();
@@ -85,6 +107,7 @@ static uint64_t straight_run(void)
     CHECK(fk_get_counters(sim, &counters) == FK_OK);
     CHECK(counters.steps == STEPS && counters.failed_segments > 0);
     digest = digest_of(sim);
+    printf("small %016llx\n", (unsigned long long)digest);
     free_block(b);
     return digest;
 }
@@ -330,6 +353,7 @@ static void read_outs(void)
     block b = new_block(&scene, 0);
     fk_sim *sim = NULL;
     fk_step_limits limits = {.struct_size = sizeof limits};
+    fk_grid grid = {.struct_size = sizeof grid};
     fk_motion motion = {.struct_size = sizeof motion};
     fk_contact contact = {.struct_size = sizeof contact};
     fk_support support = {.struct_size = sizeof support};
@@ -345,6 +369,8 @@ static void read_outs(void)
     CHECK(x != NULL);
     CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
     told(sim, FK_OK, "");
+    CHECK(fk_get_grid(sim, &grid) == FK_OK && grid.nodes_x == 41 && grid.nodes_y == 41);
+    CHECK(grid.horizontal == 40 * 41 && grid.vertical == 40 * 41);
     CHECK(fk_get_step_limits(sim, &limits) == FK_OK);
     CHECK(limits.dt == 0.4 * limits.dt_crit && limits.step_max == 0.5 * limits.dt_crit);
     CHECK(fk_get_outcome(sim, &outcome) == FK_OK);
@@ -555,6 +581,7 @@ static void every_call_says(fk_sim *sim, int32_t status)
 {
     fk_path path = {.struct_size = sizeof path, .steps = 1, .end = {.struct_size = sizeof path.end}};
     fk_motion motion = {.struct_size = sizeof motion};
+    fk_grid grid = {.struct_size = sizeof grid};
     fk_step_limits limits = {.struct_size = sizeof limits};
     fk_contact contact = {.struct_size = sizeof contact};
     fk_support support = {.struct_size = sizeof support};
@@ -569,6 +596,7 @@ static void every_call_says(fk_sim *sim, int32_t status)
     CHECK(fk_advance_until(sim, 0, 1, &count) == status && fk_advance_until(sim, 0, 0, NULL) == status);
     CHECK(fk_follow(sim, &path, 1) == status);
     CHECK(fk_get_time(sim, &count, NULL) == status && fk_get_step_limits(sim, &limits) == status);
+    CHECK(fk_get_grid(sim, &grid) == status);
     CHECK(fk_get_projectile(sim, &motion) == status && fk_get_contact(sim, &contact) == status);
     CHECK(fk_get_support(sim, &support) == status && fk_get_energy(sim, &energy) == status);
     CHECK(fk_get_fabric(sim, &fabric) == status && fk_get_outcome(sim, &outcome) == status);
@@ -631,6 +659,7 @@ int main(void)
     CHECK(strlen(fk_version()) > 0);
     CHECK(strcmp(fk_status_name(FK_OK), "success") == 0);
     CHECK(strcmp(fk_status_name(-1000), "unknown status") == 0);
+    the_digests_of_every_scene();
     digest = straight_run();
     the_same_bits(digest);
     bad_memory();
@@ -642,6 +671,5 @@ int main(void)
     prescribed();
     failure();
     fprintf(stderr, "%d checks hold\n", checks);
-    printf("%016llx\n", (unsigned long long)digest);
     return 0;
 }

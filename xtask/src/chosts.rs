@@ -1,6 +1,6 @@
 //! The C interface: its header, its two libraries, and C and C++ programs that use them as a host would.
 
-use crate::tools::{Outcome, cargo, output, panic_gate, run as command, target, top};
+use crate::tools::{Outcome, output, panic_gate, run as command, target, top};
 use std::path::{Path, PathBuf};
 
 /// Where the header is committed.
@@ -38,42 +38,76 @@ pub fn header_check() -> Outcome {
     }
 }
 
-/// Builds libfabric_kernel as it ships; returns the folder with the static and the shared library.
-pub fn libraries() -> Result<PathBuf, String> {
-    cargo(&["build", "--quiet", "--profile", "ship", "--package", "capi-lib", "--features", "bare"])?;
-    Ok(target().join("ship"))
+/// The installed library that the hosts, the examples and the README use.
+pub fn prefix() -> PathBuf {
+    target().join("prefix")
 }
 
-/// C99, C11 and C++17 hosts against the static and the shared library; each must print the digest of tests/c/digest, which
-/// a test of `fabric-capi` compares with the kernel called from Rust.
-pub fn run() -> Outcome {
-    let libraries = libraries()?;
-    let folder = target().join("hosts");
+/// A C and a C++ compiler of one family, and the libraries their hosts are linked with.
+const COMPILERS: [([&str; 2], &str, usize); 2] =
+    [(["gcc", "g++"], "KINDS=shared static", 8), (["clang", "clang++"], "KINDS=shared", 4)];
+
+/// Whether a program is there; if not it says what is left out.
+pub fn found(program: &str, without: &str) -> bool {
+    let found = std::process::Command::new(program).arg("--version").output().is_ok();
+    if !found {
+        println!("  {program} is not here: {without} left out");
+    }
+    found
+}
+
+/// An empty folder under the target folder.
+pub fn empty_folder(name: &str) -> Result<PathBuf, String> {
+    let folder = target().join(name);
+    let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let pinned = std::fs::read_to_string(top().join("tests/c/digest")).map_err(|e| format!("tests/c/digest: {e}"))?;
-    for (compiler, standard, source) in
-        [("cc", "c99", "tests/c/host.c"), ("cc", "c11", "tests/c/host.c"), ("c++", "c++17", "tests/cpp/host.cpp")]
-    {
-        for library in ["libfabric_kernel.a", "libfabric_kernel.so"] {
-            let program = folder.join(format!("host-{standard}-{library}"));
-            compile(compiler, standard, source, &libraries.join(library), &program)?;
-            let printed = output(&program, &[])?;
-            print!("  {compiler} -std={standard}, {library}: {printed}");
-            if printed.trim() != pinned.trim() {
-                return Err(format!("{source} prints another digest than tests/c/digest holds, {}", pinned.trim()));
+    Ok(folder)
+}
+
+/// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with pkg-config. Each must
+/// print tests/c/digests, which a test of `fabric-capi` compares with the kernel called from Rust.
+pub fn run() -> Outcome {
+    crate::install::into(&prefix())?;
+    undefined(&prefix().join("lib/libfabric_kernel.so"))?;
+    let wanted = std::fs::read_to_string(top().join("tests/c/digests")).map_err(|e| format!("tests/c/digests: {e}"))?;
+    for ([c, cpp], kinds, expected) in COMPILERS {
+        if !found(c, "its C and C++ hosts are") {
+            continue;
+        }
+        let folder = empty_folder(&format!("hosts/{c}"))?;
+        make(&folder, &[&format!("CC={c}"), &format!("CXX={cpp}"), kinds])?;
+        let mut hosts = 0;
+        for entry in std::fs::read_dir(&folder).map_err(|error| error.to_string())? {
+            let path = entry.map_err(|error| error.to_string())?.path();
+            if path.extension().is_some_and(|extension| extension == "digests") {
+                let printed = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
+                if printed != wanted {
+                    return Err(format!("{} holds other digests than tests/c/digests:\n{printed}", path.display()));
+                }
+                hosts += 1;
             }
         }
+        if hosts != expected {
+            return Err(format!("{hosts} hosts ran instead of {expected}"));
+        }
+        println!("  {c}, {cpp}: {hosts} hosts print the digests of the kernel");
     }
-    undefined(&libraries.join("libfabric_kernel.so"))?;
+    let syntax = ["-std=c++17", "-fsyntax-only", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror"];
+    command("g++", &[&syntax[..], &["-Iinclude", "tests/cpp/host.cpp"]].concat())?;
     panic_gate("capi-lib")
 }
 
-fn compile(compiler: &str, standard: &str, source: &str, library: &Path, program: &Path) -> Outcome {
-    let standard = format!("-std={standard}");
-    let folder = format!("-Wl,-rpath,{}", library.parent().unwrap_or(Path::new(".")).display());
-    let warnings = ["-O1", "-g", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"];
-    let (library, program) = (library.to_string_lossy(), program.to_string_lossy());
-    command(compiler, &[&[&*standard], &warnings[..], &[source, &library, &folder, "-o", &program, "-lm"]].concat())
+/// Runs tests/c/Makefile in a folder, with pkg-config looking at the installed library.
+fn make(folder: &Path, variables: &[&str]) -> Outcome {
+    let status = std::process::Command::new("make")
+        .args(["--silent", "--jobs=2", "--file"])
+        .arg(top().join("tests/c/Makefile"))
+        .args(variables)
+        .env("PKG_CONFIG_PATH", prefix().join("lib/pkgconfig"))
+        .current_dir(folder)
+        .status()
+        .map_err(|error| format!("cannot start make: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("make failed in {}", folder.display())) }
 }
 
 /// The shared library may ask its host for these and nothing else.

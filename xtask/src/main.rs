@@ -1,8 +1,11 @@
 //! The project's commands. They order other programs, build and pack; nothing here steps a simulation.
 
+mod abi;
 mod chosts;
 mod demo;
+mod examples;
 mod fmu;
+mod install;
 mod platforms;
 mod readme;
 mod rotorburst;
@@ -31,6 +34,8 @@ enum Command {
     Fmu(fmu::Options),
     /// Build the rotorburst example as a host in C and as an SSP package, and compare both with the host in Python.
     Rotorburst(rotorburst::Options),
+    /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
+    Install(install::Options),
     /// Write include/fabric_kernel.h.
     Header,
     /// Measure ns per node-step.
@@ -44,6 +49,7 @@ fn main() -> std::process::ExitCode {
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
         Command::Rotorburst(options) => rotorburst::run(&options),
+        Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
         Command::Bench => tests::bench(),
     };

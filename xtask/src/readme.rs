@@ -1,27 +1,53 @@
-//! Runs the C and Python examples of the README as a reader would. (The Rust example is a doctest of `fabric-tests`.)
+//! Runs the C, C++ and Python examples of the README and the C++ program of docs/embedding.md as a reader would. (The Rust
+//! example is a doctest of `fabric-tests`.)
 
-use crate::tools::{Outcome, python, run as command, target, top};
+use crate::chosts::{empty_folder, prefix};
+use crate::tools::{Outcome, output, python, run as command, top};
 use std::path::Path;
 
-/// Compiles and runs the C block, runs the Python block.
+/// Compiles and runs the C and C++ blocks, goes through docs/embedding.md, runs the Python block. Needs the installed library.
 pub fn run() -> Outcome {
-    let text = std::fs::read_to_string(top().join("README.md")).map_err(|e| format!("README.md: {e}"))?;
-    let folder = target().join("readme");
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let save = |name: &str, language: &str| -> Result<String, String> {
-        let path = folder.join(name);
-        let code = block(&text, language).ok_or(format!("README.md has no {language} example"))?;
-        std::fs::write(&path, code).map_err(|e| format!("{}: {e}", path.display()))?;
-        Ok(path.to_string_lossy().into_owned())
-    };
-    let source = save("example.c", "c")?;
-    let program = folder.join("example").to_string_lossy().into_owned();
-    let library = target().join("ship").join("libfabric_kernel.a");
-    let compile =
-        ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Iinclude", &source, &library.to_string_lossy(), "-o", &program];
-    command("cc", &compile)?;
-    command(Path::new(&program), &[])?;
-    command(python()?, &[&save("example.py", "python")?])
+    let text = read("README.md")?;
+    let folder = empty_folder("readme")?;
+    let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
+    let include = format!("-I{}", prefix().join("include").display());
+    for (compiler, standard, language) in [("cc", "-std=c99", "c"), ("c++", "-std=c++17", "cpp")] {
+        let source = save(&text, language, &folder.join(format!("example.{language}")))?;
+        let program = folder.join(format!("example-{language}"));
+        let shown = program.to_string_lossy();
+        let flags = ["-Wall", "-Wextra", "-Werror", &include, &source, &library, "-o", &shown];
+        command(compiler, &[&[standard], &flags[..]].concat())?;
+        command(&program, &[])?;
+    }
+    embedding()?;
+    command(python()?, &[&save(&text, "python", &folder.join("example.py"))?])
+}
+
+/// The C++ program of docs/embedding.md with its CMake project; it must print what the page says.
+fn embedding() -> Outcome {
+    let text = read("docs/embedding.md")?;
+    let folder = empty_folder("embedding")?;
+    save(&text, "cpp", &folder.join("impact.cpp"))?;
+    save(&text, "cmake", &folder.join("CMakeLists.txt"))?;
+    let (here, build) = (folder.to_string_lossy(), folder.join("build"));
+    let (shown, package) = (build.to_string_lossy(), format!("-DCMAKE_PREFIX_PATH={}", prefix().display()));
+    output("cmake", &["-S", &here, "-B", &shown, &package])?;
+    output("cmake", &["--build", &shown])?;
+    let printed = output(build.join("impact"), &[])?;
+    print!("{printed}");
+    let said = block(&text, "text").unwrap_or_default();
+    if printed.trim() == said { Ok(()) } else { Err(format!("docs/embedding.md says the program prints\n{said}")) }
+}
+
+fn read(page: &str) -> Result<String, String> {
+    std::fs::read_to_string(top().join(page)).map_err(|error| format!("{page}: {error}"))
+}
+
+/// Writes the first block of a language to a file; its path.
+fn save(text: &str, language: &str, path: &Path) -> Result<String, String> {
+    let code = block(text, language).ok_or(format!("there is no {language} example"))?;
+    std::fs::write(path, format!("{code}\n")).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(path.to_string_lossy().into_owned())
 }
 
 /// The first fenced block of a language.

@@ -22,8 +22,11 @@ const TEST: &[Step] = &[
         cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro,fabric-kernel/implicit"])
     }),
     ("kernel without its features", || cargo(&["test", "--quiet", "--package", "fabric-kernel"])),
+    ("documentation", documentation),
     ("C header", crate::chosts::header_check),
     ("C and C++ hosts", crate::chosts::run),
+    ("binary interface", crate::abi::run),
+    ("C and C++ examples", crate::examples::run),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
@@ -51,7 +54,22 @@ const VERIFY: &[Step] = &[
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
+    ("licences, sources and bans of the dependencies", crate::examples::deny),
 ];
+
+/// rustdoc without warnings; every public item of kernel, C interface and FMU is documented.
+fn documentation() -> Outcome {
+    let packages = ["fabric-kernel", "fabric-capi", "fabric-fmu"];
+    let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
+    let features = ["--features", "fabric-kernel/micro,fabric-kernel/implicit"];
+    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
+        .env("RUSTDOCFLAGS", "-D warnings")
+        .current_dir(top())
+        .status()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    if status.success() { Ok(()) } else { Err("rustdoc has warnings".into()) }
+}
 
 /// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {

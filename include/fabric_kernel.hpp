@@ -1,0 +1,357 @@
+// fabric_kernel.hpp - the C interface of fabric_kernel.h for C++17: header only, nothing to link beyond the C library.
+//
+//     auto scene = fabric::Scene::preset(FK_PRESET_SHEET_3IN_SPHERE).or_throw();
+//     scene->projectile_velocity[2] = 80.0;
+//     auto sim = fabric::Sim::make(scene).or_throw();
+//     sim.advance_until(FK_ARRESTED | FK_EXITED, 50000).or_throw();
+//     std::printf("%.1f m/s\n", sim.projectile().or_throw().velocity[2]);
+//
+// Fields, constants and their documentation are those of fabric_kernel.h. What this header adds:
+//
+// - fabric::Scene and fabric::Sim, both move-only. A Sim owns its memory (Sim::make, one allocation) or uses the host's
+//   (Sim::make_in, none). Moving a Sim moves its handle; the memory stays where it is.
+// - Results instead of out-parameters. A Result holds a value or says why there is none; `if (!result)` looks, `*result` takes
+//   the value, `.or_throw()` takes it or throws fabric::Error. Nothing throws unless asked to with or_throw(), which does not
+//   exist where exceptions are switched off.
+// - No cost: every function is one call of the C function of the same name. Every member function's errors, thread rules and
+//   effects are those of that function.
+#ifndef FABRIC_KERNEL_HPP
+#define FABRIC_KERNEL_HPP
+
+#include "fabric_kernel.h"
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <utility>
+
+#if defined(__cpp_exceptions) || defined(__EXCEPTIONS) || defined(_CPPUNWIND)
+#define FABRIC_HAS_EXCEPTIONS 1
+#include <exception>
+#endif
+
+namespace fabric {
+
+// Why a request was refused, in full: number, field, value, limit and a line for a log. FK_OK: it was not.
+class [[nodiscard]] Fault {
+public:
+    Fault() noexcept { data_.struct_size = sizeof data_; }
+
+    explicit Fault(std::int32_t status, const char *text) noexcept : Fault()
+    {
+        data_.status = status;
+        std::strncpy(data_.text, text, sizeof data_.text - 1);
+    }
+
+    bool ok() const noexcept { return data_.status == FK_OK; }
+    explicit operator bool() const noexcept { return ok(); }
+    // The status number, FK_...
+    std::int32_t status() const noexcept { return data_.status; }
+    // One line for a log.
+    const char *text() const noexcept { return data_.text; }
+    // The rest: field, value, limit.
+    const fk_fault &data() const noexcept { return data_; }
+    // For fk_ functions that fill a fault.
+    fk_fault *raw() noexcept { return &data_; }
+
+#ifdef FABRIC_HAS_EXCEPTIONS
+    void or_throw() const;
+#endif
+
+private:
+    fk_fault data_{};
+};
+
+// What a call returned: FK_OK or the number of an error. As large as the number.
+class [[nodiscard]] Status {
+public:
+    constexpr Status() noexcept = default;
+    constexpr explicit Status(std::int32_t status) noexcept : status_(status) {}
+
+    constexpr bool ok() const noexcept { return status_ == FK_OK; }
+    constexpr explicit operator bool() const noexcept { return ok(); }
+    constexpr std::int32_t status() const noexcept { return status_; }
+    // What the number means; Sim::fault() says more.
+    const char *text() const noexcept { return fk_status_name(status_); }
+
+#ifdef FABRIC_HAS_EXCEPTIONS
+    void or_throw() const;
+#endif
+
+private:
+    std::int32_t status_ = FK_OK;
+};
+
+#ifdef FABRIC_HAS_EXCEPTIONS
+// Thrown by or_throw() and by nothing else.
+class Error : public std::exception {
+public:
+    explicit Error(const Fault &fault) noexcept : fault_(fault) {}
+    const char *what() const noexcept override { return fault_.text(); }
+    const Fault &fault() const noexcept { return fault_; }
+
+private:
+    Fault fault_;
+};
+
+inline void Fault::or_throw() const
+{
+    if (!ok())
+        throw Error(*this);
+}
+
+inline void Status::or_throw() const
+{
+    if (!ok())
+        throw Error(Fault(status_, text()));
+}
+#endif
+
+// A value, or the reason why there is none (a Status or a Fault).
+template <class T, class Reason = Status>
+class [[nodiscard]] Result {
+public:
+    Result() noexcept = default;
+    explicit Result(Reason reason) noexcept : reason_(reason) {}
+    explicit Result(T &&value) noexcept : value_(std::move(value)) {}
+
+    bool ok() const noexcept { return reason_.ok(); }
+    explicit operator bool() const noexcept { return ok(); }
+    const Reason &reason() const noexcept { return reason_; }
+
+    // The value; only if ok().
+    T &operator*() &noexcept { return assert(ok()), value_; }
+    const T &operator*() const &noexcept { return assert(ok()), value_; }
+    T &&operator*() &&noexcept { return assert(ok()), std::move(value_); }
+    T *operator->() noexcept { return assert(ok()), &value_; }
+    const T *operator->() const noexcept { return assert(ok()), &value_; }
+
+#ifdef FABRIC_HAS_EXCEPTIONS
+    // The value; throws Error if there is none.
+    T or_throw() &&
+    {
+        reason_.or_throw();
+        return std::move(value_);
+    }
+#endif
+
+private:
+    friend class Scene;
+    friend class Sim;
+    T value_{};
+    Reason reason_{};
+};
+
+// Size and alignment of a simulation's memory, bytes.
+struct MemorySize {
+    std::uint64_t bytes;
+    std::uint64_t align;
+};
+
+// Step count, and time in s.
+struct Time {
+    std::uint64_t steps;
+    double seconds;
+};
+
+// What is simulated: an fk_scene, reached with -> and *. Move-only because it is a kilobyte; clone() copies.
+class Scene {
+public:
+    // FK_PRESET_...
+    static Result<Scene> preset(std::uint32_t preset) noexcept
+    {
+        Result<Scene> made;
+        made.reason_ = Status(fk_scene_preset(&made.value_.data_, sizeof(fk_scene), preset));
+        return made;
+    }
+
+    Scene(Scene &&) noexcept = default;
+    Scene &operator=(Scene &&) noexcept = default;
+    Scene(const Scene &) = delete;
+    Scene &operator=(const Scene &) = delete;
+    Scene clone() const noexcept { return Scene(data_); }
+
+    fk_scene *operator->() noexcept { return &data_; }
+    const fk_scene *operator->() const noexcept { return &data_; }
+    fk_scene &operator*() noexcept { return data_; }
+    const fk_scene &operator*() const noexcept { return data_; }
+
+    // fk_scene_check
+    Fault check() const noexcept
+    {
+        Fault fault;
+        fk_scene_check(&data_, fault.raw());
+        return fault;
+    }
+
+    // fk_memory_size
+    Result<MemorySize> memory_size() const noexcept
+    {
+        Result<MemorySize> size;
+        size.reason_ = Status(fk_memory_size(&data_, &size.value_.bytes, &size.value_.align));
+        return size;
+    }
+
+private:
+    template <class, class>
+    friend class Result;
+    Scene() noexcept = default;
+    explicit Scene(const fk_scene &data) noexcept : data_(data) {}
+    fk_scene data_{};
+};
+
+// A simulation. An empty one (moved from) refuses every call with FK_NULL_POINTER.
+class Sim {
+public:
+    // Makes a simulation on memory of its own.
+    static Result<Sim, Fault> make(const Scene &scene) noexcept
+    {
+        const Result<MemorySize> size = scene.memory_size();
+        if (!size) {
+            Fault why = scene.check();
+            return Result<Sim, Fault>(why.ok() ? Fault(size.reason().status(), size.reason().text()) : why);
+        }
+        const std::align_val_t align{static_cast<std::size_t>(size->align)};
+        void *memory = ::operator new(static_cast<std::size_t>(size->bytes), align, std::nothrow);
+        if (memory == nullptr)
+            return Result<Sim, Fault>(Fault(FK_SHORT_BUFFER, "memory: the host has none left"));
+        Memory owned(memory, Release{align});
+        Result<Sim, Fault> made = make_in(memory, size->bytes, scene);
+        made.value_.memory_ = std::move(owned);
+        return made;
+    }
+
+    // Makes a simulation on the host's memory, which must stay where it is and outlive it. fk_init
+    static Result<Sim, Fault> make_in(void *memory, std::uint64_t bytes, const Scene &scene) noexcept
+    {
+        Result<Sim, Fault> made;
+        fk_init(memory, bytes, &*scene, &made.value_.sim_, made.reason_.raw());
+        return made;
+    }
+
+    Sim(Sim &&other) noexcept : memory_(std::move(other.memory_)), sim_(std::exchange(other.sim_, nullptr)) {}
+    Sim &operator=(Sim &&other) noexcept
+    {
+        memory_ = std::move(other.memory_);
+        sim_ = std::exchange(other.sim_, nullptr);
+        return *this;
+    }
+    Sim(const Sim &) = delete;
+    Sim &operator=(const Sim &) = delete;
+    ~Sim() = default;
+
+    // For functions of fabric_kernel.h.
+    fk_sim *raw() const noexcept { return sim_; }
+
+    Status reset() noexcept { return Status(fk_reset(sim_)); }
+    Status step() noexcept { return Status(fk_step(sim_)); }
+    Status advance(std::uint64_t steps) noexcept { return Status(fk_advance(sim_, steps)); }
+    Status follow(const fk_path &path, std::uint64_t steps) noexcept { return Status(fk_follow(sim_, &path, steps)); }
+
+    // The steps taken.
+    Result<std::uint64_t> advance_until(std::uint32_t mask, std::uint64_t steps) noexcept
+    {
+        Result<std::uint64_t> taken;
+        taken.reason_ = Status(fk_advance_until(sim_, mask, steps, &taken.value_));
+        return taken;
+    }
+
+    Status set_external_load(const std::array<double, 3> &force, const std::array<double, 3> &torque) noexcept
+    {
+        return Status(fk_set_external_load(sim_, force.data(), torque.data()));
+    }
+    // n numbers at each pointer.
+    Status set_motion(const double *positions, const double *velocities, std::size_t n) noexcept
+    {
+        return Status(fk_set_motion(sim_, positions, velocities, n));
+    }
+    Status set_largest_stretch(const double *stretches, std::size_t n) noexcept
+    {
+        return Status(fk_set_largest_stretch(sim_, stretches, n));
+    }
+
+    Result<Time> time() const noexcept
+    {
+        Result<Time> time;
+        time.reason_ = Status(fk_get_time(sim_, &time.value_.steps, &time.value_.seconds));
+        return time;
+    }
+    Result<std::array<double, 3>> momentum_residual() const noexcept
+    {
+        Result<std::array<double, 3>> residual;
+        residual.reason_ = Status(fk_get_momentum_residual(sim_, residual.value_.data()));
+        return residual;
+    }
+    Result<fk_step_limits> step_limits() const noexcept { return read(fk_get_step_limits); }
+    Result<fk_grid> grid() const noexcept { return read(fk_get_grid); }
+    Result<fk_motion> projectile() const noexcept { return read(fk_get_projectile); }
+    Result<fk_contact> contact() const noexcept { return read(fk_get_contact); }
+    Result<fk_support> support() const noexcept { return read(fk_get_support); }
+    Result<fk_energy> energy() const noexcept { return read(fk_get_energy); }
+    Result<fk_fabric> fabric() const noexcept { return read(fk_get_fabric); }
+    Result<fk_counters> counters() const noexcept { return read(fk_get_counters); }
+    Result<fk_outcome> outcome() const noexcept { return read(fk_get_outcome); }
+
+    // Why the last call that changes this simulation was refused or failed. fk_get_fault
+    Fault fault() const noexcept
+    {
+        Fault fault;
+        const std::int32_t status = fk_get_fault(sim_, fault.raw());
+        return status == FK_OK ? fault : Fault(status, fk_status_name(status));
+    }
+
+    Status copy_positions(double *out, std::size_t n) const noexcept { return Status(fk_copy_positions(sim_, out, n)); }
+    Status copy_velocities(double *out, std::size_t n) const noexcept { return Status(fk_copy_velocities(sim_, out, n)); }
+    Status copy_damage(double *out, std::size_t n) const noexcept { return Status(fk_copy_damage(sim_, out, n)); }
+    Status copy_stretch(double *out, std::size_t n) const noexcept { return Status(fk_copy_stretch(sim_, out, n)); }
+
+    // Bytes of an image. fk_state_size
+    Result<std::uint64_t> state_size() const noexcept
+    {
+        Result<std::uint64_t> bytes;
+        bytes.reason_ = Status(fk_state_size(sim_, &bytes.value_));
+        return bytes;
+    }
+    Status save(std::uint8_t *image, std::size_t bytes) const noexcept { return Status(fk_state_save(sim_, image, bytes)); }
+    Status load(const std::uint8_t *image, std::size_t bytes) noexcept { return Status(fk_state_load(sim_, image, bytes)); }
+
+    Result<std::uint64_t> digest() const noexcept
+    {
+        Result<std::uint64_t> digest;
+        digest.reason_ = Status(fk_digest(sim_, &digest.value_));
+        return digest;
+    }
+
+private:
+    template <class, class>
+    friend class Result;
+    Sim() noexcept = default;
+
+    template <class T>
+    Result<T> read(std::int32_t (*get)(const fk_sim *, T *)) const noexcept
+    {
+        Result<T> out;
+        out.value_.struct_size = sizeof(T);
+        out.reason_ = Status(get(sim_, &out.value_));
+        return out;
+    }
+
+    struct Release {
+        std::align_val_t align;
+        void operator()(void *memory) const noexcept { ::operator delete(memory, align); }
+    };
+    using Memory = std::unique_ptr<void, Release>;
+
+    // Empty if the memory is the host's.
+    Memory memory_{nullptr, Release{std::align_val_t{1}}};
+    fk_sim *sim_ = nullptr;
+};
+
+} // namespace fabric
+
+#undef FABRIC_HAS_EXCEPTIONS
+#endif // FABRIC_KERNEL_HPP

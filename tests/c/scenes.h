@@ -1,0 +1,101 @@
+/* Scenes that the C and C++ hosts run for their digests; a test of `fabric-capi` runs the same from Rust. Small, and together
+ * touching every shape, the mirror planes and every option that a scene has besides numbers. */
+#ifndef SCENES_H
+#define SCENES_H
+
+#include "fabric_kernel.h"
+
+static void sheet(fk_scene *scene, uint32_t nodes_x, uint32_t nodes_y)
+{
+    scene->sheet_nodes_x = nodes_x;
+    scene->sheet_nodes_y = nodes_y;
+}
+
+/* A cylinder that strikes with its rim, faster than the sheet holds, and turns. */
+static void askew(fk_scene *scene)
+{
+    sheet(scene, 33, 30);
+    scene->projectile_radius = 3.5e-3;
+    scene->projectile_length = 11e-3;
+    scene->projectile_mass = 3.5e-3;
+    scene->projectile_position[2] = -7.5e-3;
+    scene->projectile_velocity[0] = 15.0;
+    scene->projectile_velocity[2] = 350.0;
+    scene->projectile_orientation[0] = 0.96;
+    scene->projectile_orientation[1] = 0.28;
+    scene->projectile_angular_velocity[0] = 800.0;
+    scene->projectile_angular_velocity[2] = -1500.0;
+}
+
+static void theta(fk_scene *scene)
+{
+    askew(scene);
+    scene->projectile_shape = FK_CYLINDER;
+    scene->yarn_draw = FK_DRAW_YARN;
+    scene->integrator = FK_THETA;
+    scene->theta = 0.5;
+    scene->theta_tolerance = 1e-9;
+    scene->theta_max_iterations = 300;
+    scene->rotation_rule = FK_THETA;
+    scene->rotation_theta = 0.5;
+}
+
+static void quarter(fk_scene *scene)
+{
+    sheet(scene, 42, 41);
+    scene->yarn_stochastic = 0;
+    scene->mirror_x = 1;
+    scene->mirror_y = 1;
+}
+
+static void box(fk_scene *scene)
+{
+    askew(scene);
+    scene->projectile_shape = FK_BOX;
+    scene->projectile_size[0] = 6e-3;
+    scene->projectile_size[1] = 7e-3;
+    scene->projectile_size[2] = 8e-3;
+}
+
+static void bullet(fk_scene *scene)
+{
+    askew(scene);
+    scene->projectile_shape = FK_HEMISPHERICAL_CYLINDER;
+}
+
+/* The preset's sector of a disc, on a smaller sheet. */
+static void sector(fk_scene *scene)
+{
+    sheet(scene, 121, 121);
+    scene->projectile_velocity[2] = 400.0;
+    scene->projectile_angular_velocity[1] = -2000.0;
+}
+
+static void halved(fk_scene *scene)
+{
+    sheet(scene, 31, 31);
+    scene->attachment_kind = FK_TWO_SIDES;
+    scene->step_kind = FK_STEP_SECONDS;
+    scene->step_value = 2e-8;
+    scene->step_after_failure = FK_STEP_HALF;
+}
+
+typedef struct test_scene {
+    const char *name;
+    uint32_t preset;
+    void (*change)(fk_scene *);
+    uint64_t steps;
+} test_scene;
+
+enum { TEST_SCENES = 6 };
+
+static const test_scene test_scenes[TEST_SCENES] = {
+    {"theta", FK_PRESET_SHEET_3IN_SPHERE, theta, 400},
+    {"quarter", FK_PRESET_SHEET_3IN_SPHERE, quarter, 3000},
+    {"box", FK_PRESET_SHEET_3IN_SPHERE, box, 1000},
+    {"bullet", FK_PRESET_SHEET_3IN_SPHERE, bullet, 1000},
+    {"sector", FK_PRESET_TURBINE_DISC_SECTOR, sector, 500},
+    {"halved", FK_PRESET_SHEET_3IN_SPHERE, halved, 3000},
+};
+
+#endif /* SCENES_H */

@@ -1,0 +1,80 @@
+//! The binary interface: the symbols, the layout of every structure on several targets, and a host of an earlier release.
+
+use crate::chosts::{empty_folder, found, prefix};
+use crate::tools::{Outcome, output, run as command, top};
+use std::path::Path;
+
+/// A target, its C and its C++ compiler, and what they need to be told.
+const TARGETS: [(&str, [&str; 2], &[&str]); 7] = [
+    ("x86-64", ["gcc", "g++"], &[]),
+    ("i686", ["gcc", "g++"], &["-m32"]),
+    ("aarch64", ["aarch64-linux-gnu-gcc", "aarch64-linux-gnu-g++"], &[]),
+    ("aarch64 by clang", ["clang", "clang++"], &["--target=aarch64-linux-gnu"]),
+    ("Cortex-M", ["clang", "clang++"], &["--target=thumbv7em-none-eabihf"]),
+    ("Windows", ["clang", "clang++"], &["--target=x86_64-w64-mingw32"]),
+    ("wasm32", ["clang", "clang++"], &["--target=wasm32"]),
+];
+
+/// Everything; needs the installed library of the step before.
+pub fn run() -> Outcome {
+    symbols()?;
+    layouts()?;
+    old_host("first")
+}
+
+/// The shared library exports what tests/c/abi/symbols.txt lists and nothing else.
+fn symbols() -> Outcome {
+    let library = prefix().join("lib/libfabric_kernel.so");
+    let listed = output("nm", &["-D", "--defined-only", &library.to_string_lossy()])?;
+    let mut exported: Vec<_> = listed.lines().filter_map(|line| line.split_whitespace().last()).collect();
+    exported.sort_unstable();
+    let path = top().join("tests/c/abi/symbols.txt");
+    let committed = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let committed: Vec<_> = committed.lines().collect();
+    let lost: Vec<_> = committed.iter().filter(|name| !exported.contains(name)).collect();
+    let new: Vec<_> = exported.iter().filter(|name| !committed.contains(name)).collect();
+    if lost.is_empty() && new.is_empty() {
+        println!("  {} symbols, as committed", exported.len());
+        return Ok(());
+    }
+    Err(format!("tests/c/abi/symbols.txt: new {new:?} (add them), lost {lost:?} (old hosts need them)"))
+}
+
+/// tests/c/abi/layout.c compiles as C and C++ for every target whose compiler is here. Only its header is needed, so no C
+/// library of the target has to be.
+fn layouts() -> Outcome {
+    let mut checked = Vec::new();
+    let languages = [("C", ["-xc", "-std=c11"]), ("C++", ["-xc++", "-std=c++17"])];
+    for (target, compilers, options) in TARGETS {
+        for (compiler, (language, standard)) in compilers.into_iter().zip(languages) {
+            if !found(compiler, &format!("the layout on {target} in {language} is")) {
+                continue;
+            }
+            let flags = ["-fsyntax-only", "-ffreestanding", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"];
+            command(compiler, &[options, &standard[..], &flags[..], &["tests/c/abi/layout.c"]].concat())?;
+            checked.push(format!("{target} ({language})"));
+        }
+    }
+    println!("  layout as committed: {}", checked.join(", "));
+    Ok(())
+}
+
+/// A host compiled against an earlier release's header, kept with it, runs with the present shared library.
+fn old_host(release: &str) -> Outcome {
+    let folder = empty_folder("hosts/old")?;
+    let (program, library) = (folder.join(release), prefix().join("lib"));
+    let source = format!("tests/c/abi/{release}");
+    let host = format!("{source}/host.c");
+    let options = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I", &source, &host, "-o"];
+    let (shown, rpath) = (program.to_string_lossy(), format!("-Wl,-rpath,{}", library.display()));
+    let link = [&*shown, "-L", &library.to_string_lossy(), "-lfabric_kernel", &rpath];
+    command("gcc", &[&options[..], &link[..]].concat())?;
+    let printed = output(Path::new(&program), &[])?;
+    let digests = std::fs::read_to_string(top().join("tests/c/digests")).map_err(|error| error.to_string())?;
+    let wanted = digests.lines().find(|line| line.starts_with("small ")).unwrap_or_default();
+    if printed.trim() != wanted {
+        return Err(format!("{host} prints {printed} instead of {wanted}"));
+    }
+    println!("  a host of the {release} release runs with this library: {wanted}");
+    Ok(())
+}

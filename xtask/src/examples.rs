@@ -1,0 +1,81 @@
+//! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
+
+use crate::chosts::{empty_folder, found, prefix};
+use crate::tools::{Outcome, output, run as command, target, top};
+use std::path::Path;
+
+/// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
+/// and compares the last line that each prints with examples/expected.txt.
+pub fn run() -> Outcome {
+    let folder = empty_folder("examples")?;
+    for source in ["CMakeLists.txt", "c", "cpp"] {
+        command("cp", &["-r", &format!("examples/{source}"), &folder.to_string_lossy()])?;
+    }
+    let (here, build) = (folder.to_string_lossy(), folder.join("build"));
+    let (build, package) = (build.to_string_lossy(), format!("-DCMAKE_PREFIX_PATH={}", prefix().display()));
+    output("cmake", &["-S", &here, "-B", &build, &package])?;
+    let said = output("cmake", &["--build", &build, "--parallel", "2"])?;
+    if said.contains("warning") {
+        return Err(format!("the examples do not build cleanly:\n{said}"));
+    }
+    let path = top().join("examples/expected.txt");
+    let expected = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    for line in expected.lines() {
+        let (name, wanted) = line.split_once(' ').ok_or(format!("{}: {line}", path.display()))?;
+        for program in [name.to_owned(), format!("{name}_static")] {
+            // One run of the long example is enough.
+            if program == "monte_carlo_static" {
+                continue;
+            }
+            let printed = output(Path::new(&*build).join(&program), &[])?;
+            let last = printed.lines().last().unwrap_or_default();
+            if last != wanted {
+                return Err(format!("{program} ends with \"{last}\" instead of \"{wanted}\" (examples/expected.txt)"));
+            }
+        }
+        println!("  {name}: {wanted}");
+    }
+    cost()
+}
+
+/// Calls of the library in tests/cpp/cost.c.
+const CALLS: u64 = 2000;
+
+/// The same loop in C and C++ under callgrind: at most two instructions a call more.
+fn cost() -> Outcome {
+    if !found("valgrind", "the instruction count of the C++ header is") {
+        return Ok(());
+    }
+    let folder = empty_folder("hosts/cost")?;
+    let count = |compiler: &str, standard: &str, source: &str| -> Result<u64, String> {
+        let program = folder.join(compiler).to_string_lossy().into_owned();
+        let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
+        command(compiler, &[standard, "-O2", "-DNDEBUG", "-Iinclude", source, &library, "-o", &program])?;
+        let counts = format!("{program}.counts");
+        let file = format!("--callgrind-out-file={counts}");
+        output("valgrind", &["--quiet", "--tool=callgrind", "--toggle-collect=measured", &file, &program])?;
+        let counts = std::fs::read_to_string(&counts).map_err(|error| format!("{counts}: {error}"))?;
+        let total = counts.lines().find_map(|line| line.strip_prefix("totals: "));
+        total.and_then(|total| total.trim().parse().ok()).ok_or("callgrind prints no totals".into())
+    };
+    let c = count("gcc", "-std=c11", "tests/cpp/cost.c")?;
+    let cpp = count("g++", "-std=c++17", "tests/cpp/cost.cpp")?;
+    println!("  instructions of {CALLS} calls: C {c}, C++ {cpp}");
+    let allowed = c + 2 * CALLS;
+    if c > 0 && cpp <= allowed { Ok(()) } else { Err(format!("the C++ header costs more than {allowed}")) }
+}
+
+/// `cargo deny`: licences, sources and bans of every dependency. Installed from crates.io if it is not here.
+pub fn deny() -> Outcome {
+    if !found("cargo-deny", "it is being installed, no check is") {
+        crate::tools::cargo(&["install", "--quiet", "--locked", "cargo-deny", "--root", &target().to_string_lossy()])?;
+    }
+    let path = format!("{}:{}", target().join("bin").display(), std::env::var("PATH").unwrap_or_default());
+    let status = std::process::Command::new("cargo-deny")
+        .args(["--offline", "check", "bans", "licenses", "sources"])
+        .env("PATH", path)
+        .current_dir(top())
+        .status()
+        .map_err(|error| format!("cannot start cargo-deny: {error}"))?;
+    if status.success() { Ok(()) } else { Err("cargo deny has found something".into()) }
+}

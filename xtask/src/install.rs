@@ -1,0 +1,107 @@
+//! `cargo xtask install`: the C and C++ library as other build systems expect to find it.
+
+use crate::tools::{Outcome, output, target, top};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Options of `cargo xtask install`.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Folder that receives include/, lib/ and share/, e.g. /usr/local or ~/.local. It may be moved afterwards.
+    #[arg(long, value_name = "FOLDER")]
+    prefix: PathBuf,
+}
+
+/// Builds and installs.
+pub fn run(options: &Options) -> Outcome {
+    into(&std::path::absolute(&options.prefix).map_err(|error| error.to_string())?)
+}
+
+/// Lays out under `prefix`:
+///
+///     include/fabric_kernel.h, fabric_kernel.hpp
+///     lib/libfabric_kernel.a
+///     lib/libfabric_kernel.so -> libfabric_kernel.so.1
+///     lib/pkgconfig/fabric_kernel.pc
+///     lib/cmake/fabric_kernel/fabric_kernel-config.cmake, fabric_kernel-config-version.cmake
+///     share/licenses/fabric_kernel/
+pub fn into(prefix: &Path) -> Outcome {
+    let built = build()?;
+    let (include, lib) = (prefix.join("include"), prefix.join("lib"));
+    for header in ["fabric_kernel.h", "fabric_kernel.hpp"] {
+        copy(&top().join("include").join(header), &include.join(header))?;
+    }
+    copy(&built.join("libfabric_kernel.a"), &lib.join("libfabric_kernel.a"))?;
+    let shared = built.join("libfabric_kernel.so");
+    let soname = soname(&shared)?;
+    copy(&shared, &lib.join(&soname))?;
+    link(&soname, &lib.join("libfabric_kernel.so"))?;
+
+    let version = env!("CARGO_PKG_VERSION");
+    let mut parts = version.split('.');
+    let (major, minor) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    let words = [("@VERSION@", version), ("@MAJOR@", major), ("@MINOR@", minor), ("@SONAME@", &soname)];
+    let cmake = lib.join("cmake").join("fabric_kernel");
+    for (template, folder) in [
+        ("fabric_kernel.pc", &lib.join("pkgconfig")),
+        ("fabric_kernel-config.cmake", &cmake),
+        ("fabric_kernel-config-version.cmake", &cmake),
+    ] {
+        let path = top().join("capi/install").join(format!("{template}.in"));
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let text = words.iter().fold(text, |text, (word, value)| text.replace(word, value));
+        make_folder(folder)?;
+        std::fs::write(folder.join(template), text).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        copy(&top().join(licence), &prefix.join("share/licenses/fabric_kernel").join(licence))?;
+    }
+    println!("  fabric_kernel {version} ({soname}) installed in {}", prefix.display());
+    Ok(())
+}
+
+/// Builds both libraries as they ship. A warning of the compiler or the linker is an error.
+fn build() -> Result<PathBuf, String> {
+    let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["build", "--profile", "ship", "--package", "capi-lib", "--features", "bare"])
+        .current_dir(top())
+        .output()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    let said = String::from_utf8_lossy(&built.stderr);
+    if !built.status.success() || said.contains("warning") {
+        return Err(format!("libfabric_kernel does not build cleanly:\n{said}"));
+    }
+    Ok(target().join("ship"))
+}
+
+/// The name that a shared library asks hosts to look for.
+fn soname(library: &Path) -> Result<String, String> {
+    let listed = output("readelf", &["-d", &library.to_string_lossy()])?;
+    let line = listed.lines().find(|line| line.contains("(SONAME)"));
+    let name = line.and_then(|line| line.split_once('[')?.1.split_once(']')).map(|(name, _)| name.to_owned());
+    name.ok_or(format!("{} has no soname", library.display()))
+}
+
+fn make_folder(folder: &Path) -> Outcome {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))
+}
+
+/// Copies a file to a place whose folder may not be there yet. What is there is removed first, not written over: a program
+/// that runs with the old library keeps it.
+fn copy(from: &Path, to: &Path) -> Outcome {
+    make_folder(to.parent().unwrap_or(Path::new(".")))?;
+    let _ = std::fs::remove_file(to);
+    std::fs::copy(from, to).map_err(|error| format!("{} to {}: {error}", from.display(), to.display()))?;
+    Ok(())
+}
+
+#[cfg(unix)]
+fn link(name: &str, at: &Path) -> Outcome {
+    let _ = std::fs::remove_file(at);
+    std::os::unix::fs::symlink(name, at).map_err(|error| format!("{}: {error}", at.display()))
+}
+
+#[cfg(not(unix))]
+fn link(_: &str, _: &Path) -> Outcome {
+    Err("the installation is written for Linux".into())
+}
