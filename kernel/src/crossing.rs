@@ -42,6 +42,18 @@ impl Crossings<'_> {
             self.count += 1;
         }
     }
+
+    /// Adds `count` segments noted from place `first` on, behind those there are.
+    pub(crate) fn draw_together(&mut self, first: usize, count: usize) {
+        for from in first..first + count {
+            if let (Some(&slot), Some(&node)) = (self.slots.get(from), self.nodes.get(from))
+                && let (Some(to), Some(place)) = (self.slots.get_mut(self.count), self.nodes.get_mut(self.count))
+            {
+                (*to, *place) = (slot, node);
+                self.count += 1;
+            }
+        }
+    }
 }
 
 /// Looks for segments of one row that may cross, before the row is swept: a job for the lanes.
