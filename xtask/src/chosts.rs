@@ -64,8 +64,23 @@ pub fn run() -> Outcome {
             }
         }
     }
+    threads(&libraries.join("libfabric_kernel.a"), &folder, &pinned)?;
     undefined(&libraries.join("libfabric_kernel.so"))?;
     panic_gate("capi-lib")
+}
+
+/// The example with threads: the same digest for any number of them.
+fn threads(library: &Path, folder: &Path, pinned: &str) -> Outcome {
+    let (source, program) = ("examples/c/threads.c", folder.join("threads"));
+    compile("cc", "c99", source, library, &program)?;
+    for threads in ["1", "2", "3", "5"] {
+        let printed = output(&program, &[threads])?;
+        print!("  {source}, {threads} threads: {printed}");
+        if printed.trim() != pinned.trim() {
+            return Err(format!("{source} with {threads} threads prints another digest than tests/c/digest holds"));
+        }
+    }
+    Ok(())
 }
 
 fn compile(compiler: &str, standard: &str, source: &str, library: &Path, program: &Path) -> Outcome {
@@ -73,7 +88,10 @@ fn compile(compiler: &str, standard: &str, source: &str, library: &Path, program
     let folder = format!("-Wl,-rpath,{}", library.parent().unwrap_or(Path::new(".")).display());
     let warnings = ["-O1", "-g", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"];
     let (library, program) = (library.to_string_lossy(), program.to_string_lossy());
-    command(compiler, &[&[&*standard], &warnings[..], &[source, &library, &folder, "-o", &program, "-lm"]].concat())
+    command(
+        compiler,
+        &[&[&*standard], &warnings[..], &[source, &library, &folder, "-o", &program, "-lm", "-pthread"]].concat(),
+    )
 }
 
 /// The shared library may ask its host for these and nothing else.
