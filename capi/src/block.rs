@@ -1,6 +1,6 @@
 //! The caller's block: a handle at its start, then the kernel's numbers and integers.
 
-use fabric::{Code, Error, Layout, Memory, Scene, Sim};
+use fabric::{Bands, Code, Error, Layout, Memory, Scene, Sim};
 
 /// Alignment of a block, bytes; C asks for it with fk_memory_size.
 pub(crate) const ALIGN: usize = 64;
@@ -16,6 +16,9 @@ pub struct fk_sim {
     address: usize,
     /// The last refused or failed call that changes the simulation, for fk_get_fault.
     pub(crate) last: Option<Error>,
+    /// The bands that have the simulation, in the caller's scratch; null if none have. While it is set `sim` and `last` are
+    /// reached through nothing else.
+    bands: *mut Bands<'static, 'static>,
     pub(crate) sim: Sim<'static>,
 }
 
@@ -52,7 +55,9 @@ pub unsafe fn init(memory: *mut u8, length: u64, scene: &Scene) -> Result<*mut f
     let sim = Sim::new(scene, Memory { reals, words })?;
     let handle = memory.cast::<fk_sim>();
     // SAFETY: the start of the block is aligned for the handle and has room for it.
-    unsafe { handle.write(fk_sim { magic: MAGIC, address: memory.addr(), last: None, sim }) };
+    unsafe {
+        handle.write(fk_sim { magic: MAGIC, address: memory.addr(), last: None, bands: core::ptr::null_mut(), sim })
+    };
     Ok(handle)
 }
 
@@ -61,8 +66,8 @@ pub unsafe fn init(memory: *mut u8, length: u64, scene: &Scene) -> Result<*mut f
 /// # Safety
 /// `handle` is null, or points to a readable block at least as large as a handle that no other call is using.
 pub unsafe fn open<'h>(handle: *mut fk_sim) -> Result<&'h mut fk_sim, Error> {
-    check(handle)?;
-    // SAFETY: check() found an initialised handle at its own address.
+    without_bands(handle)?;
+    // SAFETY: found to be an initialised handle at its own address, which no bands have.
     Ok(unsafe { &mut *handle })
 }
 
@@ -71,19 +76,97 @@ pub unsafe fn open<'h>(handle: *mut fk_sim) -> Result<&'h mut fk_sim, Error> {
 /// # Safety
 /// As for [`open`].
 pub unsafe fn look<'h>(handle: *const fk_sim) -> Result<&'h fk_sim, Error> {
-    check(handle)?;
-    // SAFETY: check() found an initialised handle at its own address.
+    without_bands(handle)?;
+    // SAFETY: found to be an initialised handle at its own address, which no bands have.
     Ok(unsafe { &*handle })
 }
 
-fn check(handle: *const fk_sim) -> Result<(), Error> {
+/// The bands that have a simulation. Bands of one simulation may be looked at by several threads at once.
+///
+/// # Safety
+/// As for [`open`], but for other calls of the bands.
+pub unsafe fn bands<'h>(handle: *const fk_sim) -> Result<&'h Bands<'static, 'static>, Error> {
+    let bands = bands_of(handle)?;
+    // SAFETY: null, or set by begin() to bands in the caller's scratch, which stays until end().
+    unsafe { bands.as_ref() }.ok_or(Error::plain(Code::BandOutOfTurn, "bands"))
+}
+
+/// Bytes of scratch for `of` bands: the bands, then their numbers.
+///
+/// # Errors
+/// A number of bands, or an integrator, that a sheet cannot be cut for.
+pub fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
+    // Far less than the rows themselves, which have been found to fit.
+    Ok(BANDS_BYTES + 8 * layout.band_reals(of)?)
+}
+
+/// Bytes of the bands themselves, rounded up so that the numbers behind them are aligned.
+const BANDS_BYTES: usize = size_of::<Bands<'static, 'static>>().next_multiple_of(ALIGN);
+
+/// Hands the simulation to `of` bands.
+///
+/// # Safety
+/// As for [`open`]; `scratch` points to `length` writable bytes that nothing else uses until [`end`].
+pub unsafe fn begin(handle: *mut fk_sim, of: u32, scratch: *mut u8, length: u64) -> Result<(), Error> {
+    without_bands(handle)?;
+    // SAFETY: the caller's promise; the fields are reached one by one, since the bands keep the simulation.
+    let sim: &'static mut Sim<'static> = unsafe { &mut (*handle).sim };
+    let needed = bands_bytes(sim.layout(), of)?;
+    if scratch.is_null() {
+        return Err(Error::plain(Code::NullPointer, "scratch"));
+    }
+    if length < needed as u64 {
+        return Err(Error::new(Code::ShortBuffer, "scratch", length as f64, needed as f64));
+    }
+    if !scratch.addr().is_multiple_of(ALIGN) {
+        return Err(Error::new(Code::Misaligned, "scratch", (scratch.addr() % ALIGN) as f64, ALIGN as f64));
+    }
+    let count = (needed - BANDS_BYTES) / 8;
+    // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it; every bit
+    // pattern is a valid f64.
+    let numbers = unsafe { core::slice::from_raw_parts_mut(scratch.add(BANDS_BYTES).cast::<f64>(), count) };
+    let bands = sim.bands(numbers, of)?;
+    let place = scratch.cast::<Bands<'static, 'static>>();
+    // SAFETY: as above; the handle's field is the caller's to change.
+    unsafe {
+        place.write(bands);
+        (*handle).bands = place;
+    }
+    Ok(())
+}
+
+/// Takes the simulation back; a step that only some bands have taken is completed.
+///
+/// # Safety
+/// As for [`open`].
+pub unsafe fn end<'h>(handle: *mut fk_sim) -> Result<&'h mut fk_sim, Error> {
+    let bands = bands_of(handle)?;
+    if bands.is_null() {
+        return Err(Error::plain(Code::BandOutOfTurn, "bands"));
+    }
+    // SAFETY: begin() has set them; no call is using them any more.
+    unsafe {
+        bands.drop_in_place();
+        (*handle).bands = core::ptr::null_mut();
+        open(handle)
+    }
+}
+
+/// An initialised handle that no bands have.
+fn without_bands(handle: *const fk_sim) -> Result<(), Error> {
+    if bands_of(handle)?.is_null() { Ok(()) } else { Err(Error::plain(Code::BandOutOfTurn, "bands")) }
+}
+
+/// The bands that have the simulation of an initialised handle, or null. Makes no reference to the block.
+fn bands_of(handle: *const fk_sim) -> Result<*mut Bands<'static, 'static>, Error> {
     if handle.is_null() {
         return Err(Error::plain(Code::NullPointer, "sim"));
     }
     if !handle.addr().is_multiple_of(ALIGN) {
         return Err(Error::plain(Code::MovedBlock, "sim"));
     }
-    // SAFETY: not null and aligned; the caller vouches for the memory. Both fields are plain integers, valid whatever they hold.
-    let (magic, address) = unsafe { ((*handle).magic, (*handle).address) };
-    if magic == MAGIC && address == handle.addr() { Ok(()) } else { Err(Error::plain(Code::MovedBlock, "sim")) }
+    // SAFETY: not null and aligned; the caller vouches for the memory. All fields read are plain integers and pointers, valid
+    // whatever they hold.
+    let (magic, address, bands) = unsafe { ((*handle).magic, (*handle).address, (*handle).bands) };
+    if magic == MAGIC && address == handle.addr() { Ok(bands) } else { Err(Error::plain(Code::MovedBlock, "sim")) }
 }

@@ -354,6 +354,95 @@ pub unsafe extern "C" fn fk_follow(sim: *mut fk_sim, path: *const fk_path, steps
     unsafe { change(sim, work) }
 }
 
+/// Bytes of scratch, aligned as the block, that fk_bands_begin needs for `of` bands.
+/// Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_MOVED_BLOCK, a latched
+/// failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_bands_size(sim: *const fk_sim, of: u32, bytes: *mut u64) -> i32 {
+    // SAFETY: the caller's handle and number.
+    unsafe { view(sim, |sim| put_number(bytes, "bytes", block::bands_bytes(sim.layout(), of)? as u64)) }
+}
+
+/// Cuts the sheet into `of` bands of rows, to be stepped by as many threads of the host's. From here to fk_bands_end the
+/// bands have the simulation: every call but fk_bands_pass and fk_bands_progress is refused with FK_BAND_OUT_OF_TURN.
+/// `scratch` must not be moved or used by anything else until then.
+/// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MISALIGNED, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_BAND_OUT_OF_TURN (bands are in
+/// use), FK_MOVED_BLOCK, a latched failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_bands_begin(sim: *mut fk_sim, of: u32, scratch: *mut core::ffi::c_void, bytes: u64) -> i32 {
+    // SAFETY: the caller's handle and scratch.
+    status(in_our_environment(|| unsafe { block::begin(sim, of, scratch.cast(), bytes) }))
+}
+
+/// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
+/// pass, in any order, from any threads, at the same time. Nothing waits in here: the last band to be done completes the pass
+/// for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
+/// calls the same band again: until then it is refused. The bits are those of fk_step.
+/// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
+/// changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_bands_pass(sim: *const fk_sim, band: u32, last: *mut u32) -> i32 {
+    let pass = || {
+        // SAFETY: the caller's handle and number.
+        unsafe {
+            let completed = in_our_environment(|| block::bands(sim)?.pass(band))?;
+            if last.is_null() { Ok(()) } else { put_number(last, "last", u32::from(completed)) }
+        }
+    };
+    status(pass())
+}
+
+/// How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
+/// latched (FK_ARRESTED | ...). Any pointer may be null; any thread may look at any time. When `passes` has grown, the next
+/// pass may begin; while a thread's own band has not been called, none of the three changes.
+/// Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_bands_progress(
+    sim: *const fk_sim,
+    passes: *mut u64,
+    steps: *mut u64,
+    outcomes: *mut u32,
+) -> i32 {
+    let look = || {
+        // SAFETY: the caller's handle and numbers, null or writable.
+        unsafe {
+            let bands = block::bands(sim)?;
+            // First: the others are then at least as new.
+            let completed = bands.passes();
+            if !passes.is_null() {
+                put_number(passes, "passes", completed)?;
+            }
+            if !steps.is_null() {
+                put_number(steps, "steps", bands.steps())?;
+            }
+            if !outcomes.is_null() {
+                put_number(outcomes, "outcomes", bands.outcomes())?;
+            }
+        }
+        Ok(())
+    };
+    status(look())
+}
+
+/// Gives the simulation back to the other calls, once no thread is in a call of the bands any more. A step that only some
+/// bands have taken is completed. Returns the failure of the last pass, if there was one.
+/// Errors: FK_NULL_POINTER, FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK; failures as fk_step.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_bands_end(sim: *mut fk_sim) -> i32 {
+    let end = || {
+        // SAFETY: the caller's handle.
+        let block = unsafe { in_our_environment(|| block::end(sim))? };
+        match block.sim.failure() {
+            Some(failure) => {
+                block.last = Some(failure.into());
+                Err(failure.into())
+            }
+            None => Ok(()),
+        }
+    };
+    status(end())
+}
+
 /// Step count, and time = steps times dt, s. Either pointer may be null.
 /// Threads: looks. Time: constant. Touches: `steps`, `seconds`.
 /// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
@@ -769,12 +858,15 @@ mod tests {
             FK_IMPOSSIBLE_MOMENTS,
             FK_NOT_SYMMETRIC,
             FK_NOT_BUILT,
+            FK_BAND_OUT_OF_TURN,
+            FK_NOT_IN_BANDS,
             FK_NON_FINITE,
             FK_CONTACT_CAPACITY,
             FK_TOO_FAST,
             FK_NOT_CONVERGED,
         ];
         assert_eq!(numbers.as_slice(), Code::ALL.map(Code::number).as_slice());
+        assert_eq!(FK_MAX_BANDS, fabric::bands::MAX_BANDS);
     }
 
     /// The preset with one choice after another made differently from it.

@@ -76,6 +76,10 @@ pub const FK_IMPOSSIBLE_MOMENTS: i32 = -30;
 pub const FK_NOT_SYMMETRIC: i32 = -31;
 /// The scene asks for something this library was built without.
 pub const FK_NOT_BUILT: i32 = -32;
+/// A band that was called already in this pass, or a call that does not go with bands in use, or without them.
+pub const FK_BAND_OUT_OF_TURN: i32 = -33;
+/// The theta rule cannot be stepped in bands.
+pub const FK_NOT_IN_BANDS: i32 = -34;
 /// Numerical failure: a non-finite number appeared; the state is lost until reset or load.
 pub const FK_NON_FINITE: i32 = -50;
 /// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
@@ -84,6 +88,9 @@ pub const FK_CONTACT_CAPACITY: i32 = -51;
 pub const FK_TOO_FAST: i32 = -52;
 /// The theta rule's iteration did not converge; the state is kept at the step's start. Take a smaller step.
 pub const FK_NOT_CONVERGED: i32 = -53;
+
+/// Most bands for fk_bands_begin.
+pub const FK_MAX_BANDS: u32 = 32;
 
 /// Preset of the paper's 3 in sheet (105 x 105) with four sides held and the 8.4 g sphere.
 pub const FK_PRESET_SHEET_3IN_SPHERE: u32 = 0;

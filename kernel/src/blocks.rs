@@ -300,11 +300,6 @@ impl Sim<'_> {
 
     // ---- Images behind mirror planes
 
-    /// Puts the image of row j's node behind the plane x = 0 in its place.
-    pub(crate) fn place_image_column(&mut self, j: usize) {
-        place_image_column(layout::row_mut(self.blocks.hot, self.layout.chunks, j), self.layout.x);
-    }
-
     /// Puts the row of images behind the plane y = 0 in its place.
     pub(crate) fn place_image_row(&mut self) {
         place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);

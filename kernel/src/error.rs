@@ -74,6 +74,10 @@ pub enum Code {
     NotSymmetric = -31,
     /// The scene asks for something this build was made without.
     NotBuilt = -32,
+    /// A band that was called already in this pass, or a call that does not go with bands in use or without them.
+    BandOutOfTurn = -33,
+    /// The theta rule cannot be stepped in bands.
+    NotInBands = -34,
     /// A non-finite number appeared in the state: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
@@ -86,7 +90,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 36] = [
+    pub const ALL: [Code; 38] = [
         Code::NullPointer,
         Code::ShortBuffer,
         Code::Misaligned,
@@ -119,6 +123,8 @@ impl Code {
         Code::ImpossibleMoments,
         Code::NotSymmetric,
         Code::NotBuilt,
+        Code::BandOutOfTurn,
+        Code::NotInBands,
         Code::NonFinite,
         Code::ContactCapacity,
         Code::TooFast,
@@ -165,6 +171,8 @@ impl Code {
             Code::ImpossibleMoments => c"moments of inertia that no body has",
             Code::NotSymmetric => c"not symmetric about the mirror planes",
             Code::NotBuilt => c"this build was made without it",
+            Code::BandOutOfTurn => c"band called out of turn, or bands (not) in use",
+            Code::NotInBands => c"the theta rule cannot be stepped in bands",
             Code::NonFinite => c"a non-finite number appeared in the state",
             Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
             Code::TooFast => c"the projectile became faster than a node spacing in a step",

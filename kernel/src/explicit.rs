@@ -8,19 +8,22 @@
 use crate::blocks::{Blocks, in_runs};
 use crate::contact::{self, Candidate, Search, Solved};
 use crate::error::Failure;
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, Layout};
+use crate::layout::{self, CARRY_PLANES, CHUNK};
 use crate::math;
 use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
 use crate::path;
 use crate::pose::Vector;
 use crate::projectile::{self, Body};
-use crate::scene::{AttachmentKind, Drive, Integrator, Symmetry};
+use crate::rows::{Rows, Terms};
+use crate::scene::{AttachmentKind, Drive, Integrator, Scene, Symmetry};
 use crate::sim::Sim;
-use crate::sweep::{Pass, Report, YarnRow};
+use crate::state::Sums;
+use crate::sweep::Report;
 use crate::weave;
 
 /// What lies under the projectile at t_n.
-struct Gathered {
+#[derive(Clone, Copy)]
+pub(crate) struct Gathered {
     /// Candidates noted.
     count: usize,
     /// Deepest penetration of any, m; 0 if none is inside.
@@ -35,6 +38,12 @@ impl Sim<'_> {
             self.pass(0.5)?;
         }
         self.pass(1.0)?;
+        self.end_step(failed_before);
+        Ok(())
+    }
+
+    /// What follows the last pass of a step.
+    pub(crate) fn end_step(&mut self, failed_before: u64) {
         self.state.step += 1;
         if self.layout.halving && !self.state.halved && self.failed_segments > failed_before {
             self.halve_step();
@@ -43,7 +52,6 @@ impl Sim<'_> {
         if self.state.step.is_multiple_of(TEST_INTERVAL) {
             self.test_outcomes();
         }
-        Ok(())
     }
 
     /// One pass of the scheme, to the part `end` of the step.
@@ -51,19 +59,45 @@ impl Sim<'_> {
         let at_start = self.state.body;
         let target = self.prescribe_rates(end);
         let found = self.refuse_too_fast().and_then(|()| self.gather());
-        let Gathered { count, deepest } = found.inspect_err(|_| self.state.body = at_start)?;
+        let gathered = found.inspect_err(|_| self.state.body = at_start)?;
         match self.scene.integrator {
-            Integrator::Verlet => self.sweep_and_touch(count, &at_start)?,
+            Integrator::Verlet => {
+                let report = self.sweep();
+                self.touch(report, gathered.count, &at_start)?;
+            }
             #[cfg(feature = "implicit")]
-            Integrator::Theta(rule) => self.iterate(rule, count, &at_start)?,
+            Integrator::Theta(rule) => self.iterate(rule, gathered.count, &at_start)?,
             // Refused by the scene's check in a build without it.
             #[cfg(not(feature = "implicit"))]
             Integrator::Theta(_) => return Err(Failure::NotConverged),
         }
+        self.end_pass(&gathered, target);
+        Ok(())
+    }
+
+    /// The body moves; high-water marks.
+    fn end_pass(&mut self, gathered: &Gathered, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
         self.move_body(target);
-        let sums = &mut self.state.sums;
+        let (sums, deepest) = (&mut self.state.sums, gathered.deepest);
         sums.worst_penetration = if deepest > sums.worst_penetration { deepest } else { sums.worst_penetration };
-        sums.most_candidates = sums.most_candidates.max(count as u64);
+        sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
+    }
+
+    /// For bands, before the sweep: the candidates of the next pass, or why there can be none. The state stays as it is.
+    pub(crate) fn look_ahead(&mut self, end: f64) -> Result<Gathered, Failure> {
+        let at_start = self.state.body;
+        self.prescribe_rates(end);
+        let found = self.refuse_too_fast().and_then(|()| self.gather());
+        self.state.body = at_start;
+        found
+    }
+
+    /// For bands, behind the sweep: the rest of the pass.
+    pub(crate) fn close_pass(&mut self, end: f64, gathered: &Gathered, report: Report) -> Result<(), Failure> {
+        let at_start = self.state.body;
+        let target = self.prescribe_rates(end);
+        self.touch(report, gathered.count, &at_start)?;
+        self.end_pass(gathered, target);
         Ok(())
     }
 
@@ -121,9 +155,8 @@ impl Sim<'_> {
         }
     }
 
-    /// The explicit step of nodes and rates.
-    fn sweep_and_touch(&mut self, count: usize, before: &Body) -> Result<(), Failure> {
-        let report = self.sweep();
+    /// What the sweep leaves to do: failures, loads and contact.
+    fn touch(&mut self, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
         if report.non_finite {
             return Err(Failure::NonFinite);
         }
@@ -233,55 +266,54 @@ impl Sim<'_> {
 
     /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
     fn sweep(&mut self) -> Report {
-        let chunks = self.layout.chunks;
-        let rows_stored = self.layout.y.stored();
         let [first, end] = self.rows_to_step();
-        if self.layout.x.mirrored {
-            (first..end).for_each(|j| self.place_image_column(j));
-        }
-        if self.layout.y.mirrored && end == self.layout.nodes_y {
-            self.place_image_row();
-        }
-        let pass = Pass {
-            horizontals: self.layout.x.segments(),
-            verticals: self.layout.nodes_x,
-            law: &self.model.law,
-            critical: self.model.critical,
-            instructions: self.instructions,
-        };
+        self.place_images_above(end);
+        let terms = self.terms();
+        let (chunks, scene, sums) = (self.layout.chunks, &self.scene, &mut self.state.sums);
         let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
-        let uniform =
-            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
-        let share = self.scene.symmetry.share();
-        let mut report = Report::default();
         carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-        for j in first..end {
-            let Some((below, above)) = hot.split_at_mut_checked((j + 1) * chunks) else { break };
-            let row = layout::row_mut(below, chunks, j);
-            let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
-            let run = runs.get(j).copied().unwrap_or([0; 4]);
-            let above = if j + 1 < rows_stored { layout::row(above, chunks, 0) } else { &[] };
-            keep_fixed(row, kept, &run);
-            let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
-            report = report.merged(met);
-            if let Some(slot) = ranges.get_mut(j) {
-                *slot = range;
+        let (swept, rest) = hot.split_at_mut_checked(end * chunks).unwrap_or((&mut [], &mut []));
+        let rows = Rows {
+            first,
+            hot: swept.get_mut(first * chunks..).unwrap_or(&mut []),
+            above: layout::row(rest, chunks, 0),
+            history: history.get_mut(first * chunks..end * chunks).unwrap_or(&mut []),
+            yarn: yarn.get(first * chunks..).unwrap_or(&[]),
+            ranges: ranges.get_mut(first..end).unwrap_or(&mut []),
+            runs: runs.get(first..end).unwrap_or(&[]),
+            carry,
+            kept,
+        };
+        let report = rows.sweep(&terms, |j, pulls| {
+            if scene.track_support {
+                book_pulls(sums, scene, j, &pulls);
             }
-            let pulls = restore_fixed(row, kept, &run, &self.layout, j);
-            if self.scene.track_support {
-                let kind = self.scene.attachment.kind;
-                for (k, pull) in pulls.iter().enumerate() {
-                    let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, k);
-                    self.state.sums.pull_support(kind, at, &(pull * share), self.scene.symmetry);
-                }
-            }
-        }
+        });
         self.awake = [first, end];
         report
     }
 
+    /// The row of images above a sweep that reaches the plane.
+    pub(crate) fn place_images_above(&mut self, end: usize) {
+        if self.layout.y.mirrored && end == self.layout.nodes_y {
+            self.place_image_row();
+        }
+    }
+
+    /// The constants of a sweep.
+    pub(crate) fn terms(&self) -> Terms {
+        Terms {
+            layout: self.layout,
+            law: self.model.law,
+            critical: self.model.critical,
+            stiffness: self.model.mean_stiffness,
+            damage_rate: self.model.mean_damage_rate,
+            instructions: self.instructions,
+        }
+    }
+
     /// Awake rows and their neighbours.
-    fn rows_to_step(&self) -> [usize; 2] {
+    pub(crate) fn rows_to_step(&self) -> [usize; 2] {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
         if !self.skip_rest {
@@ -525,36 +557,11 @@ impl Sim<'_> {
     }
 }
 
-/// Remembers the displacements of a row's fixed nodes.
-fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
-    for columns in [run[0]..run[1], run[2]..run[3]] {
-        for i in columns.map(|i| i as usize) {
-            let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
-            *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
-        }
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j, in units of m h/dt.
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2]) {
+    let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
+    for (side, pull) in pulls.iter().enumerate() {
+        let at = weave::attachment_of(kind, scene.sheet.nodes_y, j, side);
+        sums.pull_support(kind, at, &(pull * symmetry.share()), symmetry);
     }
-}
-
-/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
-/// mirror planes that of all images together, before any is turned.
-fn restore_fixed(
-    row: &mut [Chunk<HOT_PLANES>],
-    kept: &[[f64; 3]],
-    run: &[u32; 4],
-    layout: &Layout,
-    j: usize,
-) -> [Vector; 2] {
-    let mut pulls = [Vector::zeros(); 2];
-    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
-        for i in columns.map(|i| i as usize) {
-            let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
-            let lane = i % CHUNK;
-            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * layout.node_weight(i, j);
-            for plane in 0..3 {
-                chunk[plane][lane] = kept[plane];
-                chunk[3 + plane][lane] = 0.0;
-            }
-        }
-    }
-    pulls
 }

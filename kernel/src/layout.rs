@@ -4,6 +4,7 @@
 //! eight planes [ux uy uz vx vy vz kh kv] of eight numbers each, one cache line a plane. Rows are padded with zeros to whole
 //! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
 
+use crate::bands::MAX_BANDS;
 use crate::error::{Code, Error};
 use crate::scene::{Integrator, Scene, Shape, StepAfterFailure};
 use crate::shape::Solid;
@@ -138,6 +139,26 @@ impl Layout {
     /// Length of `Memory::words`: u32 numbers.
     pub fn words(&self) -> usize {
         self.words
+    }
+
+    /// f64 numbers that stepping in `of` bands takes besides, including what alignment to 64 bytes may take.
+    ///
+    /// # Errors
+    /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands.
+    pub fn band_reals(&self, of: u32) -> Result<usize, Error> {
+        if self.implicit {
+            return Err(Error::plain(Code::NotInBands, "integrator"));
+        }
+        if !(1..=MAX_BANDS).contains(&of) {
+            return Err(Error::new(Code::OutOfRange, "of", f64::from(of), f64::from(MAX_BANDS)));
+        }
+        // Far less than the rows themselves, which compute() has found to fit.
+        Ok(ALIGN_REALS - 1 + of as usize * self.reals_of_a_band() + 6 * self.nodes_y)
+    }
+
+    /// Numbers of one band: a row above it, forces from below it, its fixed nodes; whole cache lines.
+    pub(crate) fn reals_of_a_band(&self) -> usize {
+        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES) + (3 * self.nodes_x).next_multiple_of(ALIGN_REALS)
     }
 
     /// Bytes of memory in all.

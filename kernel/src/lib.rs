@@ -32,6 +32,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod bands;
 mod blocks;
 #[cfg(feature = "micro")]
 pub mod calibrate;
@@ -52,6 +53,7 @@ pub mod pose;
 pub mod prism;
 pub mod projectile;
 pub mod random;
+mod rows;
 pub mod scene;
 pub mod shape;
 pub mod sim;
@@ -64,6 +66,7 @@ mod theta;
 pub mod weave;
 pub mod yarn;
 
+pub use bands::Bands;
 pub use energy::Energy;
 pub use error::{Code, Error, Failure};
 pub use lanes::InstructionSet;

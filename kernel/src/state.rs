@@ -157,6 +157,13 @@ impl State {
 impl Sums {
     /// Adds a pull of the sheet, in units of m h/dt, to an attachment and its images to theirs.
     pub fn pull_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
+        if symmetry == Symmetry::default() {
+            // Every row of every step comes here, and the rows of all bands in turn.
+            if let Some(sum) = self.support.get_mut(attachment) {
+                *sum += pull;
+            }
+            return;
+        }
         for turn in symmetry.images() {
             if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, turn)) {
                 *sum += symmetry::turned(pull, turn);

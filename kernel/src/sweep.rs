@@ -135,6 +135,66 @@ impl Pass<'_> {
     ) -> (Report, [f64; 2]) {
         lanes::dispatch(self.instructions, RowJob { pass: self, row, history, above, carry, yarn })
     }
+
+    /// The vertical forces of `row` on the row `above`, as [`Pass::row`] would leave them in `carry`; nothing is stepped and
+    /// no damage is committed. For a band that starts at `above`.
+    pub fn lift(
+        &self,
+        row: &[Chunk<HOT_PLANES>],
+        history: &[Chunk<HISTORY_PLANES>],
+        above: &[Chunk<HOT_PLANES>],
+        carry: &mut [Chunk<CARRY_PLANES>],
+        yarn: YarnRow<'_>,
+    ) {
+        lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn });
+    }
+}
+
+/// [`Pass::lift`] as a job for the lanes.
+struct LiftJob<'a> {
+    pass: &'a Pass<'a>,
+    row: &'a [Chunk<HOT_PLANES>],
+    history: &'a [Chunk<HISTORY_PLANES>],
+    above: &'a [Chunk<HOT_PLANES>],
+    carry: &'a mut [Chunk<CARRY_PLANES>],
+    yarn: YarnRow<'a>,
+}
+
+impl Job for LiftJob<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        let LiftJob { pass, row, history, above, carry, yarn } = self;
+        let limit = L::splat(pass.critical);
+        let rows = row.iter().zip(above).zip(history).zip(carry);
+        for (c, (((here, above), [_, history]), carry)) in rows.enumerate() {
+            let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, above];
+            let [cx, cy, cz] = carry;
+            for g in 0..CHUNK / L::WIDTH {
+                let d = [
+                    L::load(&L::groups(ax)[g]).sub(L::load(&L::groups(ux)[g])),
+                    L::load(&L::groups(ay)[g]).sub(L::load(&L::groups(uy)[g])),
+                    L::load(&L::groups(az)[g]).sub(L::load(&L::groups(uz)[g])),
+                ];
+                let q = excess_vertical(d);
+                let mut stiffness = L::load(&L::groups(kv)[g]);
+                let largest = L::load(&L::groups(history)[g]);
+                if q.any_not_below(limit) && q.any_above(largest) {
+                    let place = Place { first: c * CHUNK + g * L::WIDTH, end: pass.verticals, axis: Axis::Vertical };
+                    let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
+                    largest.store(&mut copy);
+                    stiffness.store(&mut damaged);
+                    pass.damage(q, place, &yarn, &mut copy, &mut damaged);
+                    stiffness = L::load(&damaged);
+                }
+                let lift = pull_vertical(stiffness, q, d);
+                lift[0].store(&mut L::groups_mut(cx)[g]);
+                lift[1].store(&mut L::groups_mut(cy)[g]);
+                lift[2].store(&mut L::groups_mut(cz)[g]);
+            }
+        }
+    }
 }
 
 impl Job for RowJob<'_> {

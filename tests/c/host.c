@@ -652,6 +652,73 @@ static void failure(void)
     free_block(b);
 }
 
+/* Bands called one after the other: the same bits; calls out of turn are refused and change nothing. */
+static void bands(uint64_t expected)
+{
+    fk_scene scene = small_scene();
+    block b = new_block(&scene, 0);
+    fk_sim *sim = NULL;
+    fk_counters counters = {.struct_size = sizeof counters};
+    fk_fault why = {.struct_size = sizeof why};
+    uint64_t bytes = 0, passes = 0, steps = 0;
+    uint32_t last = 7, outcomes = 7, band;
+    unsigned char *all, *scratch, byte;
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_bands_size(sim, 0, &bytes) == FK_OUT_OF_RANGE && fk_bands_size(NULL, 3, &bytes) == FK_NULL_POINTER);
+    CHECK(fk_bands_size(sim, FK_MAX_BANDS + 1, &bytes) == FK_OUT_OF_RANGE && bytes == 0);
+    CHECK(fk_bands_size(sim, 3, &bytes) == FK_OK);
+    all = malloc(bytes + 64 + GUARD);
+    CHECK(all != NULL);
+    scratch = all + (64 - (uintptr_t)all % 64);
+    memset(scratch, GUARD_BYTE, bytes + GUARD);
+
+    CHECK(fk_bands_pass(sim, 0, &last) == FK_BAND_OUT_OF_TURN && last == 7);
+    CHECK(fk_bands_progress(sim, &passes, &steps, &outcomes) == FK_BAND_OUT_OF_TURN && fk_bands_end(sim) == FK_BAND_OUT_OF_TURN);
+    CHECK(fk_bands_begin(sim, 3, NULL, bytes) == FK_NULL_POINTER && fk_bands_begin(NULL, 3, scratch, bytes) == FK_NULL_POINTER);
+    CHECK(fk_bands_begin(sim, 3, scratch, bytes - 1) == FK_SHORT_BUFFER);
+    CHECK(fk_bands_begin(sim, 3, scratch + 8, bytes) == FK_MISALIGNED);
+    CHECK(fk_bands_begin(sim, 0, scratch, bytes) == FK_OUT_OF_RANGE);
+    for (byte = 0; byte < GUARD; byte++)
+        CHECK(scratch[byte] == GUARD_BYTE);
+    CHECK(fk_bands_begin(sim, 3, scratch, bytes) == FK_OK);
+    CHECK(fk_bands_begin(sim, 3, scratch, bytes) == FK_BAND_OUT_OF_TURN);
+    every_call_says(sim, FK_BAND_OUT_OF_TURN);
+    CHECK(fk_reset(sim) == FK_BAND_OUT_OF_TURN && fk_state_load(sim, scratch, 8) == FK_BAND_OUT_OF_TURN);
+    CHECK(fk_get_counters(sim, &counters) == FK_BAND_OUT_OF_TURN && fk_get_fault(sim, &why) == FK_BAND_OUT_OF_TURN);
+
+    while (steps < STEPS - 1) {
+        for (band = 3; band-- > 0;) {
+            CHECK(fk_bands_pass(sim, band, &last) == FK_OK && last == (band == 0));
+            if (band > 0)
+                CHECK(fk_bands_pass(sim, band, &last) == FK_BAND_OUT_OF_TURN);
+        }
+        CHECK(fk_bands_pass(sim, 3, &last) == FK_OUT_OF_RANGE);
+        CHECK(fk_bands_progress(sim, &passes, &steps, &outcomes) == FK_OK && passes == steps);
+    }
+    CHECK(fk_bands_progress(sim, NULL, NULL, NULL) == FK_OK);
+    /* The last step is begun by one band only and completed by the end. */
+    CHECK(fk_bands_pass(sim, 1, NULL) == FK_OK);
+    CHECK(fk_bands_end(sim) == FK_OK && fk_bands_end(sim) == FK_BAND_OUT_OF_TURN);
+    CHECK(digest_of(sim) == expected);
+    for (byte = 0; byte < GUARD; byte++)
+        CHECK(scratch[bytes + byte] == GUARD_BYTE);
+    free_block(b);
+
+    /* A failure: told to the last band, then to all, and by the end. */
+    scene.contact_capacity = 1;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    CHECK(fk_bands_begin(sim, 2, scratch, bytes) == FK_OK);
+    for (steps = 0; fk_bands_pass(sim, 0, NULL) == FK_OK; steps++)
+        CHECK(steps < STEPS && fk_bands_pass(sim, 1, NULL) == (steps == 0 ? FK_CONTACT_CAPACITY : FK_OK));
+    CHECK(fk_bands_pass(sim, 1, NULL) == FK_CONTACT_CAPACITY);
+    CHECK(fk_bands_end(sim) == FK_CONTACT_CAPACITY);
+    told(sim, FK_CONTACT_CAPACITY, "");
+    CHECK(fk_bands_begin(sim, 2, scratch, bytes) == FK_CONTACT_CAPACITY);
+    free(all);
+    free_block(b);
+}
+
 int main(void)
 {
     uint64_t digest;
@@ -670,6 +737,7 @@ int main(void)
     rounding_of_the_host(digest);
     prescribed();
     failure();
+    bands(digest);
     fprintf(stderr, "%d checks hold\n", checks);
     return 0;
 }

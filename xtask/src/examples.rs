@@ -35,7 +35,23 @@ pub fn run() -> Outcome {
         }
         println!("  {name}: {wanted}");
     }
+    threads(Path::new(&*build))?;
     cost()
+}
+
+/// The example with threads: for any number of them the digest that tests/c/digests holds for the same scene.
+fn threads(build: &Path) -> Outcome {
+    let path = top().join("tests/c/digests");
+    let digests = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let wanted = digests.lines().find_map(|line| line.strip_prefix("small ")).unwrap_or_default();
+    for threads in ["1", "2", "3", "5"] {
+        let printed = output(build.join("threads"), &[threads])?;
+        if printed.trim() != wanted {
+            return Err(format!("threads {threads} prints {printed} instead of {wanted} ({})", path.display()));
+        }
+    }
+    println!("  threads, 1, 2, 3 and 5 of them: {wanted}");
+    Ok(())
 }
 
 /// Calls of the library in tests/cpp/cost.c.

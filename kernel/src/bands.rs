@@ -1,0 +1,438 @@
+//! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
+//!
+//! Method: a pass (a step, or half of one after `step_after_failure`) is one call of [`Bands::pass`] for every band, in any
+//! order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
+//! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
+//! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
+//! called again before all have arrived is refused. The bits are those of [`Sim::step`], whatever the cut.
+//! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
+//! Reference: docs/model.md, "Row bands".
+//!
+//! ```
+//! use fabric::{Layout, Memory, Scene, Sim};
+//!
+//! let mut scene = Scene::sheet_3in_sphere();
+//! (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+//! let layout = Layout::of(&scene)?;
+//! let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
+//! let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words })?;
+//!
+//! let mut scratch = vec![0.0; layout.band_reals(2)?];
+//! let bands = sim.bands(&mut scratch, 2)?;
+//! std::thread::scope(|threads| {
+//!     for band in 0..2 {
+//!         let bands = &bands;
+//!         threads.spawn(move || {
+//!             while bands.steps() < 100 {
+//!                 let passes = bands.passes();
+//!                 if bands.pass(band).is_err() {
+//!                     break; // a failure; every band is told at its next call
+//!                 }
+//!                 while bands.passes() == passes {
+//!                     std::thread::yield_now(); // better: spin briefly, then park
+//!                 }
+//!             }
+//!         });
+//!     }
+//! });
+//! drop(bands);
+//! assert_eq!(sim.step_count(), 100);
+//! # Ok::<(), fabric::Error>(())
+//! ```
+//! With `lanes.rs` this is the only file of the kernel with unsafe code.
+#![allow(unsafe_code)]
+
+use crate::blocks::Blocks;
+use crate::error::{Code, Error, Failure};
+use crate::explicit::{self, Gathered};
+use crate::layout::{ALIGN_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, YARN_PLANES};
+use crate::pose::Vector;
+use crate::rows::{Rows, Terms};
+use crate::sim::Sim;
+use crate::sweep::Report;
+use core::cell::UnsafeCell;
+use core::marker::PhantomData;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
+use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};
+
+/// Most bands a sheet can be cut into.
+pub const MAX_BANDS: u32 = 32;
+
+/// A simulation lent to be stepped in bands. Shared by reference between threads; made by [`Sim::bands`], which has the whole
+/// simulation until this is dropped. Dropping it does what is missing of a step that only some bands have taken.
+pub struct Bands<'s, 'a> {
+    sim: *mut Sim<'a>,
+    of: u32,
+    /// Written by the last band to arrive, read by all bands between two meetings.
+    plan: UnsafeCell<Plan>,
+    /// Written by its own band, read by the last to arrive.
+    reports: [UnsafeCell<Report>; MAX_BANDS as usize],
+    /// One bit for every band that was called in this pass.
+    claimed: AtomicU32,
+    /// One bit for every band that has done its rows in this pass.
+    arrived: AtomicU32,
+    passes: AtomicUsize,
+    steps: AtomicUsize,
+    outcomes: AtomicU32,
+    /// Number of the failure's code, or 0.
+    failure: AtomicI32,
+    lent: PhantomData<(&'s mut Sim<'a>, &'s mut [f64])>,
+}
+
+// SAFETY: holds a `&mut Sim` and a `&mut [f64]`, both of which may go to another thread.
+unsafe impl Send for Bands<'_, '_> {}
+// SAFETY: everything behind the pointers and cells is reached through `pass` alone. A band's own rows, scratch and report are
+// used only by the call that has set the band's bit in `claimed`; the simulation and the plan are changed only by the call
+// that finds all bits of `arrived` set, while every bit of `claimed` still keeps the others out.
+unsafe impl Sync for Bands<'_, '_> {}
+
+/// What all bands need to know for one pass.
+struct Plan {
+    /// Where the pass ends, in parts of the step.
+    end: f64,
+    /// Whether it is the second half of a step that is begun.
+    second_half: bool,
+    /// Failed segments at the step's start.
+    failed_before: u64,
+    /// What lies under the projectile, or why the pass cannot be made.
+    found: Result<Gathered, Failure>,
+    /// Rows to sweep [first, end).
+    rows: [usize; 2],
+    terms: Terms,
+    track_support: bool,
+    memory: Pointers,
+}
+
+/// Where the rows are: from the simulation's blocks, taken anew for every pass.
+#[derive(Clone, Copy)]
+struct Pointers {
+    hot: *mut Chunk<HOT_PLANES>,
+    history: *mut Chunk<HISTORY_PLANES>,
+    yarn: *const Chunk<YARN_PLANES>,
+    ranges: *mut [f64; 2],
+    runs: *const [u32; 4],
+    /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
+    scratch: *mut f64,
+}
+
+/// A band's own numbers.
+struct Scratch<'r> {
+    /// The row above the band as it was at the pass's start.
+    above: &'r mut [Chunk<HOT_PLANES>],
+    /// Vertical forces from the row below the band.
+    carry: &'r mut [Chunk<CARRY_PLANES>],
+    kept: &'r mut [[f64; 3]],
+}
+
+impl<'a> Sim<'a> {
+    /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: numbers, their count from
+    /// [`Layout::band_reals`](crate::Layout::band_reals), content does not matter.
+    ///
+    /// # Errors
+    /// More bands than [`MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
+    pub fn bands<'s>(&'s mut self, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
+        self.sound()?;
+        let needed = self.layout.band_reals(of)?;
+        if scratch.len() < needed {
+            return Err(Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64));
+        }
+        let skip = scratch.as_ptr().align_offset(8 * ALIGN_REALS).min(ALIGN_REALS - 1);
+        let scratch = scratch.get_mut(skip..).unwrap_or(&mut []).as_mut_ptr();
+        let plan = Plan::of(self, of, scratch, None);
+        let outcomes = self.state.watch.mask();
+        Ok(Bands {
+            sim: self,
+            of,
+            plan: UnsafeCell::new(plan),
+            reports: core::array::from_fn(|_| UnsafeCell::new(Report::default())),
+            claimed: AtomicU32::new(0),
+            arrived: AtomicU32::new(0),
+            passes: AtomicUsize::new(0),
+            steps: AtomicUsize::new(0),
+            outcomes: AtomicU32::new(outcomes),
+            failure: AtomicI32::new(0),
+            lent: PhantomData,
+        })
+    }
+}
+
+impl Bands<'_, '_> {
+    /// One band's part of the present pass: sweeps its rows; the last band to be done completes the pass for all. Returns
+    /// whether this was the last. Another call for this band is refused until the pass is complete, see [`Bands::passes`].
+    ///
+    /// # Errors
+    /// No such band, or one already called in this pass: nothing changed. A failure of the pass, to the band that completes
+    /// it, and to every band from then on.
+    pub fn pass(&self, band: u32) -> Result<bool, Error> {
+        if band >= self.of {
+            return Err(Error::new(Code::OutOfRange, "band", f64::from(band), f64::from(self.of - 1)));
+        }
+        if let Some(failure) = self.failure() {
+            return Err(failure.into());
+        }
+        let bit = 1 << band;
+        if self.claimed.fetch_or(bit, Ordering::AcqRel) & bit != 0 {
+            return Err(Error::new(Code::BandOutOfTurn, "band", f64::from(band), 0.0));
+        }
+        // SAFETY: this call has claimed the band, so no other has its rows, scratch and report; the claim has acquired what
+        // the completion of the pass before released, and nobody changes the plan before this band arrives.
+        unsafe {
+            let met = (*self.plan.get()).sweep(self.of, band);
+            if let Some(report) = self.reports.get(band as usize) {
+                *report.get() = met;
+            }
+        }
+        let all = u32::MAX >> (32 - self.of);
+        if self.arrived.fetch_or(bit, Ordering::AcqRel) | bit != all {
+            return Ok(false);
+        }
+        // SAFETY: all bands have arrived and released what they wrote; every claim still stands, so that no call gets
+        // beyond it before this one has cleared them.
+        let result = unsafe { self.complete() };
+        self.arrived.store(0, Ordering::Relaxed);
+        self.claimed.store(0, Ordering::Release);
+        // Behind the claims: who sees the new count finds them cleared.
+        self.passes.fetch_add(1, Ordering::Release);
+        result?;
+        Ok(true)
+    }
+
+    /// Passes completed since [`Sim::bands`], one that failed included: a band's turn comes again when this has grown. Any
+    /// thread may look. With a band's call outstanding this and the two below cannot change.
+    pub fn passes(&self) -> u64 {
+        self.passes.load(Ordering::Acquire) as u64
+    }
+
+    /// Steps completed since [`Sim::bands`].
+    pub fn steps(&self) -> u64 {
+        self.steps.load(Ordering::Acquire) as u64
+    }
+
+    /// Bits of the outcomes latched so far.
+    pub fn outcomes(&self) -> u32 {
+        self.outcomes.load(Ordering::Acquire)
+    }
+
+    /// The failure that ended the last pass, if one did.
+    pub fn failure(&self) -> Option<Failure> {
+        let number = self.failure.load(Ordering::Acquire);
+        [Failure::NonFinite, Failure::ContactCapacity, Failure::TooFast, Failure::NotConverged]
+            .into_iter()
+            .find(|failure| failure.code().number() == number)
+    }
+
+    /// Everything behind the sweep, then the plan of the next pass.
+    ///
+    /// # Safety
+    /// All bands have arrived and none can be claimed.
+    unsafe fn complete(&self) -> Result<(), Failure> {
+        // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
+        let (sim, plan) = unsafe { (&mut *self.sim, &mut *self.plan.get()) };
+        let mut report = Report::default();
+        for cell in self.reports.iter().take(self.of as usize) {
+            // SAFETY: the band has arrived.
+            report = report.merged(unsafe { *cell.get() });
+        }
+        let steps = sim.state.step;
+        // SAFETY: as above.
+        if let Err(failure) = unsafe { plan.close(sim, self.of, report) } {
+            sim.failure = Some(failure);
+            self.failure.store(failure.code().number(), Ordering::Release);
+            return Err(failure);
+        }
+        self.steps.fetch_add(usize::from(sim.state.step > steps), Ordering::Release);
+        self.outcomes.store(sim.state.watch.mask(), Ordering::Release);
+        *plan = Plan::of(sim, self.of, plan.memory.scratch, Some(plan));
+        Ok(())
+    }
+}
+
+impl Drop for Bands<'_, '_> {
+    /// Does what is missing of a begun step: at most this pass and the next.
+    fn drop(&mut self) {
+        for _ in 0..2 {
+            if *self.claimed.get_mut() != 0 || self.plan.get_mut().second_half {
+                // Refused for those that have been called.
+                (0..self.of).for_each(|band| {
+                    let _ = self.pass(band);
+                });
+            }
+        }
+    }
+}
+
+impl Plan {
+    /// Plans the pass that follows `last`, or the first one.
+    fn of(sim: &mut Sim<'_>, of: u32, scratch: *mut f64, last: Option<&Plan>) -> Plan {
+        let second_half = last.is_some_and(|last| last.end < 1.0);
+        let end = if sim.state.halved && !second_half { 0.5 } else { 1.0 };
+        let failed_before = match last {
+            Some(last) if second_half => last.failed_before,
+            _ => sim.failed_segments,
+        };
+        let found = sim.look_ahead(end);
+        let rows = sim.rows_to_step();
+        sim.place_images_above(rows[1]);
+        let (terms, track_support) = (sim.terms(), sim.scene.track_support);
+        let Blocks { hot, history, yarn, ranges, runs, .. } = &mut sim.blocks;
+        let memory = Pointers {
+            hot: hot.as_mut_ptr(),
+            history: history.as_mut_ptr(),
+            yarn: yarn.as_ptr(),
+            ranges: ranges.as_mut_ptr(),
+            runs: runs.as_ptr(),
+            scratch,
+        };
+        let plan = Plan { end, second_half, failed_before, found, rows, terms, track_support, memory };
+        for band in 0..of {
+            // SAFETY: the caller has the simulation to itself, so no band is being swept.
+            unsafe { plan.cut(of, band) };
+        }
+        plan
+    }
+
+    /// Rows [first, end) of a band.
+    fn rows_of(&self, of: u32, band: u32) -> [usize; 2] {
+        let [first, end] = self.rows;
+        // At least 1, so that no division by zero has to be compiled in.
+        let start = |band: u32| first + (end - first) * band as usize / of.max(1) as usize;
+        [start(band), start(band + 1)]
+    }
+
+    /// Copies what a band needs of its neighbours' rows, before any row is swept.
+    ///
+    /// # Safety
+    /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
+    unsafe fn cut(&self, of: u32, band: u32) {
+        let [first, end] = self.rows_of(of, band);
+        if self.found.is_err() || first == end {
+            return;
+        }
+        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
+        unsafe {
+            let Scratch { above, carry, .. } = self.scratch(band);
+            if end < self.rows[1] {
+                // Displacements are all that is read of it.
+                for (copy, chunk) in above.iter_mut().zip(rows(memory.hot, chunks, end, 1)) {
+                    copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
+                }
+            }
+            if first > self.rows[0] {
+                let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
+                let below = rows(memory.hot, chunks, first - 1, 1);
+                let history = rows(memory.history, chunks, first - 1, 1);
+                let here = rows(memory.hot, chunks, first, 1);
+                self.terms.pass().lift(below, history, here, carry, self.terms.yarn_row(yarn, 0));
+            } else {
+                carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+            }
+        }
+    }
+
+    /// Sweeps a band's rows.
+    ///
+    /// # Safety
+    /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
+    unsafe fn sweep(&self, of: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(of, band);
+        if self.found.is_err() || first == end {
+            return Report::default();
+        }
+        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        let count = end - first;
+        // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
+        // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
+        unsafe {
+            let Scratch { above, carry, kept } = self.scratch(band);
+            let above: &[_] = if end < self.rows[1] {
+                above
+            } else if end < layout.y.stored() {
+                rows(memory.hot, chunks, end, 1)
+            } else {
+                &[]
+            };
+            let pulls = self.pulls(of);
+            let rows = Rows {
+                first,
+                hot: rows_mut(memory.hot, chunks, first, count),
+                above,
+                history: rows_mut(memory.history, chunks, first, count),
+                yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
+                ranges: rows_mut(memory.ranges, 1, first, count),
+                runs: rows(memory.runs, 1, first, count),
+                carry,
+                kept,
+            };
+            rows.sweep(&self.terms, |j, pulled| {
+                if self.track_support {
+                    pulls.add(j).write(pulled.map(|pull| pull.into()));
+                }
+            })
+        }
+    }
+
+    /// The part of a pass that is not cut.
+    ///
+    /// # Safety
+    /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
+    unsafe fn close(&self, sim: &mut Sim<'_>, of: u32, report: Report) -> Result<(), Failure> {
+        let gathered = self.found?;
+        sim.awake = self.rows;
+        if self.track_support {
+            for j in self.rows[0]..self.rows[1] {
+                // SAFETY: the sweep of row j has written its pulls.
+                let pulls = unsafe { self.pulls(of).add(j).read() };
+                explicit::book_pulls(&mut sim.state.sums, &sim.scene, j, &pulls.map(Vector::from));
+            }
+        }
+        sim.close_pass(self.end, &gathered, report)?;
+        if self.end == 1.0 {
+            sim.end_step(self.failed_before);
+        }
+        Ok(())
+    }
+
+    /// A band's own numbers.
+    ///
+    /// # Safety
+    /// Nothing else uses them while they are held.
+    unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
+        let layout = &self.terms.layout;
+        let chunks = layout.chunks;
+        // SAFETY: Sim::bands has found room for as many bands, one behind the other, each in this order.
+        unsafe {
+            let above = self.memory.scratch.add(band as usize * layout.reals_of_a_band());
+            let carry = above.add(chunks * CHUNK * HOT_PLANES);
+            let kept = carry.add(chunks * CHUNK * CARRY_PLANES);
+            Scratch {
+                above: from_raw_parts_mut(above.cast(), chunks),
+                carry: from_raw_parts_mut(carry.cast(), chunks),
+                kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
+            }
+        }
+    }
+
+    /// Where the pulls of row 0's two runs are, behind the bands' own numbers.
+    fn pulls(&self, of: u32) -> *mut [[f64; 3]; 2] {
+        self.memory.scratch.wrapping_add(of as usize * self.terms.layout.reals_of_a_band()).cast()
+    }
+}
+
+/// `count` rows of `width` items each, from row `first` on.
+///
+/// # Safety
+/// They lie inside what `start` points to, and nothing changes them while they are held.
+unsafe fn rows<'r, T>(start: *const T, width: usize, first: usize, count: usize) -> &'r [T] {
+    // SAFETY: the caller's promise.
+    unsafe { from_raw_parts(start.add(first * width), count * width) }
+}
+
+/// `count` rows of `width` items each, from row `first` on, to be changed.
+///
+/// # Safety
+/// They lie inside what `start` points to, and nothing else uses them while they are held.
+unsafe fn rows_mut<'r, T>(start: *mut T, width: usize, first: usize, count: usize) -> &'r mut [T] {
+    // SAFETY: the caller's promise.
+    unsafe { from_raw_parts_mut(start.add(first * width), count * width) }
+}

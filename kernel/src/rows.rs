@@ -1,0 +1,125 @@
+//! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
+
+use crate::blocks::place_image_column;
+use crate::lanes::InstructionSet;
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, YARN_PLANES};
+use crate::pose::Vector;
+use crate::sweep::{Pass, Report, YarnRow};
+use crate::yarn::DamageLaw;
+
+/// Constants of a sweep.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms {
+    pub layout: Layout,
+    pub law: DamageLaw,
+    /// q at the critical stretch.
+    pub critical: f64,
+    /// Undamaged stiffness and damage rate of uniform yarn.
+    pub stiffness: f64,
+    pub damage_rate: f64,
+    pub instructions: InstructionSet,
+}
+
+impl Terms {
+    /// The hot pass with these constants.
+    pub fn pass(&self) -> Pass<'_> {
+        Pass {
+            horizontals: self.layout.x.segments(),
+            verticals: self.layout.nodes_x,
+            law: &self.law,
+            critical: self.critical,
+            instructions: self.instructions,
+        }
+    }
+
+    /// Constants of the segments of the k-th row of `yarn`, which is empty for uniform yarn.
+    pub fn yarn_row<'y>(&self, yarn: &'y [Chunk<YARN_PLANES>], k: usize) -> YarnRow<'y> {
+        if self.layout.stochastic {
+            YarnRow::Stochastic(layout::row(yarn, self.layout.chunks, k))
+        } else {
+            YarnRow::Uniform { stiffness: self.stiffness, damage_rate: self.damage_rate }
+        }
+    }
+}
+
+/// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
+pub(crate) struct Rows<'r> {
+    /// Number of the first row.
+    pub first: usize,
+    pub hot: &'r mut [Chunk<HOT_PLANES>],
+    /// The row above the last, not swept yet; empty above the top row.
+    pub above: &'r [Chunk<HOT_PLANES>],
+    pub history: &'r mut [Chunk<HISTORY_PLANES>],
+    /// Constants from the first row on; empty for uniform yarn.
+    pub yarn: &'r [Chunk<YARN_PLANES>],
+    /// Least and greatest y displacement, one entry a row.
+    pub ranges: &'r mut [[f64; 2]],
+    /// Fixed nodes, one entry a row.
+    pub runs: &'r [[u32; 4]],
+    /// Vertical forces from the row below the first.
+    pub carry: &'r mut [Chunk<CARRY_PLANES>],
+    pub kept: &'r mut [[f64; 3]],
+}
+
+impl Rows<'_> {
+    /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
+    /// of fixed nodes, in units of m h/dt, lowest row first.
+    #[inline]
+    pub fn sweep(self, terms: &Terms, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let layout = &terms.layout;
+        let chunks = layout.chunks;
+        let pass = terms.pass();
+        let Rows { first, hot, above, history, yarn, ranges, runs, carry, kept } = self;
+        if layout.x.mirrored {
+            (0..ranges.len()).for_each(|k| place_image_column(layout::row_mut(hot, chunks, k), layout.x));
+        }
+        let (mut report, rows) = (Report::default(), ranges.len());
+        for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
+            let j = first + k;
+            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { break };
+            let row = layout::row_mut(below, chunks, k);
+            let above = if k + 1 < rows { layout::row(next, chunks, 0) } else { above };
+            keep_fixed(row, kept, run);
+            let yarn = terms.yarn_row(yarn, k);
+            let (met, reach) = pass.row(row, layout::row_mut(history, chunks, k), above, carry, yarn);
+            report = report.merged(met);
+            *range = reach;
+            book(j, restore_fixed(row, kept, run, layout, j));
+        }
+        report
+    }
+}
+
+/// Remembers the displacements of a row's fixed nodes.
+fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+    for columns in [run[0]..run[1], run[2]..run[3]] {
+        for i in columns.map(|i| i as usize) {
+            let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
+            *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
+        }
+    }
+}
+
+/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
+/// mirror planes that of all images together, before any is turned.
+fn restore_fixed(
+    row: &mut [Chunk<HOT_PLANES>],
+    kept: &[[f64; 3]],
+    run: &[u32; 4],
+    layout: &Layout,
+    j: usize,
+) -> [Vector; 2] {
+    let mut pulls = [Vector::zeros(); 2];
+    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+        for i in columns.map(|i| i as usize) {
+            let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
+            let lane = i % CHUNK;
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * layout.node_weight(i, j);
+            for plane in 0..3 {
+                chunk[plane][lane] = kept[plane];
+                chunk[3 + plane][lane] = 0.0;
+            }
+        }
+    }
+    pulls
+}

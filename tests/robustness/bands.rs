@@ -1,0 +1,332 @@
+//! Row bands: whatever the cut, the order of the bands and the threads, the bits are those of plain steps, through failure; a
+//! band out of turn is refused and changes nothing.
+
+#[path = "../golden/scenes.rs"]
+mod golden;
+
+use fabric::{
+    AttachmentKind, Bands, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry, bands::MAX_BANDS,
+};
+use fabric_tests::{Buffers, small_sheet};
+use std::sync::Barrier;
+
+/// Takes `steps` steps with all bands on this thread, in an order that changes with every pass.
+fn in_turn(sim: &mut Sim<'_>, of: u32, steps: u64) -> Result<(), Error> {
+    let mut scratch = vec![f64::NAN; sim.layout().band_reals(of)?];
+    let bands = sim.bands(&mut scratch, of)?;
+    let mut passes = 0;
+    while bands.steps() < steps {
+        for k in 0..of {
+            let band = (7 * k + passes as u32) % of;
+            assert_eq!(bands.pass(band)?, k + 1 == of, "the last and no other completes the pass");
+        }
+        passes += 1;
+        assert_eq!(bands.passes(), passes);
+    }
+    Ok(())
+}
+
+/// Takes `steps` steps with a thread for every band.
+fn on_threads(sim: &mut Sim<'_>, of: u32, steps: u64) {
+    let mut scratch = vec![0.0; sim.layout().band_reals(of).unwrap()];
+    let bands = sim.bands(&mut scratch, of).unwrap();
+    std::thread::scope(|threads| {
+        for band in 0..of {
+            let bands = &bands;
+            threads.spawn(move || {
+                while bands.steps() < steps {
+                    let passes = bands.passes();
+                    bands.pass(band).unwrap();
+                    while bands.passes() == passes {
+                        std::thread::yield_now();
+                    }
+                }
+            });
+        }
+    });
+}
+
+/// Runs a scene plainly and in bands of several numbers, in two parts, prepared and finished as told.
+#[track_caller]
+fn same_bits(scene: &Scene, steps: u64, prepare: impl Fn(&mut Sim<'_>), check: impl Fn(&Sim<'_>)) {
+    let mut memory = Buffers::of(scene);
+    let mut plain = memory.sim(scene);
+    prepare(&mut plain);
+    plain.advance(steps).unwrap();
+    check(&plain);
+    for of in [1, 2, 3, 5, MAX_BANDS] {
+        let mut memory = Buffers::of(scene);
+        let mut sim = memory.sim(scene);
+        prepare(&mut sim);
+        in_turn(&mut sim, of, steps / 3).unwrap();
+        sim.advance(10).unwrap();
+        in_turn(&mut sim, of, steps - steps / 3 - 10).unwrap();
+        assert_eq!(sim.digest(), plain.digest(), "{of} bands");
+        assert_eq!((sim.counters(), sim.outcomes()), (plain.counters(), plain.outcomes()), "{of} bands");
+        assert_eq!(sim.energy(), plain.energy());
+    }
+}
+
+fn failed(sim: &Sim<'_>) {
+    assert!(sim.counters().failed_segments > 0);
+}
+
+#[test]
+fn golden_scenes_through_failure() {
+    same_bits(&golden::uniform_sphere(), 3000, |_| (), failed);
+    same_bits(&golden::tumbling_cylinder_on_corners(), 2000, |_| (), failed);
+    same_bits(&golden::free_plies_in_a_turned_frame(), 1500, |_| (), failed);
+    same_bits(&golden::damage_law_with_offset(), 2000, |_| (), failed);
+    same_bits(&golden::box_on_a_corner(), 1500, |_| (), failed);
+    same_bits(&golden::tumbling_bullet(), 1200, |_| (), |_| ());
+    same_bits(&golden::disc_sector(), 500, |_| (), |_| ());
+}
+
+#[test]
+fn a_prepared_sheet_under_load() {
+    let prepare = |sim: &mut Sim<'_>| {
+        golden::pre_damage_and_stretch(sim);
+        sim.set_external_load([0.5, -0.25, 2000.0], [0.0; 3]).unwrap();
+    };
+    same_bits(&golden::uniform_sphere(), 1500, prepare, |_| ());
+}
+
+#[test]
+fn a_prescribed_body_on_a_path_and_beyond_it() {
+    let follow = |sim: &mut Sim<'_>| sim.follow(&golden::two_paths()[0], 0).unwrap();
+    same_bits(&golden::prescribed_cylinder(), 900, follow, failed);
+}
+
+#[test]
+fn rows_at_rest_stepped_or_not() {
+    let scene = small_sheet(41, 250.0);
+    let plain = |steps: u64| {
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.advance(steps).unwrap();
+        sim.digest()
+    };
+    // While the wave still runs outwards: fewer rows than bands, then more.
+    for steps in [1, 2, 3, 12, 40] {
+        for of in [1, 2, 3, 5] {
+            let mut memory = Buffers::of(&scene);
+            let mut sim = memory.sim(&scene);
+            in_turn(&mut sim, of, steps).unwrap();
+            assert_eq!(sim.digest(), plain(steps), "{of} bands, {steps} steps");
+        }
+    }
+    same_bits(&scene, 900, |sim| sim.step_every_row(), failed);
+}
+
+#[test]
+fn uniform_and_stochastic_yarn() {
+    let mut scene = golden::uniform_sphere();
+    same_bits(&scene, 1200, |_| (), |_| ());
+    scene.yarn.stochastic = true;
+    scene.attachment.kind = AttachmentKind::TwoSides;
+    scene.projectile.velocity[2] = 300.0;
+    same_bits(&scene, 700, |_| (), failed);
+}
+
+#[test]
+fn a_step_that_is_halved_after_failure() {
+    let mut scene = small_sheet(21, 250.0);
+    scene.step_after_failure = StepAfterFailure::Half;
+    same_bits(&scene, 700, |_| (), failed);
+}
+
+#[test]
+fn mirror_planes() {
+    same_bits(&golden::quarter_under_a_cylinder(), 2500, |_| (), failed);
+    for (mirror_x, mirror_y) in [(true, false), (false, true), (true, true)] {
+        for nodes in [20, 21] {
+            let mut scene = small_sheet(nodes, 250.0);
+            scene.symmetry = Symmetry { mirror_x, mirror_y };
+            same_bits(&scene, 500, |_| (), failed);
+        }
+    }
+}
+
+#[test]
+fn instruction_sets() {
+    for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+        let mut scene = small_sheet(23, 300.0);
+        scene.yarn.stochastic = true;
+        same_bits(&scene, 500, |sim| sim.use_instructions(set).unwrap(), failed);
+    }
+}
+
+#[test]
+fn threads() {
+    let mut corners = small_sheet(29, 500.0);
+    corners.yarn.stochastic = true;
+    let mut halved = small_sheet(21, 250.0);
+    halved.step_after_failure = StepAfterFailure::Half;
+    for scene in [corners, halved] {
+        let mut memory = Buffers::of(&scene);
+        let mut plain = memory.sim(&scene);
+        plain.advance(700).unwrap();
+        failed(&plain);
+        for of in [1, 2, 3, 5] {
+            let mut memory = Buffers::of(&scene);
+            let mut sim = memory.sim(&scene);
+            on_threads(&mut sim, of, 700);
+            assert_eq!(sim.digest(), plain.digest(), "{of} threads");
+        }
+    }
+}
+
+/// The band is refused, and nothing that can be seen changes.
+#[track_caller]
+fn band_refused(bands: &Bands<'_, '_>, band: u32, code: Code, field: &str) {
+    let before = (bands.passes(), bands.steps(), bands.outcomes());
+    let error = bands.pass(band).unwrap_err();
+    assert_eq!((error.code, error.field), (code, field));
+    assert_eq!((bands.passes(), bands.steps(), bands.outcomes()), before);
+}
+
+#[test]
+fn a_band_out_of_turn_is_refused_and_changes_nothing() {
+    let scene = small_sheet(21, 250.0);
+    let mut memory = Buffers::of(&scene);
+    let mut plain = memory.sim(&scene);
+    plain.advance(40).unwrap();
+
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let mut scratch = vec![0.0; sim.layout().band_reals(3).unwrap()];
+    let bands = sim.bands(&mut scratch, 3).unwrap();
+    for _ in 0..40 {
+        band_refused(&bands, 3, Code::OutOfRange, "band");
+        band_refused(&bands, u32::MAX, Code::OutOfRange, "band");
+        assert!(!bands.pass(1).unwrap());
+        band_refused(&bands, 1, Code::BandOutOfTurn, "band");
+        assert!(!bands.pass(0).unwrap());
+        band_refused(&bands, 0, Code::BandOutOfTurn, "band");
+        band_refused(&bands, 1, Code::BandOutOfTurn, "band");
+        assert!(bands.pass(2).unwrap());
+    }
+    drop(bands);
+    assert_eq!(sim.digest(), plain.digest());
+}
+
+#[test]
+fn threads_that_fight_for_one_band_share_its_turns() {
+    let scene = small_sheet(21, 250.0);
+    let mut memory = Buffers::of(&scene);
+    let mut plain = memory.sim(&scene);
+    plain.advance(200).unwrap();
+
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let mut scratch = vec![0.0; sim.layout().band_reals(2).unwrap()];
+    let bands = sim.bands(&mut scratch, 2).unwrap();
+    let start = Barrier::new(4);
+    std::thread::scope(|threads| {
+        for thread in 0..4 {
+            let (bands, start) = (&bands, &start);
+            threads.spawn(move || {
+                start.wait();
+                for turn in 0.. {
+                    if bands.steps() >= 150 {
+                        break;
+                    }
+                    // Now and then refused, now and then not; never waits for anyone.
+                    match bands.pass((thread + turn) % 2) {
+                        Ok(_) => (),
+                        Err(error) => assert_eq!(error.code, Code::BandOutOfTurn),
+                    }
+                    std::thread::yield_now();
+                }
+            });
+        }
+    });
+    // One pass may have been begun beyond the last; dropping the bands completes it.
+    drop(bands);
+    assert!((150..=152).contains(&sim.step_count()));
+    sim.advance(200 - sim.step_count()).unwrap();
+    assert_eq!(sim.digest(), plain.digest());
+}
+
+#[test]
+fn dropping_bands_completes_a_begun_step() {
+    let mut scene = small_sheet(21, 250.0);
+    scene.step_after_failure = StepAfterFailure::Half;
+    let mut memory = Buffers::of(&scene);
+    let mut plain = memory.sim(&scene);
+    plain.advance(700).unwrap();
+    failed(&plain);
+
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let mut calls = 0;
+    while sim.step_count() < 700 {
+        let before = sim.step_count();
+        let mut scratch = vec![0.0; sim.layout().band_reals(3).unwrap()];
+        let bands = sim.bands(&mut scratch, 3).unwrap();
+        // None to five of the calls that a halved step takes.
+        (0..calls % 6).for_each(|call| assert!(bands.pass(call % 3).is_ok()));
+        drop(bands);
+        let begun = u64::from(calls % 6 > 0);
+        assert!((begun..=begun + 1).contains(&(sim.step_count() - before)));
+        calls += 1;
+    }
+    assert!(sim.step_count() == 700 || sim.step_count() == 701);
+    plain.advance(sim.step_count() - 700).unwrap();
+    assert_eq!(sim.digest(), plain.digest());
+}
+
+#[test]
+fn what_cannot_be_cut_is_refused() {
+    let scene = small_sheet(21, 250.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let before = sim.digest();
+    let refused = |result: Result<Bands<'_, '_>, Error>, code: Code, field: &str| {
+        let error = result.err().expect("refused");
+        assert_eq!((error.code, error.field), (code, field));
+    };
+    let mut scratch = vec![0.0; sim.layout().band_reals(MAX_BANDS).unwrap()];
+    refused(sim.bands(&mut scratch, 0), Code::OutOfRange, "of");
+    refused(sim.bands(&mut scratch, MAX_BANDS + 1), Code::OutOfRange, "of");
+    let short = sim.layout().band_reals(2).unwrap() - 1;
+    refused(sim.bands(&mut scratch[..short], 2), Code::ShortBuffer, "scratch");
+    assert_eq!(sim.digest(), before);
+
+    let theta = golden::drawn_yarns_by_the_theta_rule();
+    let mut memory = Buffers::of(&theta);
+    let mut sim = memory.sim(&theta);
+    refused(sim.bands(&mut scratch, 2), Code::NotInBands, "integrator");
+}
+
+#[test]
+fn a_failure_comes_with_its_step_and_reaches_every_band() {
+    // Too few places for candidates from some step on.
+    let mut scene = small_sheet(21, 250.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(5).unwrap();
+    scene.contact_capacity = sim.counters().most_candidates as u32 + 5;
+    let mut memory = Buffers::of(&scene);
+    let mut plain = memory.sim(&scene);
+    let failure = plain.advance(5000).unwrap_err();
+    let steps = plain.step_count();
+    assert!(steps > 0);
+
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    // Up to there nothing is said, although the next pass is already planned.
+    in_turn(&mut sim, 3, steps).unwrap();
+    assert_eq!(sim.failure(), None);
+    let mut scratch = vec![0.0; sim.layout().band_reals(3).unwrap()];
+    let bands = sim.bands(&mut scratch, 3).unwrap();
+    assert_eq!((bands.pass(0), bands.pass(2)), (Ok(false), Ok(false)));
+    assert_eq!(bands.failure(), None);
+    assert_eq!(bands.pass(1), Err(failure.into()));
+    assert_eq!((bands.passes(), bands.steps(), bands.failure()), (1, 0, Some(failure)));
+    (0..3).for_each(|band| assert_eq!(bands.pass(band), Err(failure.into())));
+    drop(bands);
+    assert_eq!(sim.failure(), Some(failure));
+    assert_eq!(sim.digest(), plain.digest());
+    assert_eq!(sim.bands(&mut scratch, 3).err().map(|error| error.code), Some(failure.code()));
+}
