@@ -29,8 +29,8 @@ enum Command {
     Fmu(fmu::Options),
     /// Write include/fabric_kernel.h.
     Header,
-    /// Measure ns per node-step.
-    Bench,
+    /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
+    Bench(tests::BenchOptions),
 }
 
 fn main() -> std::process::ExitCode {
@@ -40,7 +40,7 @@ fn main() -> std::process::ExitCode {
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
         Command::Header => chosts::header_write(),
-        Command::Bench => tests::bench(),
+        Command::Bench(options) => tests::bench(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,
