@@ -157,12 +157,7 @@ impl Job for RowJob<'_> {
             report: Report::default(),
         };
         let zero = L::splat(0.0);
-        let mut along = Along::<L> {
-            limit: L::splat(pass.critical),
-            left_pull: [zero; 3],
-            low: zero,
-            high: zero,
-        };
+        let mut along = Along::<L> { limit: L::splat(pass.critical), left_pull: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -170,17 +165,18 @@ impl Job for RowJob<'_> {
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
             let mut planes = Planes { chunk, history, above, carry, next, column: c * CHUNK };
-            // Written out where the groups are few, so that every place in the chunk is a constant.
+            // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
                 1 => along.group(&mut planes, 0, &mut cold),
                 2 => {
                     along.group(&mut planes, 0, &mut cold);
                     along.group(&mut planes, 1, &mut cold);
                 }
-                groups => {
-                    for g in 0..groups {
-                        along.group(&mut planes, g, &mut cold);
-                    }
+                _ => {
+                    along.group(&mut planes, 0, &mut cold);
+                    along.group(&mut planes, 1, &mut cold);
+                    along.group(&mut planes, 2, &mut cold);
+                    along.group(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -228,7 +224,6 @@ impl<L: Lane> Along<L> {
     #[inline(always)]
     fn group(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
-        let (ux, uy, uz) = (L::groups_mut(ux), L::groups_mut(uy), L::groups_mut(uz));
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
         let [ax, ay, az, ..] = planes.above;
@@ -237,48 +232,50 @@ impl<L: Lane> Along<L> {
         let (cx, cy, cz) = (L::groups_mut(cx), L::groups_mut(cy), L::groups_mut(cz));
         let [history_h, history_v] = &mut *planes.history;
         let (history_h, history_v) = (L::groups_mut(history_h), L::groups_mut(history_v));
-        let here = [L::load(&ux[g]), L::load(&uy[g]), L::load(&uz[g])];
+        let here = [L::load(&L::groups(ux)[g]), L::load(&L::groups(uy)[g]), L::load(&L::groups(uz)[g])];
+        let next = planes.next;
         let column = planes.column + g * L::WIDTH;
 
-        let d = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
-        let q = excess_vertical(d);
-        if q.any_not_below(self.limit) && q.any_above(L::load(&history_v[g])) {
-            let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
-            cold.damage(q, place, &mut history_v[g], &mut kv[g]);
-        }
-        let lift = pull_vertical(L::load(&kv[g]), q, d);
-        let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
-
-        let next = if g + 1 < CHUNK / L::WIDTH {
-            [L::load(&ux[g + 1]), L::load(&uy[g + 1]), L::load(&uz[g + 1])]
-        } else {
-            let [x, y, z, ..] = planes.next;
-            [L::load(&L::groups(x)[0]), L::load(&L::groups(y)[0]), L::load(&L::groups(z)[0])]
-        };
-        let d = [
-            here[0].right_of(next[0]).sub(here[0]),
-            here[1].right_of(next[1]).sub(here[1]),
-            here[2].right_of(next[2]).sub(here[2]),
+        let up = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
+        let along = [
+            right_of(here[0], ux, &next[0], g).sub(here[0]),
+            right_of(here[1], uy, &next[1], g).sub(here[1]),
+            right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let q = excess_horizontal(d);
-        if q.any_not_below(self.limit) && q.any_above(L::load(&history_h[g])) {
-            let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
-            cold.damage(q, place, &mut history_h[g], &mut kh[g]);
+        let (q_v, q_h) = (excess_vertical(up), excess_horizontal(along));
+        if q_v.any_not_below_either(q_h, self.limit) {
+            if q_h.any_not_below(self.limit) && q_h.any_above(L::load(&history_h[g])) {
+                let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
+                cold.damage(q_h, place, &mut history_h[g], &mut kh[g]);
+            }
+            if q_v.any_not_below(self.limit) && q_v.any_above(L::load(&history_v[g])) {
+                let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
+                cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
+            }
         }
-        let pull = pull_horizontal(L::load(&kh[g]), q, d);
+        let lift = pull_vertical(L::load(&kv[g]), q_v, up);
+        let pull = pull_horizontal(L::load(&kh[g]), q_h, along);
+        let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let left = [
             pull[0].left_of(self.left_pull[0]),
             pull[1].left_of(self.left_pull[1]),
             pull[2].left_of(self.left_pull[2]),
         ];
-        move_along(here[0], with_vertical(pull[0], left[0], vertical[0]), &mut vx[g], &mut ux[g]);
-        let y = move_along(here[1], with_vertical(pull[1], left[1], vertical[1]), &mut vy[g], &mut uy[g]);
-        move_along(here[2], with_vertical(pull[2], left[2], vertical[2]), &mut vz[g], &mut uz[g]);
+        move_along(here[0], with_vertical(pull[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y =
+            move_along(here[1], with_vertical(pull[1], left[1], vertical[1]), &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], with_vertical(pull[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_pull = pull;
     }
+}
+
+/// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
+#[inline(always)]
+fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
+    if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }
 }
 
 /// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.
