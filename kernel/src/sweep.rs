@@ -218,8 +218,8 @@ struct Cold<'a> {
 }
 
 impl<L: Lane> Along<L> {
-    /// One lane group: damage, forces, kick and drift. The vertical segments come first, and their forces are summed and
-    /// handed on at once: that leaves the registers to the horizontal ones. (No closures and no array maps: they would not be
+    /// One lane group: damage, forces, kick and drift. The two segments are worked on side by side, so that a processor has
+    /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
     fn group(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
