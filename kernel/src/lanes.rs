@@ -93,8 +93,17 @@ pub trait Lane: Copy {
     fn min(self, other: Self) -> Self;
     /// Whether any number is not below the limit; NaN is not below anything.
     fn any_not_below(self, limit: Self) -> bool;
+    /// Whether any number of either is not below the limit: one branch for both.
+    #[inline(always)]
+    fn any_not_below_either(self, other: Self, limit: Self) -> bool {
+        self.any_not_below(limit) | other.any_not_below(limit)
+    }
     /// Whether any number is above the limit, or NaN.
     fn any_above(self, limit: Self) -> bool;
+    /// Zero in place of numbers whose size is below the limit; NaN stays.
+    fn or_zero_below(self, limit: Self) -> Self;
+    /// The right-hand neighbours of a group that is not the last of the eight, from memory.
+    fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self;
     /// The right-hand neighbours: the group without its first number, and the first of `next` behind.
     fn right_of(self, next: Self) -> Self;
     /// The left-hand neighbours: the last number of `previous`, and the group without its last.
@@ -155,6 +164,14 @@ impl Lane for f64 {
     #[allow(clippy::neg_cmp_op_on_partial_ord)] // NaN must count as above.
     fn any_above(self, limit: f64) -> bool {
         !(self <= limit)
+    }
+    #[inline(always)]
+    fn or_zero_below(self, limit: f64) -> f64 {
+        if self < limit && self > -limit { 0.0 } else { self }
+    }
+    #[inline(always)]
+    fn load_right(numbers: &[f64; CHUNK], group: usize) -> f64 {
+        numbers[group + 1]
     }
     #[inline(always)]
     fn right_of(self, next: f64) -> f64 {
@@ -220,6 +237,14 @@ impl Lane for [f64; 2] {
     #[allow(clippy::neg_cmp_op_on_partial_ord)] // NaN must count as above.
     fn any_above(self, limit: Self) -> bool {
         !(self[0] <= limit[0]) | !(self[1] <= limit[1])
+    }
+    #[inline(always)]
+    fn or_zero_below(self, limit: Self) -> Self {
+        [self[0].or_zero_below(limit[0]), self[1].or_zero_below(limit[1])]
+    }
+    #[inline(always)]
+    fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self {
+        [numbers[2 * group + 1], numbers[2 * group + 2]]
     }
     #[inline(always)]
     fn right_of(self, next: Self) -> Self {
@@ -339,6 +364,21 @@ mod x86 {
             unsafe { _mm_movemask_pd(_mm_cmpnle_pd(self, limit)) != 0 }
         }
         #[inline(always)]
+        fn or_zero_below(self, limit: Self) -> Self {
+            // SAFETY: SSE2 is part of x86-64.
+            unsafe {
+                let size = _mm_andnot_pd(_mm_set1_pd(-0.0), self);
+                _mm_and_pd(self, _mm_cmpnlt_pd(size, limit))
+            }
+        }
+        #[inline(always)]
+        fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self {
+            let first = 2 * group + 1;
+            let right = &numbers[first..first + 2];
+            // SAFETY: the slice holds WIDTH numbers.
+            unsafe { _mm_loadu_pd(right.as_ptr()) }
+        }
+        #[inline(always)]
         fn right_of(self, next: Self) -> Self {
             // SAFETY: SSE2 is part of x86-64.
             unsafe { _mm_shuffle_pd::<0b01>(self, next) }
@@ -408,9 +448,32 @@ mod x86 {
             unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLT_UQ>(self, limit)) != 0 }
         }
         #[inline(always)]
+        fn any_not_below_either(self, other: Self, limit: Self) -> bool {
+            // SAFETY: only run inside `avx2`.
+            unsafe {
+                let (a, b) = (_mm256_cmp_pd::<_CMP_NLT_UQ>(self, limit), _mm256_cmp_pd::<_CMP_NLT_UQ>(other, limit));
+                _mm256_movemask_pd(_mm256_or_pd(a, b)) != 0
+            }
+        }
+        #[inline(always)]
         fn any_above(self, limit: Self) -> bool {
             // SAFETY: only run inside `avx2`.
             unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NLE_UQ>(self, limit)) != 0 }
+        }
+        #[inline(always)]
+        fn or_zero_below(self, limit: Self) -> Self {
+            // SAFETY: only run inside `avx2`.
+            unsafe {
+                let size = _mm256_andnot_pd(_mm256_set1_pd(-0.0), self);
+                _mm256_and_pd(self, _mm256_cmp_pd::<_CMP_NLT_UQ>(size, limit))
+            }
+        }
+        #[inline(always)]
+        fn load_right(numbers: &[f64; CHUNK], group: usize) -> Self {
+            let first = 4 * group + 1;
+            let right = &numbers[first..first + 4];
+            // SAFETY: the slice holds WIDTH numbers.
+            unsafe { _mm256_loadu_pd(right.as_ptr()) }
         }
         #[inline(always)]
         fn right_of(self, next: Self) -> Self {
@@ -485,6 +548,16 @@ mod x86 {
         fn any_above(self, limit: Self) -> bool {
             // SAFETY: only run inside `avx512`.
             unsafe { _mm512_cmp_pd_mask::<_CMP_NLE_UQ>(self, limit) != 0 }
+        }
+        #[inline(always)]
+        fn or_zero_below(self, limit: Self) -> Self {
+            // SAFETY: only run inside `avx512`.
+            unsafe { _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_NLT_UQ>(_mm512_abs_pd(self), limit), self) }
+        }
+        #[inline(always)]
+        fn load_right(numbers: &[f64; CHUNK], _: usize) -> Self {
+            // Never asked: a group of eight is the last of the eight.
+            Self::load(numbers)
         }
         #[inline(always)]
         fn right_of(self, next: Self) -> Self {

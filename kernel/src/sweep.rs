@@ -105,7 +105,13 @@ pub fn pull_vertical<L: Lane>(stiffness: L, q: L, d: [L; 3]) -> [L; 3] {
 /// Sum of a node's four forces, in the order that everything keeps.
 #[inline(always)]
 pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
-    right.sub(left).add(up.sub(down))
+    with_vertical(right, left, up.sub(down))
+}
+
+/// The same where up - down is known.
+#[inline(always)]
+fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
+    right.sub(left).add(vertical)
 }
 
 /// One row of the pass: [`Pass::row`] as a job for the lanes.
@@ -118,8 +124,8 @@ struct RowJob<'a> {
     yarn: YarnRow<'a>,
 }
 
-/// What stands above the top row: nothing that moves, held by segments of no stiffness.
-const NOTHING_ABOVE: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
+const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
 impl Pass<'_> {
     /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
@@ -167,6 +173,8 @@ impl Job for LiftJob<'_> {
     fn run<L: Lane>(self) {
         let LiftJob { pass, row, history, above, carry, yarn } = self;
         let limit = L::splat(pass.critical);
+        let report = Report::default();
+        let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
         for (c, (((here, above), [_, history]), carry)) in rows.enumerate() {
             let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, above];
@@ -185,7 +193,7 @@ impl Job for LiftJob<'_> {
                     let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
                     largest.store(&mut copy);
                     stiffness.store(&mut damaged);
-                    pass.damage(q, place, &yarn, &mut copy, &mut damaged);
+                    cold.damage(q, place, &mut copy, &mut damaged);
                     stiffness = L::load(&damaged);
                 }
                 let lift = pull_vertical(stiffness, q, d);
@@ -203,88 +211,81 @@ impl Job for RowJob<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
         let RowJob { pass, row, history, above, carry, yarn } = self;
-        let zero = L::splat(0.0);
-        let mut along = Along::<L> {
+        let mut cold = Cold {
             pass,
             yarn,
-            limit: L::splat(pass.critical),
             horizontal_end: pass.horizontals,
             vertical_end: if above.is_empty() { 0 } else { pass.verticals },
-            here: first_displacement(row.first()),
-            left_pull: [zero; 3],
-            low: zero,
-            high: zero,
             report: Report::default(),
         };
+        let zero = L::splat(0.0);
+        let mut along = Along::<L> { limit: L::splat(pass.critical), left_pull: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
-            let above = above.get(c).unwrap_or(&NOTHING_ABOVE);
-            // The node to the right of the last group: the next chunk's first, or a zero of no consequence.
-            let next = first_displacement(tail.first());
+            let above = above.get(c).unwrap_or(&NOTHING);
+            // To the right of the last group: the next chunk's first, or zeros of no consequence.
+            let next = tail.first().unwrap_or(&NOTHING);
             let mut planes = Planes { chunk, history, above, carry, next, column: c * CHUNK };
-            // Written out where the groups are few, so that every place in the chunk is a constant.
+            // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group(&mut planes, 0),
+                1 => along.group(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group(&mut planes, 0);
-                    along.group(&mut planes, 1);
+                    along.group(&mut planes, 0, &mut cold);
+                    along.group(&mut planes, 1, &mut cold);
                 }
-                groups => {
-                    for g in 0..groups {
-                        along.group(&mut planes, g);
-                    }
+                _ => {
+                    along.group(&mut planes, 0, &mut cold);
+                    along.group(&mut planes, 1, &mut cold);
+                    along.group(&mut planes, 2, &mut cold);
+                    along.group(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
         }
-        (along.report, [least(along.low), greatest(along.high)])
-    }
-}
-
-/// Displacement of the first lane group of a chunk, zero where there is none.
-#[inline(always)]
-fn first_displacement<L: Lane>(chunk: Option<&Chunk<HOT_PLANES>>) -> [L; 3] {
-    match chunk {
-        Some([x, y, z, ..]) => [L::load(&L::groups(x)[0]), L::load(&L::groups(y)[0]), L::load(&L::groups(z)[0])],
-        None => [L::splat(0.0); 3],
+        (cold.report, [least(along.low), greatest(along.high)])
     }
 }
 
 /// Eight columns of everything a row needs.
-struct Planes<'a, L> {
+struct Planes<'a> {
     chunk: &'a mut Chunk<HOT_PLANES>,
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
-    /// Displacement of the lane group behind this chunk.
-    next: [L; 3],
+    /// The chunk behind this one.
+    next: &'a Chunk<HOT_PLANES>,
     /// First column.
     column: usize,
 }
 
-/// What is carried along a row from one lane group to the next.
-struct Along<'a, L> {
+/// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
+/// that is not inlined.
+struct Along<L> {
+    limit: L,
+    left_pull: [L; 3],
+    low: L,
+    high: L,
+}
+
+/// What only the cold path needs.
+struct Cold<'a> {
     pass: &'a Pass<'a>,
     yarn: YarnRow<'a>,
-    limit: L,
     /// Horizontal segments start before this column.
     horizontal_end: usize,
     /// Vertical segments start before this column.
     vertical_end: usize,
-    here: [L; 3],
-    left_pull: [L; 3],
-    low: L,
-    high: L,
     report: Report,
 }
 
-impl<L: Lane> Along<'_, L> {
-    /// One lane group: damage, forces, kick and drift.
+impl<L: Lane> Along<L> {
+    /// One lane group: damage, forces, kick and drift. The two segments are worked on side by side, so that a processor has
+    /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
+    /// compiled for the instruction set.)
     #[inline(always)]
-    fn group(&mut self, planes: &mut Planes<'_, L>, g: usize) {
+    fn group(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
-        let (ux, uy, uz) = (L::groups_mut(ux), L::groups_mut(uy), L::groups_mut(uz));
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
         let [ax, ay, az, ..] = planes.above;
@@ -293,66 +294,73 @@ impl<L: Lane> Along<'_, L> {
         let (cx, cy, cz) = (L::groups_mut(cx), L::groups_mut(cy), L::groups_mut(cz));
         let [history_h, history_v] = &mut *planes.history;
         let (history_h, history_v) = (L::groups_mut(history_h), L::groups_mut(history_v));
-        let here = self.here;
-        let next = if g + 1 < CHUNK / L::WIDTH {
-            [L::load(&ux[g + 1]), L::load(&uy[g + 1]), L::load(&uz[g + 1])]
-        } else {
-            planes.next
-        };
+        let here = [L::load(&L::groups(ux)[g]), L::load(&L::groups(uy)[g]), L::load(&L::groups(uz)[g])];
+        let next = planes.next;
         let column = planes.column + g * L::WIDTH;
 
-        let d = [
-            here[0].right_of(next[0]).sub(here[0]),
-            here[1].right_of(next[1]).sub(here[1]),
-            here[2].right_of(next[2]).sub(here[2]),
+        let up = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
+        let along = [
+            right_of(here[0], ux, &next[0], g).sub(here[0]),
+            right_of(here[1], uy, &next[1], g).sub(here[1]),
+            right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let q = excess_horizontal(d);
-        if q.any_not_below(self.limit) && q.any_above(L::load(&history_h[g])) {
-            let place = Place { first: column, end: self.horizontal_end, axis: Axis::Horizontal };
-            self.report.add(self.pass.damage(q, place, &self.yarn, &mut history_h[g], &mut kh[g]));
+        let (q_v, q_h) = (excess_vertical(up), excess_horizontal(along));
+        if q_v.any_not_below_either(q_h, self.limit) {
+            if q_h.any_not_below(self.limit) && q_h.any_above(L::load(&history_h[g])) {
+                let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
+                cold.damage(q_h, place, &mut history_h[g], &mut kh[g]);
+            }
+            if q_v.any_not_below(self.limit) && q_v.any_above(L::load(&history_v[g])) {
+                let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
+                cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
+            }
         }
-        let pull = pull_horizontal(L::load(&kh[g]), q, d);
+        let lift = pull_vertical(L::load(&kv[g]), q_v, up);
+        let pull = pull_horizontal(L::load(&kh[g]), q_h, along);
+        let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
-        let d = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
-        let q = excess_vertical(d);
-        if q.any_not_below(self.limit) && q.any_above(L::load(&history_v[g])) {
-            let place = Place { first: column, end: self.vertical_end, axis: Axis::Vertical };
-            self.report.add(self.pass.damage(q, place, &self.yarn, &mut history_v[g], &mut kv[g]));
-        }
-        let lift = pull_vertical(L::load(&kv[g]), q, d);
-
-        let kick = Kick { here, pull, left_pull: self.left_pull, lift };
-        kick.axis(0, &mut vx[g], &mut ux[g], &mut cx[g]);
-        let y = kick.axis(1, &mut vy[g], &mut uy[g], &mut cy[g]);
-        kick.axis(2, &mut vz[g], &mut uz[g], &mut cz[g]);
+        let left = [
+            pull[0].left_of(self.left_pull[0]),
+            pull[1].left_of(self.left_pull[1]),
+            pull[2].left_of(self.left_pull[2]),
+        ];
+        move_along(here[0], with_vertical(pull[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y =
+            move_along(here[1], with_vertical(pull[1], left[1], vertical[1]), &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], with_vertical(pull[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_pull = pull;
-        self.here = next;
     }
 }
 
-/// Kick and drift of one lane group of nodes. (Methods, not closures: they must be compiled for the instruction set.)
-struct Kick<L> {
-    here: [L; 3],
-    pull: [L; 3],
-    left_pull: [L; 3],
-    lift: [L; 3],
+/// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
+#[inline(always)]
+fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
+    if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }
 }
 
-impl<L: Lane> Kick<L> {
-    /// v <- v + a, u <- u + v along one axis; hands the vertical force on to the row above. Returns the new u.
-    #[inline(always)]
-    fn axis(&self, axis: usize, v: &mut L::Group, u: &mut L::Group, below: &mut L::Group) -> L {
-        let left = self.pull[axis].left_of(self.left_pull[axis]);
-        let sum = node_sum(self.pull[axis], left, self.lift[axis], L::load(below));
-        let velocity = L::load(v).add(sum);
-        velocity.store(v);
-        let moved = self.here[axis].add(velocity);
-        moved.store(u);
-        self.lift[axis].store(below);
-        moved
-    }
+/// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.
+#[inline(always)]
+fn hand_on<L: Lane>(up: L, carry: &mut L::Group) -> L {
+    let vertical = up.sub(L::load(carry));
+    up.store(carry);
+    vertical
+}
+
+/// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall off faster than
+/// exponentially, and without a least one nearly every force there would be a subnormal number, which processors are slow
+/// with. Sums of numbers above it are multiples of 2^-308, so no product of three of them is subnormal.
+pub const AT_REST: f64 = f64::from_bits((1023 - 256) << 52);
+
+/// v <- v + a, u <- u + v along one axis. Returns the new u.
+#[inline(always)]
+fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L {
+    let velocity = L::load(v).add(sum).or_zero_below(L::splat(AT_REST));
+    velocity.store(v);
+    let moved = here.add(velocity);
+    moved.store(u);
+    moved
 }
 
 /// Smallest number of a lane group, or 0.
@@ -382,31 +390,25 @@ struct Place {
     axis: Axis,
 }
 
-impl Pass<'_> {
+impl Cold<'_> {
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or not finite.
     #[cold]
     #[inline(never)]
-    fn damage<L: Lane>(
-        &self,
-        q: L,
-        place: Place,
-        yarn: &YarnRow<'_>,
-        history: &mut L::Group,
-        stiffness: &mut L::Group,
-    ) -> Report {
+    fn damage<L: Lane>(&mut self, q: L, place: Place, history: &mut L::Group, stiffness: &mut L::Group) {
         let mut excess = L::ZEROS;
         q.store(&mut excess);
-        let mut report = Report::default();
         let slots = history.as_mut().iter_mut().zip(stiffness.as_mut());
         for (lane, (&q, (history, stiffness))) in excess.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                report.add(self.damage_segment(q, yarn, place.axis, column, history, stiffness));
+                let met = self.pass.damage_segment(q, &self.yarn, place.axis, column, history, stiffness);
+                self.report.add(met);
             }
         }
-        report
     }
+}
 
+impl Pass<'_> {
     /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then.
     fn damage_segment(
         &self,

@@ -38,8 +38,8 @@ enum Command {
     Install(install::Options),
     /// Write include/fabric_kernel.h.
     Header,
-    /// Measure ns per node-step.
-    Bench,
+    /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
+    Bench(tests::BenchOptions),
 }
 
 fn main() -> std::process::ExitCode {
@@ -51,7 +51,7 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
-        Command::Bench => tests::bench(),
+        Command::Bench(options) => tests::bench(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,

@@ -82,9 +82,18 @@ pub fn verify() -> Outcome {
     steps(TEST.iter().chain(VERIFY))
 }
 
-/// ns per node-step.
-pub fn bench() -> Outcome {
-    study(&["bench"])
+/// Options of `cargo xtask bench`.
+#[derive(clap::Args)]
+pub struct BenchOptions {
+    /// Handed to the benchmark: --quick, --only NAME, --json FILE, --docs DIR ... (`-- --help` lists them).
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "OPTIONS")]
+    options: Vec<String>,
+}
+
+/// ns per node-step, parts and peers.
+pub fn bench(options: &BenchOptions) -> Outcome {
+    let options: Vec<&str> = options.options.iter().map(String::as_str).collect();
+    study(&[&["bench"], &options[..]].concat())
 }
 
 /// Runs the steps in order, stops at the first that fails, and prints what each took.

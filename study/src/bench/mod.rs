@@ -1,0 +1,289 @@
+//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers; docs/performance.md.
+//!
+//! One node-step is one node advanced by one step, with its two segments. Two cases come first. "sweep": a moving sheet
+//! without a projectile, nothing tracked: the hot pass alone. "run": the preset sphere at 300 m/s on four held sides, taken up
+//! after 1000 steps, when contact is wide and the first segments fail or are about to, with supports and detachment tracked.
+//!
+//! Method: everything that is compared starts from the same image and takes the same steps; rounds go through all of it in
+//! turn, so that a change of the machine's load meets all alike. The least time is the machine's, the median says how quiet it
+//! was; ratios are medians of the ratios of each round. Time is CPU time: of the thread for the kernel, of the process for
+//! peers. All instruction sets must end in the same bits.
+
+mod callgrind;
+mod fmu;
+mod page;
+mod parts;
+mod peers;
+mod ports;
+mod programs;
+mod rows;
+mod sheets;
+
+pub use sheets::throw;
+
+use crate::machine::{self, Wall};
+use crate::progress::Progress;
+use crate::{Result, report};
+use clap::Args;
+use fabric::{InstructionSet, Scene};
+use rows::Report;
+use sheets::{Effort, THREADS, Way};
+use std::path::PathBuf;
+
+/// Options of `bench`.
+#[derive(Args)]
+pub struct Options {
+    /// Few rounds, and no sheet above 1000 x 1000.
+    #[arg(long)]
+    quick: bool,
+    /// Small sheets, very few rounds, and of the peers only plain C: does it work?
+    #[arg(long)]
+    smoke: bool,
+    /// Write everything as JSON.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Folder for bench.json, as with the other studies.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write performance.md and its plot into this folder.
+    #[arg(long, value_name = "DIR")]
+    docs: Option<PathBuf>,
+    /// Only the groups whose name contains this ("sweep 350", "run", "fmu", ...; `--only list` prints them).
+    #[arg(long, value_name = "NAME", default_value = "")]
+    only: String,
+    /// Only this instruction set: scalar, sse2, avx2 or avx512.
+    #[arg(long, value_name = "SET", default_value = "")]
+    instructions: String,
+    /// Only step a case of the size that callgrind counts.
+    #[arg(long, value_name = "STEPS", hide = true)]
+    count_steps: Option<u64>,
+}
+
+/// A part of the benchmark.
+enum Group {
+    Ports,
+    Sweep(u32),
+    Run(u32),
+    Dense(u32),
+    Peers(u32),
+    Rest(u32),
+    Contact(u32),
+    Ledger(u32),
+    Memory,
+    Fmu,
+    States,
+    Instructions,
+    Preset(&'static str, fn() -> Scene),
+}
+
+impl Group {
+    fn name(&self) -> String {
+        match self {
+            Group::Ports => "ports".to_string(),
+            Group::Sweep(size) => format!("sweep {size}"),
+            Group::Run(size) => format!("run {size}"),
+            Group::Dense(size) => format!("dense {size}"),
+            Group::Peers(size) => format!("peers {size}"),
+            Group::Rest(size) => format!("rest {size}"),
+            Group::Contact(size) => format!("contact {size}"),
+            Group::Ledger(size) => format!("ledger {size}"),
+            Group::Memory => "memory".to_string(),
+            Group::Fmu => "fmu".to_string(),
+            Group::States => "states".to_string(),
+            Group::Instructions => "instructions".to_string(),
+            Group::Preset(name, _) => format!("preset {name}"),
+        }
+    }
+
+    /// Rounds, for the progress bar.
+    fn pieces(&self, rounds: usize) -> usize {
+        match self {
+            Group::Ports | Group::Memory | Group::Preset(..) => 1,
+            Group::Instructions => 2 * InstructionSet::ALL.into_iter().filter(|set| set.available()).count(),
+            Group::Fmu => 4 * rounds,
+            Group::Rest(_) => 3 * rounds.min(3),
+            _ => rounds,
+        }
+    }
+}
+
+/// All groups, in the order in which they run.
+fn groups(options: &Options) -> Vec<Group> {
+    let sizes: &[u32] = match (options.smoke, options.quick) {
+        (true, _) => &[35, 105],
+        (_, true) => &[35, 105, 350, 700, 1000],
+        _ => &[35, 105, 350, 700, 1000, 2000],
+    };
+    let mut groups = vec![Group::Ports];
+    groups.extend(sizes.iter().flat_map(|&size| [Group::Sweep(size), Group::Run(size)]));
+    groups.push(Group::Dense(105));
+    if options.smoke {
+        groups.extend([Group::Peers(35), Group::Rest(35), Group::Contact(105), Group::Ledger(105), Group::Memory]);
+        groups.push(Group::Fmu);
+        return groups;
+    }
+    groups.extend([105, 350, 1000].map(Group::Peers));
+    groups.extend([105, 350].map(Group::Rest));
+    groups.extend([105, 350, 700].map(Group::Contact));
+    groups.extend([105, 350].map(Group::Ledger));
+    groups.extend([Group::Memory, Group::Fmu, Group::States, Group::Instructions]);
+    groups.push(Group::Preset("3 in sheet, sphere", Scene::sheet_3in_sphere));
+    groups.push(Group::Preset("10 in sheet, cylinder", Scene::sheet_10in_cylinder));
+    groups
+}
+
+/// Simulated time of the presets, s.
+const PRESET_SECONDS: f64 = 0.5e-3;
+
+/// Measures, prints and writes. False if two ways to step disagree about the bits.
+pub fn run(options: &Options) -> Result<bool> {
+    if let Some(steps) = options.count_steps {
+        callgrind::step(&options.only, &options.instructions, steps)?;
+        return Ok(true);
+    }
+    let groups = groups(options);
+    if options.only == "list" {
+        groups.iter().for_each(|group| println!("{}", group.name()));
+        return Ok(true);
+    }
+    let groups: Vec<Group> = groups.into_iter().filter(|group| group.name().contains(&options.only)).collect();
+    if groups.is_empty() {
+        return Err(format!("no group is called {:?}; see --only list", options.only).into());
+    }
+    // A set that this machine lacks has its row too: one that says so.
+    let sets = InstructionSet::ALL
+        .into_iter()
+        .filter(|set| options.instructions.is_empty() || set.name() == options.instructions);
+    let ways: Vec<Way> = sets.flat_map(|instructions| THREADS.map(|threads| Way { instructions, threads })).collect();
+    if !ways.iter().any(|way| way.instructions.available()) {
+        return Err(format!("this machine has no instruction set {:?}", options.instructions).into());
+    }
+    let effort = match (options.smoke, options.quick) {
+        (true, _) => Effort { rounds: 2, node_steps: 1_000_000 },
+        (_, true) => Effort { rounds: 5, node_steps: 10_000_000 },
+        _ => Effort { rounds: 11, node_steps: 20_000_000 },
+    };
+
+    let wall = Wall::start();
+    let pieces: usize = groups.iter().map(|group| group.pieces(effort.rounds)).sum();
+    let progress = Progress::new("bench", pieces as u64);
+    let mut report = Report {
+        machine: machine::processor(),
+        clock: machine::CLOCK_NAME,
+        load_at_start: machine::load(),
+        load_at_end: None,
+        seconds: 0.0,
+        rounds: effort.rounds,
+        rows: Vec::new(),
+        figures: Vec::new(),
+        missing: Vec::new(),
+    };
+    for group in &groups {
+        measure(group, options, &ways, effort, &progress, &mut report)
+            .map_err(|error| format!("{}: {error}", group.name()))?;
+    }
+    progress.finish();
+    report.load_at_end = machine::load();
+    report.seconds = wall.seconds();
+
+    print(&report);
+    let text = serde_json::to_string_pretty(&report)? + "\n";
+    if let Some(path) = &options.json {
+        std::fs::write(path, &text).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    if let Some(folder) = &options.out {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(folder.join("bench.json"), &text)?;
+    }
+    if let Some(folder) = &options.docs {
+        page::write(&report, folder)?;
+    }
+    Ok(report.different_bits().is_empty())
+}
+
+fn measure(
+    group: &Group,
+    options: &Options,
+    ways: &[Way],
+    effort: Effort,
+    progress: &Progress,
+    report: &mut Report,
+) -> Result<()> {
+    match *group {
+        Group::Ports => {
+            ports::measure(report);
+            progress.add(1, || "ports".to_string());
+        }
+        Group::Sweep(size) => report.rows.extend(sheets::measure(&sheets::sweep(size), ways, effort, progress)?),
+        Group::Run(size) => report.rows.extend(sheets::measure(&sheets::whole_run(size), ways, effort, progress)?),
+        Group::Dense(size) => {
+            report.rows.extend(sheets::measure(&sheets::dense(size), ways, effort, progress)?);
+        }
+        Group::Peers(size) => peers::measure(size, options.smoke, effort, progress, report)?,
+        Group::Rest(size) => parts::rest(size, effort, progress, report)?,
+        Group::Contact(size) => parts::contact(size, effort, progress, report)?,
+        Group::Ledger(size) => parts::ledger(size, effort, progress, report)?,
+        Group::Memory => {
+            parts::memory(report)?;
+            progress.add(1, || "memory".to_string());
+        }
+        Group::Fmu => fmu::calls(effort, progress, report)?,
+        Group::States => fmu::states(effort, progress, report)?,
+        Group::Instructions => callgrind::measure(report, progress)?,
+        Group::Preset(name, scene) => {
+            progress.add(1, || format!("preset {name}"));
+            parts::preset(name, &scene(), PRESET_SECONDS, report)?;
+        }
+    }
+    Ok(())
+}
+
+fn print(report: &Report) {
+    let load = |load: Option<f64>| load.map_or("unknown".to_string(), |load| format!("{load:.2}"));
+    println!("machine: {}", report.machine);
+    println!(
+        "clock: {} (peers: process CPU time); load at the start {}, at the end {}",
+        report.clock,
+        load(report.load_at_start),
+        load(report.load_at_end)
+    );
+    let heading = ["case", "nodes", "instructions", "threads", "ns/node-step", "median", "x the kernel's", "digest"];
+    let mut table = report::table(&heading);
+    for row in &report.rows {
+        let number = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.2}"));
+        table.add_row(vec![
+            row.case.clone(),
+            format!("{0} x {0}", row.size),
+            row.instruction_set.clone(),
+            row.threads.to_string(),
+            row.ns_per_node_step.map_or("not on this machine".to_string(), |ns| format!("{ns:.2}")),
+            number(row.median),
+            number(row.times_slower),
+            row.digest.clone().unwrap_or("-".to_string()),
+        ]);
+    }
+    if !report.rows.is_empty() {
+        println!("{table}");
+    }
+    if !report.figures.is_empty() {
+        let mut table = report::table(&["figure", "value", "unit"]);
+        for figure in &report.figures {
+            table.add_row(vec![figure.name.clone(), page::figures(figure.value), figure.unit.to_string()]);
+        }
+        println!("{table}");
+    }
+    report.missing.iter().for_each(|missing| println!("not measured: {missing}"));
+    let goals = page::goals(report);
+    if goals.iter().any(|goal| goal.value.is_some()) {
+        let mut table = report::table(&["goal", "at", "measured", ""]);
+        for goal in goals.iter().filter(|goal| goal.value.is_some()) {
+            table.add_row(vec![goal.what.clone(), goal.limit(), goal.measured(), goal.verdict().to_string()]);
+        }
+        println!("{table}");
+    }
+    match report.different_bits() {
+        none if none.is_empty() => println!("every way to step gave the same bits"),
+        some => some.iter().for_each(|row| println!("DIFFERENT BITS: {row}")),
+    }
+    println!("measured in {:.0} s", report.seconds);
+}

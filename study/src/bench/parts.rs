@@ -1,0 +1,166 @@
+//! What parts cost: contact, the ledger, rows at rest, memory, whole presets.
+
+use super::rows::{Report, Row};
+use super::sheets::{self, Effort};
+use crate::machine::{Clock, Wall};
+use crate::memory::Buffers;
+use crate::progress::Progress;
+use crate::{Result, report as statistics};
+use fabric::{Layout, Scene, Sim};
+
+/// Contact: the same sheet in the same motion with the sphere and without, over the size of the sheet.
+pub fn contact(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+    let mut case = sheets::whole_run(size);
+    // Slow enough to damage nothing, so that positions and velocities are all there is.
+    case.scene.projectile.velocity[2] = 50.0;
+    case.before = 600;
+    let mut buffers = Buffers::of(&case.scene)?;
+    let (mut with, image) = sheets::prepare(&case, &mut buffers)?;
+    let mut positions = vec![0.0; 3 * with.layout().nodes()];
+    let mut velocities = positions.clone();
+    with.copy_positions(&mut positions)?;
+    with.copy_velocities(&mut velocities)?;
+    let mut scene = case.scene;
+    scene.projectile.position[2] = -1.0;
+    let mut others = Buffers::of(&scene)?;
+    let mut without = others.sim(&scene)?;
+    without.set_motion(&positions, &velocities)?;
+    without.step_every_row();
+    let bare = sheets::image_of(&without)?;
+
+    let (steps, bursts) = sheets::steps_and_bursts(with.layout().nodes() as u64, effort);
+    // The same short stretch of motion for every size.
+    let (steps, bursts) = (steps.min(20), bursts * (steps / steps.min(20)));
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..effort.rounds {
+        for _ in 0..bursts {
+            for (k, (sim, image)) in [(&mut with, &image), (&mut without, &bare)].into_iter().enumerate() {
+                sim.load(image)?;
+                let clock = Clock::start();
+                sim.advance(steps)?;
+                times[k].push(1e6 * clock.seconds() / steps as f64);
+            }
+        }
+        progress.add(1, || format!("contact {size}"));
+    }
+    let contacts = with.counters().contacts as f64;
+    // A small difference of large times: the least of many short bursts of each is what a busy machine disturbs least.
+    let cost = statistics::least(&times[0]) - statistics::least(&times[1]);
+    report.figure("contact", format!("contact, {size} x {size}: per step"), cost, "us");
+    report.figure("contact", format!("contact, {size} x {size}: nodes touched"), contacts, "");
+    report.figure("contact", format!("contact, {size} x {size}: per node touched"), 1e3 * cost / contacts, "ns");
+    Ok(())
+}
+
+/// The ledger: one call that sums up all energies, against one step.
+pub fn ledger(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+    let case = sheets::whole_run(size);
+    let mut buffers = Buffers::of(&case.scene)?;
+    let (mut sim, image) = sheets::prepare(&case, &mut buffers)?;
+    let (mut calls, mut steps) = (Vec::new(), Vec::new());
+    for _ in 0..effort.rounds {
+        sim.load(&image)?;
+        let clock = Clock::start();
+        sim.advance(10)?;
+        steps.push(clock.seconds() / 10.0);
+        let clock = Clock::start();
+        std::hint::black_box(sim.energy()?);
+        calls.push(clock.seconds());
+        progress.add(1, || format!("ledger {size}"));
+    }
+    let (call, step) = (statistics::least(&calls), statistics::least(&steps));
+    report.figure("ledger", format!("all energies, {size} x {size}: one call"), 1e3 * call, "ms");
+    report.figure("ledger", format!("all energies, {size} x {size}: one call in steps"), call / step, "steps");
+    Ok(())
+}
+
+/// Rows at rest: a whole run from its first step with and without stepping them; the bits must agree.
+pub fn rest(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
+    let case = sheets::whole_run(size);
+    let nodes = f64::from(size) * f64::from(size);
+    for (name, steps) in [("n/4", u64::from(size) / 4), ("n", u64::from(size)), ("4 n", 4 * u64::from(size))] {
+        let mut digests = [0; 2];
+        let mut times = [Vec::new(), Vec::new()];
+        for _ in 0..effort.rounds.min(3) {
+            for k in 0..2 {
+                // A simulation of its own: that every row is stepped cannot be taken back.
+                let mut buffers = Buffers::of(&case.scene)?;
+                let mut sim = buffers.sim(&case.scene)?;
+                if k == 1 {
+                    sim.step_every_row();
+                }
+                let clock = Clock::start();
+                sim.advance(steps)?;
+                times[k].push(1e9 * clock.seconds() / (steps as f64 * nodes));
+                digests[k] = sim.digest();
+            }
+            progress.add(1, || format!("rest {size}"));
+        }
+        for (k, word) in ["left out", "stepped"].into_iter().enumerate() {
+            report.rows.push(Row {
+                ns_per_node_step: Some(statistics::least(&times[k])),
+                median: Some(statistics::median(&times[k])),
+                digest: Some(format!("{:016x}", digests[k])),
+                ..Row::empty(
+                    &format!("first {name} steps, rows at rest {word}"),
+                    size,
+                    fabric::InstructionSet::widest().name(),
+                    1,
+                )
+            });
+        }
+        if digests[0] != digests[1] {
+            return Err(format!("rows at rest change the bits of the first {steps} steps at {size}").into());
+        }
+    }
+    Ok(())
+}
+
+/// Bytes per node of the presets at 350 x 350, everything counted.
+pub fn memory(report: &mut Report) -> Result<()> {
+    for (name, mut scene) in [("sphere", Scene::sheet_3in_sphere()), ("cylinder", Scene::sheet_10in_cylinder())] {
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (350, 350);
+        for (kind, stochastic) in [("stochastic", true), ("uniform", false)] {
+            scene.yarn.stochastic = stochastic;
+            let layout = Layout::of(&scene)?;
+            let bytes = layout.bytes() as f64 / layout.nodes() as f64;
+            report.figure("memory", format!("memory, 350 x 350, {kind}, {name}"), bytes, "bytes per node");
+        }
+    }
+    let layout = Layout::of(&Scene::sheet_10in_cylinder())?;
+    let image = layout.snapshot_bytes() as f64 / layout.nodes() as f64;
+    report.figure("memory", "image of the 10 in preset", image, "bytes per node");
+    Ok(())
+}
+
+/// Seconds for a preset as it is, rows at rest left out.
+pub fn preset(name: &str, scene: &Scene, seconds: f64, report: &mut Report) -> Result<()> {
+    let mut buffers = Buffers::of(scene)?;
+    let wall = Wall::start();
+    let clock = Clock::start();
+    let mut sim = buffers.sim(scene)?;
+    let setup = clock.seconds();
+    let steps = (seconds / sim.step_limits().dt).ceil() as u64;
+    let clock = Clock::start();
+    sim.advance(steps)?;
+    let (stepping, wall) = (clock.seconds(), wall.seconds());
+    let ms = 1e3 * seconds;
+    report.figure("presets", format!("{name}, {ms} ms: drawing and setting up"), setup, "s");
+    report.figure("presets", format!("{name}, {ms} ms: {steps} steps"), stepping, "s");
+    report.figure("presets", format!("{name}, {ms} ms: wall time of both"), wall, "s");
+    report.rows.push(row_of_preset(name, &sim, stepping, steps));
+    Ok(())
+}
+
+fn row_of_preset(name: &str, sim: &Sim<'_>, seconds: f64, steps: u64) -> Row {
+    let ns = 1e9 * seconds / (steps * sim.layout().nodes() as u64) as f64;
+    let counters = sim.counters();
+    Row {
+        ns_per_node_step: Some(ns),
+        median: Some(ns),
+        digest: Some(format!("{:016x}", sim.digest())),
+        contacts: Some(counters.contacts),
+        failed_segments: Some(counters.failed_segments),
+        ..Row::empty(&format!("preset {name}"), sim.scene().sheet.nodes_x, sim.instructions().name(), 1)
+    }
+}

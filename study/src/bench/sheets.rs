@@ -1,0 +1,175 @@
+//! The cases that are stepped, and how one is timed: every way to step it in turn, from the same image, round by round.
+
+use super::rows::Row;
+use crate::machine::Clock;
+use crate::memory::Buffers;
+use crate::progress::Progress;
+use crate::{Result, report};
+use fabric::{AttachmentKind, InstructionSet, Scene, Sim};
+
+/// A sheet that is stepped.
+pub struct Case {
+    /// Name in tables.
+    pub name: &'static str,
+    /// What is simulated.
+    pub scene: Scene,
+    /// What is done before the first step.
+    pub start: fn(&mut Sim<'_>) -> Result<()>,
+    /// Steps before the measured ones.
+    pub before: u64,
+}
+
+impl Case {
+    /// Nodes along each side.
+    pub fn size(&self) -> u32 {
+        self.scene.sheet.nodes_x
+    }
+}
+
+/// A way to step: it changes the time, not the bits.
+#[derive(Clone, Copy)]
+pub struct Way {
+    /// Instruction set.
+    pub instructions: InstructionSet,
+    /// Threads.
+    pub threads: u32,
+}
+
+/// The numbers of threads that are measured.
+pub const THREADS: [u32; 1] = [1];
+
+/// How long to measure.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Rounds through all ways.
+    pub rounds: usize,
+    /// Node-steps in one round: long against the clock, short against a coffee.
+    pub node_steps: u64,
+}
+
+/// Steps a simulation one way.
+pub fn advance(sim: &mut Sim<'_>, way: Way, steps: u64) -> Result<()> {
+    if way.threads != 1 {
+        return Err(format!("{} threads: not built", way.threads).into());
+    }
+    sim.use_instructions(way.instructions)?;
+    Ok(sim.advance(steps)?)
+}
+
+/// Does nothing before the first step.
+pub fn nothing(_: &mut Sim<'_>) -> Result<()> {
+    Ok(())
+}
+
+/// The hot pass alone: a sheet in motion, nothing that touches it, nothing tracked.
+pub fn sweep(size: u32) -> Case {
+    let mut scene = held(size);
+    scene.projectile.position[2] = -1.0;
+    scene.projectile.velocity = [0.0; 3];
+    (scene.track_support, scene.track_detachment) = (false, false);
+    // All of the sheet moves from the first step on: a large one need not be stepped for long.
+    let before = (200_000_000 / (u64::from(size) * u64::from(size))).clamp(50, 1000);
+    Case { name: "sweep", scene, start: |sim| throw(sim, 20.0), before }
+}
+
+/// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
+pub fn whole_run(size: u32) -> Case {
+    let mut scene = held(size);
+    scene.projectile.velocity = [0.0, 0.0, 300.0];
+    Case { name: "run", scene, start: nothing, before: 1000 }
+}
+
+/// Damage everywhere: the preset hit at 400 m/s, taken up when most of the sheet is damaged or has failed.
+pub fn dense(size: u32) -> Case {
+    let mut scene = held(size);
+    scene.projectile.velocity = [0.0, 0.0, 400.0];
+    Case { name: "dense", scene, start: nothing, before: 4000 }
+}
+
+/// The preset's sheet with another number of nodes, four sides held.
+fn held(size: u32) -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (size, size);
+    scene.attachment.kind = AttachmentKind::FourSides;
+    scene
+}
+
+/// Gives a flat sheet the velocity `speed` cos(pi x/2a) cos(pi y/2b), m/s, along z.
+pub fn throw(sim: &mut Sim<'_>, speed: f64) -> Result<()> {
+    let mut positions = vec![0.0; 3 * sim.layout().nodes()];
+    sim.copy_positions(&mut positions)?;
+    let [a, b] = sim.scene().half_size();
+    let mut velocities = vec![0.0; positions.len()];
+    for (x, v) in positions.chunks_exact(3).zip(velocities.chunks_exact_mut(3)) {
+        // Exactly 0 on the held edge, where the cosine only almost is.
+        let inside = x[0].abs() < 0.999_999 * a && x[1].abs() < 0.999_999 * b;
+        let half_turn = std::f64::consts::FRAC_PI_2;
+        v[2] = if inside { speed * (half_turn * x[0] / a).cos() * (half_turn * x[1] / b).cos() } else { 0.0 };
+    }
+    sim.set_motion(&positions, &velocities)?;
+    Ok(())
+}
+
+/// A simulation that has taken the steps before the measured ones, and its image. From here on rows at rest are stepped too,
+/// so that no figure depends on how far the wave has come.
+pub fn prepare<'a>(case: &Case, buffers: &'a mut Buffers) -> Result<(Sim<'a>, Vec<u8>)> {
+    let mut sim = buffers.sim(&case.scene)?;
+    (case.start)(&mut sim)?;
+    sim.advance(case.before)?;
+    sim.step_every_row();
+    let image = image_of(&sim)?;
+    Ok((sim, image))
+}
+
+/// The snapshot of a simulation.
+pub fn image_of(sim: &Sim<'_>) -> Result<Vec<u8>> {
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image)?;
+    Ok(image)
+}
+
+/// Steps of one burst, and bursts of one round: a small sheet repeats the same steps.
+pub fn steps_and_bursts(nodes: u64, effort: Effort) -> (u64, u64) {
+    let steps = (effort.node_steps / nodes).clamp(10, 400);
+    (steps, (effort.node_steps / (steps * nodes)).max(1))
+}
+
+/// Times all ways in turn.
+pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -> Result<Vec<Row>> {
+    let mut buffers = Buffers::of(&case.scene)?;
+    let (mut sim, image) = prepare(case, &mut buffers)?;
+    let nodes = sim.layout().nodes() as u64;
+    let (steps, bursts) = steps_and_bursts(nodes, effort);
+    let mut times = vec![Vec::new(); ways.len()];
+    let mut digests = vec![None; ways.len()];
+    for _ in 0..effort.rounds {
+        for (k, way) in ways.iter().enumerate().filter(|(_, way)| way.instructions.available()) {
+            let mut seconds = 0.0;
+            for _ in 0..bursts {
+                sim.load(&image)?;
+                let clock = Clock::start();
+                advance(&mut sim, *way, steps)?;
+                seconds += clock.seconds();
+            }
+            times[k].push(1e9 * seconds / (bursts * steps * nodes) as f64);
+            digests[k] = Some(format!("{:016x}", sim.digest()));
+        }
+        progress.add(1, || format!("{} {}", case.name, case.size()));
+    }
+    let counters = sim.counters();
+    let row = |(k, way): (usize, &Way)| {
+        let empty = Row::empty(case.name, case.size(), way.instructions.name(), way.threads);
+        if times[k].is_empty() {
+            return empty;
+        }
+        Row {
+            ns_per_node_step: Some(report::least(&times[k])),
+            median: Some(report::median(&times[k])),
+            digest: digests[k].clone(),
+            contacts: Some(counters.contacts),
+            failed_segments: Some(counters.failed_segments),
+            ..empty
+        }
+    };
+    Ok(ways.iter().enumerate().map(row).collect())
+}
