@@ -586,16 +586,18 @@ mod tests {
     /// Every operation on two rows of eight, number by number, as bits.
     struct Everything;
     impl Job for Everything {
-        type Output = [[u64; 8]; 7];
+        type Output = [[u64; 8]; 8];
         #[inline(always)]
         fn run<L: Lane>(self) -> Self::Output {
-            let mut out = [[0.0; 8]; 7];
+            let mut out = [[0.0; 8]; 8];
             let (a, b) = (L::groups(&A), L::groups(&B));
             for k in 0..a.len() {
                 let next = L::load(a.get(k + 1).unwrap_or(&b[0]));
                 let previous = L::load(if k > 0 { &a[k - 1] } else { &b[b.len() - 1] });
                 let (a, b) = (L::load(&a[k]), L::load(&b[k]));
-                let results = [a.add(b), a.sub(b), a.mul(b), a.max(b), a.min(b), a.right_of(next), a.left_of(previous)];
+                let sides = [a.right_of(next), a.left_of(previous)];
+                let results =
+                    [a.add(b), a.sub(b), a.mul(b), a.max(b), a.min(b), sides[0], sides[1], a.or_zero_below(b)];
                 for (slot, result) in out.iter_mut().zip(results) {
                     result.store(&mut L::groups_mut(slot)[k]);
                 }

@@ -104,3 +104,21 @@ fn the_smallest_sheets_run() {
         }
     }
 }
+
+/// Ahead of a wave a sheet is at rest or moves by numbers of the processor's normal range, however small; behind it, it moves.
+#[test]
+fn nothing_subnormal_ahead_of_a_wave() {
+    let mut scene = small_sheet(101, 100.0);
+    scene.yarn.stochastic = true;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(100).unwrap();
+    let h = scene.sheet.spacing;
+    let mut moved = vec![0.0; 3 * sim.layout().nodes()];
+    sim.copy_positions(&mut moved).unwrap();
+    let deflections: Vec<f64> = moved.iter().skip(2).step_by(3).map(|z| z.abs() / h).collect();
+    let smallest = deflections.iter().copied().filter(|&z| z > 0.0).fold(f64::INFINITY, f64::min);
+    let at_rest = deflections.iter().filter(|&&z| z == 0.0).count();
+    assert!(smallest > 1e-93 && smallest < 1e-20, "{smallest:e}");
+    assert!(at_rest > 1000 && at_rest < deflections.len() - 1000, "{at_rest}");
+}
