@@ -112,7 +112,7 @@ fn nothing_subnormal_ahead_of_a_wave() {
     scene.yarn.stochastic = true;
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
-    sim.advance(100).unwrap();
+    sim.advance(60).unwrap();
     let h = scene.sheet.spacing;
     let mut moved = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_positions(&mut moved).unwrap();
@@ -120,5 +120,6 @@ fn nothing_subnormal_ahead_of_a_wave() {
     let smallest = deflections.iter().copied().filter(|&z| z > 0.0).fold(f64::INFINITY, f64::min);
     let at_rest = deflections.iter().filter(|&&z| z == 0.0).count();
     assert!(smallest > 1e-93 && smallest < 1e-20, "{smallest:e}");
-    assert!(at_rest > 1000 && at_rest < deflections.len() - 1000, "{at_rest}");
+    let moving = deflections.len() - at_rest;
+    assert!(at_rest > 1000 && moving > 300, "{at_rest} {moving}");
 }
