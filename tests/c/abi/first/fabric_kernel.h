@@ -14,7 +14,8 @@
  * the defaults for fields of a scene that are not there. Sizes that no version had are refused.
  *
  * Threads. "Threads: changes" - no other call on the same simulation at the same time. "Threads: looks" - other calls that
- * look may run at the same time. Different simulations are independent. No call waits, locks, allocates, or keeps a pointer
+ * look may run at the same time. fk_bands_pass and fk_bands_progress may be
+ * called by several threads at once (examples/c/threads.c). Different simulations are independent. No call waits, locks, allocates, or keeps a pointer
  * it was given but for the block of fk_init.
  *
  * "Touches" says what is written. Every call computes rounding to nearest and with subnormal numbers, whatever the host has
@@ -131,6 +132,12 @@
 // The scene asks for something this library was built without.
 #define FK_NOT_BUILT -32
 
+// A band that was called already in this pass, or a call that does not go with bands in use, or without them.
+#define FK_BAND_OUT_OF_TURN -33
+
+// The theta rule cannot be stepped in bands.
+#define FK_NOT_IN_BANDS -34
+
 // Numerical failure: a non-finite number appeared; the state is lost until reset or load.
 #define FK_NON_FINITE -50
 
@@ -142,6 +149,9 @@
 
 // The theta rule's iteration did not converge; the state is kept at the step's start. Take a smaller step.
 #define FK_NOT_CONVERGED -53
+
+// Most bands for fk_bands_begin.
+#define FK_MAX_BANDS 32
 
 // Preset of the paper's 3 in sheet (105 x 105) with four sides held and the 8.4 g sphere.
 #define FK_PRESET_SHEET_3IN_SPHERE 0
@@ -190,12 +200,6 @@
 
 // The theta rule (only in a library built with the feature `implicit`; else FK_NOT_BUILT).
 #define FK_THETA 1
-
-// A segment that goes slack or taut in a step pulls with the force at the step's middle.
-#define FK_CROSSING_POINT 0
-
-// It pulls with its mean force over the step.
-#define FK_CROSSING_MEAN 1
 
 // The step stays after the first failure.
 #define FK_STEP_KEEP 0
@@ -396,9 +400,8 @@ typedef struct fk_scene {
     // FK_STEP_KEEP, or FK_STEP_HALF: from the end of the step in which the first segment fails, every step is taken as
     // two halves (M9; FK_VERLET only). Default FK_STEP_KEEP.
     uint32_t step_after_failure;
-    // FK_CROSSING_POINT, or FK_CROSSING_MEAN: a segment that goes slack or taut in a step pulls with its mean force
-    // over the step; a slack sheet then hardly gains energy (FK_VERLET only). Default FK_CROSSING_POINT.
-    uint32_t crossing;
+    // 0.
+    uint32_t reserved_at_end;
 } fk_scene;
 
 // Why a request was refused or a step failed.
@@ -664,6 +667,45 @@ int32_t fk_advance_until(struct fk_sim *sim, uint32_t mask, uint64_t steps, uint
 // FK_DRIVE_FREE), FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as
 // fk_step.
 int32_t fk_follow(struct fk_sim *sim, const struct fk_path *path, uint64_t steps);
+
+// Bytes of scratch, aligned as the block, that fk_bands_begin needs for `of` bands.
+// Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_MOVED_BLOCK, a latched
+// failure.
+int32_t fk_bands_size(const struct fk_sim *sim, uint32_t of, uint64_t *bytes);
+
+// Cuts the sheet into `of` bands of rows, to be stepped by as many threads of the host's. From here to fk_bands_end the
+// bands have the simulation: every call but fk_bands_pass and fk_bands_progress is refused with FK_BAND_OUT_OF_TURN.
+// `scratch` must not be moved or used by anything else until then.
+// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MISALIGNED, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_BAND_OUT_OF_TURN (bands are in
+// use), FK_MOVED_BLOCK, a latched failure.
+int32_t fk_bands_begin(struct fk_sim *sim,
+                       uint32_t of,
+                       void *scratch,
+                       uint64_t bytes);
+
+// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
+// pass, in any order, from any threads, at the same time. Nothing waits in here: the last band to be done completes the pass
+// for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
+// calls the same band again: until then it is refused. The bits are those of fk_step.
+// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
+// changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
+int32_t fk_bands_pass(const struct fk_sim *sim,
+                      uint32_t band,
+                      uint32_t *last);
+
+// How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
+// latched (FK_ARRESTED | ...). Any pointer may be null; any thread may look at any time. When `passes` has grown, the next
+// pass may begin; while a thread's own band has not been called, none of the three changes.
+// Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
+int32_t fk_bands_progress(const struct fk_sim *sim,
+                          uint64_t *passes,
+                          uint64_t *steps,
+                          uint32_t *outcomes);
+
+// Gives the simulation back to the other calls, once no thread is in a call of the bands any more. A step that only some
+// bands have taken is completed. Returns the failure of the last pass, if there was one.
+// Errors: FK_NULL_POINTER, FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK; failures as fk_step.
+int32_t fk_bands_end(struct fk_sim *sim);
 
 // Step count, and time = steps times dt, s. Either pointer may be null.
 // Threads: looks. Time: constant. Touches: `steps`, `seconds`.
