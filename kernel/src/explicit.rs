@@ -17,6 +17,7 @@ use crate::projectile::{self, Body};
 use crate::scene::{AttachmentKind, Drive, Integrator, Symmetry};
 use crate::sim::Sim;
 use crate::sweep::{Pass, Report, YarnRow};
+use crate::toe::MARK_INTERVAL;
 use crate::weave;
 
 /// What lies under the projectile at t_n.
@@ -38,6 +39,9 @@ impl Sim<'_> {
         self.state.step += 1;
         if self.layout.halving && !self.state.halved && self.failed_segments > failed_before {
             self.halve_step();
+        }
+        if self.layout.toe && self.failed_segments > 0 && self.state.step.is_multiple_of(MARK_INTERVAL) {
+            self.mark_slack();
         }
         self.close_window();
         if self.state.step.is_multiple_of(TEST_INTERVAL) {
@@ -247,9 +251,12 @@ impl Sim<'_> {
             verticals: self.layout.nodes_x,
             law: &self.model.law,
             critical: self.model.critical,
+            toe: self.model.toe,
             instructions: self.instructions,
         };
-        let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
+        let Blocks { hot, history, yarn, marks, carry, kept, ranges, runs, .. } = &mut self.blocks;
+        // No mark before the first failure.
+        let marks = if self.failed_segments > 0 { &**marks } else { &[] };
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
         let share = self.scene.symmetry.share();
@@ -262,7 +269,7 @@ impl Sim<'_> {
             let run = runs.get(j).copied().unwrap_or([0; 4]);
             let above = if j + 1 < rows_stored { layout::row(above, chunks, 0) } else { &[] };
             keep_fixed(row, kept, &run);
-            let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn);
+            let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn, layout::row(marks, chunks, j));
             report = report.merged(met);
             if let Some(slot) = ranges.get_mut(j) {
                 *slot = range;

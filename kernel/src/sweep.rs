@@ -6,11 +6,13 @@
 //! its first node, where kk = alpha E A_0 dt^2 / (2 m h). No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
+//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A non-finite q is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, YARN_PLANES};
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::toe::{NO_TOE, Toe};
 use crate::yarn::DamageLaw;
 
 /// What one pass met.
@@ -72,6 +74,8 @@ pub struct Pass<'a> {
     pub law: &'a DamageLaw,
     /// q at the critical stretch.
     pub critical: f64,
+    /// The toe of marked segments.
+    pub toe: Toe,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
 }
@@ -108,23 +112,27 @@ pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
     right.sub(left).add(up.sub(down))
 }
 
-/// One row of the pass: [`Pass::row`] as a job for the lanes.
-struct RowJob<'a> {
+/// One row of the pass: [`Pass::row`] as a job for the lanes. TOE: whether there are marks.
+struct RowJob<'a, const TOE: bool> {
     pass: &'a Pass<'a>,
     row: &'a mut [Chunk<HOT_PLANES>],
     history: &'a mut [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
     yarn: YarnRow<'a>,
+    marks: &'a [Chunk<MARK_PLANES>],
 }
+
+/// Marks of no toe.
+const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
 /// What stands above the top row: nothing that moves, held by segments of no stiffness.
 const NOTHING_ABOVE: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
 impl Pass<'_> {
     /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
-    /// `carry`: the vertical forces from the row below, replaced by those to the row above. Returns what was met, and the
-    /// least and greatest y displacement.
+    /// `carry`: the vertical forces from the row below, replaced by those to the row above; `marks`: its toe's marks, empty for
+    /// no toe. Returns what was met, and the least and greatest y displacement.
     pub fn row(
         &self,
         row: &mut [Chunk<HOT_PLANES>],
@@ -132,19 +140,25 @@ impl Pass<'_> {
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
         yarn: YarnRow<'_>,
+        marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
-        lanes::dispatch(self.instructions, RowJob { pass: self, row, history, above, carry, yarn })
+        let pass = self;
+        if marks.is_empty() {
+            lanes::dispatch(self.instructions, RowJob::<false> { pass, row, history, above, carry, yarn, marks })
+        } else {
+            lanes::dispatch(self.instructions, RowJob::<true> { pass, row, history, above, carry, yarn, marks })
+        }
     }
 }
 
-impl Job for RowJob<'_> {
+impl<const TOE: bool> Job for RowJob<'_, TOE> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let RowJob { pass, row, history, above, carry, yarn } = self;
+        let RowJob { pass, row, history, above, carry, yarn, marks } = self;
         let zero = L::splat(0.0);
-        let mut along = Along::<L> {
+        let mut along = Along::<L, TOE> {
             pass,
             yarn,
             limit: L::splat(pass.critical),
@@ -162,7 +176,8 @@ impl Job for RowJob<'_> {
             let above = above.get(c).unwrap_or(&NOTHING_ABOVE);
             // The node to the right of the last group: the next chunk's first, or a zero of no consequence.
             let next = first_displacement(tail.first());
-            let mut planes = Planes { chunk, history, above, carry, next, column: c * CHUNK };
+            let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
+            let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
             // Written out where the groups are few, so that every place in the chunk is a constant.
             match CHUNK / L::WIDTH {
                 1 => along.group(&mut planes, 0),
@@ -197,6 +212,7 @@ struct Planes<'a, L> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
+    marks: &'a Chunk<MARK_PLANES>,
     /// Displacement of the lane group behind this chunk.
     next: [L; 3],
     /// First column.
@@ -204,7 +220,7 @@ struct Planes<'a, L> {
 }
 
 /// What is carried along a row from one lane group to the next.
-struct Along<'a, L> {
+struct Along<'a, L, const TOE: bool> {
     pass: &'a Pass<'a>,
     yarn: YarnRow<'a>,
     limit: L,
@@ -219,7 +235,7 @@ struct Along<'a, L> {
     report: Report,
 }
 
-impl<L: Lane> Along<'_, L> {
+impl<L: Lane, const TOE: bool> Along<'_, L, TOE> {
     /// One lane group: damage, forces, kick and drift.
     #[inline(always)]
     fn group(&mut self, planes: &mut Planes<'_, L>, g: usize) {
@@ -233,6 +249,8 @@ impl<L: Lane> Along<'_, L> {
         let (cx, cy, cz) = (L::groups_mut(cx), L::groups_mut(cy), L::groups_mut(cz));
         let [history_h, history_v] = &mut *planes.history;
         let (history_h, history_v) = (L::groups_mut(history_h), L::groups_mut(history_v));
+        let [mark_h, mark_v] = planes.marks;
+        let (mark_h, mark_v) = (L::groups(mark_h), L::groups(mark_v));
         let here = self.here;
         let next = if g + 1 < CHUNK / L::WIDTH {
             [L::load(&ux[g + 1]), L::load(&uy[g + 1]), L::load(&uz[g + 1])]
@@ -251,7 +269,7 @@ impl<L: Lane> Along<'_, L> {
             let place = Place { first: column, end: self.horizontal_end, axis: Axis::Horizontal };
             self.report.add(self.pass.damage(q, place, &self.yarn, &mut history_h[g], &mut kh[g]));
         }
-        let pull = pull_horizontal(L::load(&kh[g]), q, d);
+        let pull = pull_horizontal(self.stiffness(&kh[g], q, &mark_h[g]), q, d);
 
         let d = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
         let q = excess_vertical(d);
@@ -259,7 +277,7 @@ impl<L: Lane> Along<'_, L> {
             let place = Place { first: column, end: self.vertical_end, axis: Axis::Vertical };
             self.report.add(self.pass.damage(q, place, &self.yarn, &mut history_v[g], &mut kv[g]));
         }
-        let lift = pull_vertical(L::load(&kv[g]), q, d);
+        let lift = pull_vertical(self.stiffness(&kv[g], q, &mark_v[g]), q, d);
 
         let kick = Kick { here, pull, left_pull: self.left_pull, lift };
         kick.axis(0, &mut vx[g], &mut ux[g], &mut cx[g]);
@@ -269,6 +287,13 @@ impl<L: Lane> Along<'_, L> {
         self.high = y.max(self.high);
         self.left_pull = pull;
         self.here = next;
+    }
+
+    /// kk, with the toe's factor where there is a toe.
+    #[inline(always)]
+    fn stiffness(&self, stiffness: &L::Group, q: L, mark: &L::Group) -> L {
+        let stiffness = L::load(stiffness);
+        if TOE { stiffness.mul(self.pass.toe.factor(q, L::load(mark))) } else { stiffness }
     }
 }
 
