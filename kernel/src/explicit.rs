@@ -269,7 +269,8 @@ impl Sim<'_> {
             let run = runs.get(j).copied().unwrap_or([0; 4]);
             let above = if j + 1 < rows_stored { layout::row(above, chunks, 0) } else { &[] };
             keep_fixed(row, kept, &run);
-            let (met, range) = pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn, layout::row(marks, chunks, j));
+            let (met, range) =
+                pass.row(row, layout::row_mut(history, chunks, j), above, carry, yarn, layout::row(marks, chunks, j));
             report = report.merged(met);
             if let Some(slot) = ranges.get_mut(j) {
                 *slot = range;

@@ -17,7 +17,7 @@ use crate::sweep::Axis;
 /// Mark of a segment without a toe; those with one have marks in [-1, 0].
 pub const NO_TOE: f64 = 1.0;
 /// Every so many steps slack segments are looked for.
-pub const MARK_INTERVAL: u64 = 8;
+pub const MARK_INTERVAL: u64 = 16;
 
 /// A toe of a certain width.
 #[derive(Clone, Copy, Debug, PartialEq)]
