@@ -402,6 +402,10 @@ typedef struct fk_scene {
     uint32_t step_after_failure;
     // 0.
     uint32_t reserved_at_end;
+    // Toe against the energy creep of slack sheets: Green-Lagrange strain over which the stiffness of a segment sets in once
+    // it has been slack after the first failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none (FK_VERLET only). The
+    // largest step is 0.433 dt_crit with it.
+    double slack_toe;
 } fk_scene;
 
 // Why a request was refused or a step failed.

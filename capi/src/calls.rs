@@ -964,6 +964,7 @@ mod tests {
             track_detachment: true,
             track_support: false,
             contact_capacity: 1006,
+            slack_toe: number(),
         }
     }
 

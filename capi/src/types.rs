@@ -306,6 +306,10 @@ pub struct fk_scene {
     pub step_after_failure: u32,
     /// 0.
     pub reserved_at_end: u32,
+    /// Toe against the energy creep of slack sheets: Green-Lagrange strain over which the stiffness of a segment sets in once
+    /// it has been slack after the first failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none (FK_VERLET only). The
+    /// largest step is 0.433 dt_crit with it.
+    pub slack_toe: f64,
 }
 
 /// Why a request was refused or a step failed.
@@ -576,6 +580,7 @@ impl fk_scene {
             rotation_theta,
             step_after_failure: scene.step_after_failure as u32,
             reserved_at_end: 0,
+            slack_toe: scene.slack_toe,
         }
     }
 
@@ -693,6 +698,7 @@ impl fk_scene {
             step_check,
             integrator,
             step_after_failure,
+            slack_toe: self.slack_toe,
             rotation_rule,
             force_window: self.force_window,
             track_detachment: flag("track_detachment", self.track_detachment)?,

@@ -45,7 +45,7 @@
 use crate::blocks::Blocks;
 use crate::error::{Code, Error, Failure};
 use crate::explicit::{self, Gathered};
-use crate::layout::{ALIGN_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, YARN_PLANES};
+use crate::layout::{ALIGN_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
 use crate::sim::Sim;
@@ -99,6 +99,8 @@ struct Plan {
     /// Rows to sweep [first, end).
     rows: [usize; 2],
     terms: Terms,
+    /// Whether segments may have a toe's mark.
+    marked: bool,
     track_support: bool,
     memory: Pointers,
 }
@@ -109,6 +111,7 @@ struct Pointers {
     hot: *mut Chunk<HOT_PLANES>,
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
+    marks: *const Chunk<MARK_PLANES>,
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
@@ -274,16 +277,18 @@ impl Plan {
         let rows = sim.rows_to_step();
         sim.place_images_above(rows[1]);
         let (terms, track_support) = (sim.terms(), sim.scene.track_support);
-        let Blocks { hot, history, yarn, ranges, runs, .. } = &mut sim.blocks;
+        let marked = sim.layout.toe && sim.failed_segments > 0;
+        let Blocks { hot, history, yarn, marks, ranges, runs, .. } = &mut sim.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
+            marks: marks.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             scratch,
         };
-        let plan = Plan { end, second_half, failed_before, found, rows, terms, track_support, memory };
+        let plan = Plan { end, second_half, failed_before, found, rows, terms, marked, track_support, memory };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
@@ -323,7 +328,8 @@ impl Plan {
                 let below = rows(memory.hot, chunks, first - 1, 1);
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
-                self.terms.pass().lift(below, history, here, carry, self.terms.yarn_row(yarn, 0));
+                let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
+                self.terms.pass().lift(below, history, here, carry, self.terms.yarn_row(yarn, 0), marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -359,6 +365,7 @@ impl Plan {
                 above,
                 history: rows_mut(memory.history, chunks, first, count),
                 yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
+                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
                 carry,

@@ -4,12 +4,13 @@ use crate::energy::SegmentView;
 use crate::error::{Code, Error};
 use crate::layout::{
     self, ALIGN_REALS, CANDIDATE_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, Layout,
-    YARN_PLANES,
+    MARK_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::sim::{Memory, Sim};
 use crate::sweep::{self, Axis, YarnRow};
 use crate::symmetry::Line;
+use crate::toe::NO_TOE;
 use crate::weave;
 
 /// The caller's memory, carved.
@@ -20,6 +21,8 @@ pub(crate) struct Blocks<'a> {
     pub history: &'a mut [Chunk<HISTORY_PLANES>],
     /// Rows of [kh kv lambda_h lambda_v] of stochastic yarn.
     pub yarn: &'a mut [Chunk<YARN_PLANES>],
+    /// Rows of the toe's marks, horizontal and vertical.
+    pub marks: &'a mut [Chunk<MARK_PLANES>],
     /// The theta rule's rows (`theta.rs` names their planes).
     #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
@@ -61,6 +64,7 @@ impl<'a> Blocks<'a> {
                 hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
                 yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
+                marks: chunked(reals.take(if layout.toe { ny * MARK_PLANES * row } else { 0 })?),
                 iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
@@ -158,6 +162,7 @@ impl Sim<'_> {
             undamaged,
             damage_rate,
             history: layout::get(layout::row(self.blocks.history, chunks, j), axis as usize, i)?,
+            mark: layout::get(layout::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
             // The theta rule's state is synchronous: its audit looks at t_n alone.
             d_before: if self.layout.implicit { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
@@ -184,6 +189,7 @@ impl Sim<'_> {
             } else {
                 segment.stiffness
             };
+            let stiffness = stiffness * self.model.toe.factor(q, segment.mark);
             match axis {
                 Axis::Horizontal => sweep::pull_horizontal(stiffness, q, segment.d),
                 Axis::Vertical => sweep::pull_vertical(stiffness, q, segment.d),
@@ -239,6 +245,7 @@ impl Sim<'_> {
         self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
         self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
         self.blocks.flags.fill(0);
+        self.clear_marks();
         self.rebuild_derived();
     }
 

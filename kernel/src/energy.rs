@@ -50,6 +50,8 @@ pub(crate) struct SegmentView {
     pub damage_rate: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
+    /// The toe's mark (`toe.rs`).
+    pub mark: f64,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
     /// Relative displacement of its ends at t_{n-1}.
@@ -67,6 +69,11 @@ impl SegmentView {
     /// U^2 - 1 at t_n.
     pub fn excess_now(&self) -> f64 {
         self.excess(self.d)
+    }
+
+    /// Whether its ends are nearer than at rest at t_n and were at t_{n-1}.
+    pub fn is_slack(&self) -> bool {
+        self.excess_now() < 0.0 && self.excess(self.d_before) < 0.0
     }
 }
 
@@ -179,8 +186,12 @@ impl Sim<'_> {
     /// Strain energy in units of m (h/dt)^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
     fn segment_energy(&self, segment: &SegmentView) -> (f64, f64) {
         let (before, now) = (segment.excess(segment.d_before), segment.excess_now());
-        let stored = |stiffness: f64, q: f64| if q > 0.0 { 0.25 * stiffness * q * q } else { 0.0 };
-        let (law, critical) = (&self.model.law, self.model.critical);
+        let (law, critical, toe) = (&self.model.law, self.model.critical, &self.model.toe);
+        let marked = segment.alpha_when_marked();
+        let stored = |stiffness: f64, q: f64| {
+            let without_toe = if q > 0.0 { 0.25 * stiffness * q * q } else { 0.0 };
+            if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
+        };
         let fresh = now > critical && now > segment.history;
         if segment.history == 0.0 && !fresh {
             let stiffness = segment.stiffness;
@@ -192,7 +203,11 @@ impl Sim<'_> {
         let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
         let stored_before = stored(segment.stiffness, before);
         let stored_now = stored(alpha_now * segment.undamaged, now);
-        let lost = law.dissipated(&material, alpha_before) + law.dissipated(&material, alpha_now);
+        let dissipated = |alpha: f64| {
+            let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
+            law.dissipated(&material, alpha) - saved
+        };
+        let lost = dissipated(alpha_before) + dissipated(alpha_now);
         (0.5 * (stored_before + stored_now), 0.5 * lost)
     }
 }

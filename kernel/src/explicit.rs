@@ -19,6 +19,7 @@ use crate::scene::{AttachmentKind, Drive, Integrator, Scene, Symmetry};
 use crate::sim::Sim;
 use crate::state::Sums;
 use crate::sweep::Report;
+use crate::toe::MARK_INTERVAL;
 use crate::weave;
 
 /// What lies under the projectile at t_n.
@@ -47,6 +48,9 @@ impl Sim<'_> {
         self.state.step += 1;
         if self.layout.halving && !self.state.halved && self.failed_segments > failed_before {
             self.halve_step();
+        }
+        if self.layout.toe && self.failed_segments > 0 && self.state.step.is_multiple_of(MARK_INTERVAL) {
+            self.mark_slack();
         }
         self.close_window();
         if self.state.step.is_multiple_of(TEST_INTERVAL) {
@@ -270,7 +274,7 @@ impl Sim<'_> {
         self.place_images_above(end);
         let terms = self.terms();
         let (chunks, scene, sums) = (self.layout.chunks, &self.scene, &mut self.state.sums);
-        let Blocks { hot, history, yarn, carry, kept, ranges, runs, .. } = &mut self.blocks;
+        let Blocks { hot, history, yarn, marks, carry, kept, ranges, runs, .. } = &mut self.blocks;
         carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
         let (swept, rest) = hot.split_at_mut_checked(end * chunks).unwrap_or((&mut [], &mut []));
         let rows = Rows {
@@ -279,6 +283,8 @@ impl Sim<'_> {
             above: layout::row(rest, chunks, 0),
             history: history.get_mut(first * chunks..end * chunks).unwrap_or(&mut []),
             yarn: yarn.get(first * chunks..).unwrap_or(&[]),
+            // No mark before the first failure.
+            marks: marks.get(first * chunks..).filter(|_| self.failed_segments > 0).unwrap_or(&[]),
             ranges: ranges.get_mut(first..end).unwrap_or(&mut []),
             runs: runs.get(first..end).unwrap_or(&[]),
             carry,
@@ -306,6 +312,7 @@ impl Sim<'_> {
             layout: self.layout,
             law: self.model.law,
             critical: self.model.critical,
+            toe: self.model.toe,
             stiffness: self.model.mean_stiffness,
             damage_rate: self.model.mean_damage_rate,
             instructions: self.instructions,

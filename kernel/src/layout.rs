@@ -20,6 +20,8 @@ pub const HOT_PLANES: usize = 8;
 pub const HISTORY_PLANES: usize = 2;
 /// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
 pub const YARN_PLANES: usize = 4;
+/// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
+pub const MARK_PLANES: usize = 2;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
 /// at the guess (3 each).
 pub const ITERATE_PLANES: usize = 12;
@@ -53,6 +55,8 @@ pub struct Layout {
     pub implicit: bool,
     /// true if the step is halved after the first failure.
     pub halving: bool,
+    /// true if segments that have been slack start with a toe.
+    pub toe: bool,
     /// Greatest number of contact candidates.
     pub candidates: usize,
     reals: usize,
@@ -82,11 +86,12 @@ impl Layout {
         let track_detachment = scene.track_detachment;
         let implicit = matches!(scene.integrator, Integrator::Theta(_));
         let halving = scene.step_after_failure == StepAfterFailure::Half;
+        let toe = scene.slack_toe > 0.0;
         let candidates = candidate_capacity(scene).min(nodes);
 
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
-        let planes = planes + iterate;
+        let planes = planes + iterate + if toe { MARK_PLANES } else { 0 };
         let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let scratch = chunks
@@ -100,11 +105,13 @@ impl Layout {
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
 
-        // Node rows: u and v of every node, then the history of its horizontal and vertical segment where they exist.
+        // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
+        // segment where they exist.
         let flags = if track_detachment { nodes.div_ceil(32) } else { 0 };
         let image_words = nodes
             .checked_mul(6)?
             .checked_add(segments)?
+            .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
             .checked_add(crate::snapshot::frame_words(Parts { implicit, halving }))?;
 
@@ -124,6 +131,7 @@ impl Layout {
             track_detachment,
             implicit,
             halving,
+            toe,
             candidates,
             reals,
             words,

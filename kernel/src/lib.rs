@@ -63,6 +63,7 @@ pub mod sweep;
 pub mod symmetry;
 #[cfg(feature = "implicit")]
 mod theta;
+pub mod toe;
 pub mod weave;
 pub mod yarn;
 

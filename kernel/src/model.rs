@@ -10,6 +10,7 @@ use crate::pose::{Pose, Vector};
 use crate::projectile::{Body, Inertia, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
 use crate::shape::Solid;
+use crate::toe::Toe;
 use crate::weave;
 use crate::yarn::DamageLaw;
 
@@ -24,6 +25,8 @@ pub(crate) struct Model {
     pub law: DamageLaw,
     /// q at the critical stretch.
     pub critical: f64,
+    /// Toe of segments that have been slack.
+    pub toe: Toe,
     /// Mass of a node, all plies, kg.
     pub node_mass: f64,
     /// h/dt, m/s.
@@ -61,6 +64,7 @@ impl Model {
             solid,
             law,
             critical: law.critical_excess(),
+            toe: Toe::of(scene.slack_toe),
             node_mass,
             unit_speed: h / dt,
             unit_impulse: node_mass * h / dt,

@@ -2,9 +2,10 @@
 
 use crate::blocks::place_image_column;
 use crate::lanes::InstructionSet;
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, YARN_PLANES};
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::sweep::{Pass, Report, YarnRow};
+use crate::toe::Toe;
 use crate::yarn::DamageLaw;
 
 /// Constants of a sweep.
@@ -14,6 +15,8 @@ pub(crate) struct Terms {
     pub law: DamageLaw,
     /// q at the critical stretch.
     pub critical: f64,
+    /// The toe of marked segments.
+    pub toe: Toe,
     /// Undamaged stiffness and damage rate of uniform yarn.
     pub stiffness: f64,
     pub damage_rate: f64,
@@ -28,6 +31,7 @@ impl Terms {
             verticals: self.layout.nodes_x,
             law: &self.law,
             critical: self.critical,
+            toe: self.toe,
             instructions: self.instructions,
         }
     }
@@ -52,6 +56,8 @@ pub(crate) struct Rows<'r> {
     pub history: &'r mut [Chunk<HISTORY_PLANES>],
     /// Constants from the first row on; empty for uniform yarn.
     pub yarn: &'r [Chunk<YARN_PLANES>],
+    /// The toe's marks from the first row on; empty for no toe.
+    pub marks: &'r [Chunk<MARK_PLANES>],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
@@ -69,7 +75,7 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, marks, ranges, runs, carry, kept } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(layout::row_mut(hot, chunks, k), layout.x));
         }
@@ -81,7 +87,8 @@ impl Rows<'_> {
             let above = if k + 1 < rows { layout::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, k);
-            let (met, reach) = pass.row(row, layout::row_mut(history, chunks, k), above, carry, yarn);
+            let (met, reach) =
+                pass.row(row, layout::row_mut(history, chunks, k), above, carry, yarn, layout::row(marks, chunks, k));
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));

@@ -281,6 +281,10 @@ pub struct Scene {
     pub integrator: Integrator,
     /// What the step does once a segment has failed.
     pub step_after_failure: StepAfterFailure,
+    /// The toe against the energy creep of slack sheets: Green-Lagrange strain over which the stiffness of a segment sets in
+    /// once it has been slack after the first failure; in [0.005, 0.05] and not beyond that of U_c, 0.02 if in doubt. 0 = no
+    /// toe: the stiffness jumps (velocity Verlet only). See docs/model.md, "The toe".
+    pub slack_toe: f64,
     /// How the projectile turns.
     pub rotation_rule: RotationRule,
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one.
@@ -296,6 +300,10 @@ pub struct Scene {
 
 /// Largest fraction of dt_crit that is accepted.
 pub const STEP_MAX_FRACTION: f64 = 0.5;
+/// sqrt(3/4): what a toe leaves of the largest step, because its tangent modulus is at most 4/3 E.
+pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
+/// Narrowest and widest toe.
+pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
 /// Default fraction of dt_crit.
 pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
 /// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
@@ -308,7 +316,7 @@ pub struct StepLimits {
     pub dt: f64,
     /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
     pub dt_crit: f64,
-    /// Largest accepted step, 0.5 dt_crit.
+    /// Largest accepted step: 0.5 dt_crit, with a toe 0.5 sqrt(3/4) dt_crit.
     pub step_max: f64,
 }
 
@@ -361,6 +369,7 @@ impl Scene {
             step_check: StepCheck::Refuse,
             integrator: Integrator::Verlet,
             step_after_failure: StepAfterFailure::Keep,
+            slack_toe: 0.0,
             rotation_rule: RotationRule::Midpoint,
             force_window: 1e-6,
             track_detachment: true,
@@ -472,7 +481,7 @@ impl Scene {
         if !dt_crit.is_normal() {
             return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
         }
-        let step_max = STEP_MAX_FRACTION * dt_crit;
+        let step_max = self.step_max_fraction() * dt_crit;
         let dt = match self.time_step {
             TimeStep::Fraction(fraction) => fraction * dt_crit,
             TimeStep::Seconds(dt) => dt,
@@ -500,13 +509,37 @@ impl Scene {
             TimeStep::Seconds(dt) => positive("dt", dt)?,
             TimeStep::Fraction(fraction) => {
                 positive("step_fraction", fraction)?;
-                if self.step_check == StepCheck::Refuse && fraction > STEP_MAX_FRACTION {
-                    return Err(Error::new(Code::OutOfRange, "step_fraction", fraction, STEP_MAX_FRACTION));
+                if self.step_check == StepCheck::Refuse && fraction > self.step_max_fraction() {
+                    return Err(Error::new(Code::OutOfRange, "step_fraction", fraction, self.step_max_fraction()));
                 }
             }
         }
         self.check_integrator()?;
+        self.check_toe()?;
         positive("force_window", self.force_window)
+    }
+
+    /// Largest accepted fraction of dt_crit.
+    pub fn step_max_fraction(&self) -> f64 {
+        if self.slack_toe > 0.0 { STEP_WITH_TOE * STEP_MAX_FRACTION } else { STEP_MAX_FRACTION }
+    }
+
+    fn check_toe(&self) -> Result<(), Error> {
+        let toe = self.slack_toe;
+        finite("slack_toe", toe)?;
+        let [narrowest, widest] = TOE_RANGE;
+        let critical = 0.5 * self.damage_law().critical_excess();
+        let widest = if critical < widest { critical } else { widest };
+        let limit = if self.integrator != Integrator::Verlet {
+            0.0
+        } else if toe < narrowest {
+            narrowest
+        } else {
+            widest
+        };
+        let verlet = self.integrator == Integrator::Verlet;
+        let sound = toe == 0.0 || (verlet && toe >= narrowest && toe <= widest);
+        if sound { Ok(()) } else { Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit)) }
     }
 
     fn check_integrator(&self) -> Result<(), Error> {

@@ -1,8 +1,8 @@
 //! Snapshot images and the digest.
 //!
 //! An image is a sequence of little-endian 64-bit words: magic, format version, fingerprint of the scene, number of words,
-//! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history of the segments that
-//! start there, contact flags, and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
+//! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history (and the toe's mark) of the
+//! segments that start there, contact flags, and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
 //! Loading is all or nothing: the whole image is checked before anything is changed.
 //! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
 //! The checksum finds every change of a single word; it is no protection against forgery.
@@ -13,6 +13,7 @@ use crate::pose::Vector;
 use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
 use crate::sim::Sim;
 use crate::state::{COUNT_MAX, Parts, State, Visitor};
+use crate::toe::NO_TOE;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -122,6 +123,10 @@ pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     }
     if scene.step_after_failure != StepAfterFailure::Keep {
         hash.word(0x5_0000 + scene.step_after_failure as u64);
+    }
+    if scene.slack_toe > 0.0 {
+        hash.word(0x6_0000);
+        hash.real(scene.slack_toe);
     }
     if let RotationRule::Theta(theta) = scene.rotation_rule {
         hash.word(0x4_0000);
@@ -289,20 +294,23 @@ impl Sim<'_> {
         let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
         for j in 0..ny {
             let (row, history) = (layout::row(self.blocks.hot, chunks, j), layout::row(self.blocks.history, chunks, j));
+            let marks = layout::row(self.blocks.marks, chunks, j);
             for i in 0..nx {
                 (0..6).for_each(|plane| word(bits(layout::get(row, plane, i))));
-                if i < across {
-                    word(bits(layout::get(history, 0, i)));
-                }
-                if j < up {
-                    word(bits(layout::get(history, 1, i)));
+                for (axis, exists) in [(0, i < across), (1, j < up)] {
+                    if exists {
+                        word(bits(layout::get(history, axis, i)));
+                    }
+                    if exists && self.layout.toe {
+                        word(bits(layout::get(marks, axis, i)));
+                    }
                 }
             }
         }
         self.blocks.flags.iter().for_each(|&flags| word(flags as u64));
     }
 
-    /// Reads the arrays without taking them: all finite, histories not negative, fixed nodes at rest, flags 32 bits wide.
+    /// Reads the arrays without taking them: all finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
     fn arrays_sound(&self, reader: &mut Reader<'_>) -> bool {
         let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
@@ -317,6 +325,10 @@ impl Sim<'_> {
                 for _ in 0..usize::from(i < across) + usize::from(j < up) {
                     let q = reader.finite();
                     reader.sound &= q == 0.0 || q > self.model.critical;
+                    if self.layout.toe {
+                        let mark = reader.finite();
+                        reader.sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
+                    }
                 }
             }
         }
@@ -338,13 +350,16 @@ impl Sim<'_> {
         for j in 0..ny {
             let row = layout::row_mut(self.blocks.hot, chunks, j);
             let history = layout::row_mut(self.blocks.history, chunks, j);
+            let marks = layout::row_mut(self.blocks.marks, chunks, j);
             for i in 0..nx {
                 (0..6).for_each(|plane| take(layout::get_mut(row, plane, i)));
-                if i < across {
-                    take(layout::get_mut(history, 0, i));
-                }
-                if j < up {
-                    take(layout::get_mut(history, 1, i));
+                for (axis, exists) in [(0, i < across), (1, j < up)] {
+                    if exists {
+                        take(layout::get_mut(history, axis, i));
+                    }
+                    if exists && self.layout.toe {
+                        take(layout::get_mut(marks, axis, i));
+                    }
                 }
             }
         }

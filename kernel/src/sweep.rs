@@ -6,11 +6,13 @@
 //! its first node, where kk = alpha E A_0 dt^2 / (2 m h). No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
+//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A non-finite q is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, YARN_PLANES};
+use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::toe::{NO_TOE, Toe};
 use crate::yarn::DamageLaw;
 
 /// What one pass met.
@@ -72,6 +74,8 @@ pub struct Pass<'a> {
     pub law: &'a DamageLaw,
     /// q at the critical stretch.
     pub critical: f64,
+    /// The toe of marked segments.
+    pub toe: Toe,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
 }
@@ -114,23 +118,27 @@ fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
 }
 
-/// One row of the pass: [`Pass::row`] as a job for the lanes.
-struct RowJob<'a> {
+/// One row of the pass: [`Pass::row`] as a job for the lanes. TOE: whether there are marks.
+struct RowJob<'a, const TOE: bool> {
     pass: &'a Pass<'a>,
     row: &'a mut [Chunk<HOT_PLANES>],
     history: &'a mut [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
     yarn: YarnRow<'a>,
+    marks: &'a [Chunk<MARK_PLANES>],
 }
+
+/// Marks of no toe.
+const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
 const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
 impl Pass<'_> {
     /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
-    /// `carry`: the vertical forces from the row below, replaced by those to the row above. Returns what was met, and the
-    /// least and greatest y displacement.
+    /// `carry`: the vertical forces from the row below, replaced by those to the row above; `marks`: its toe's marks, empty for
+    /// no toe. Returns what was met, and the least and greatest y displacement.
     pub fn row(
         &self,
         row: &mut [Chunk<HOT_PLANES>],
@@ -138,8 +146,14 @@ impl Pass<'_> {
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
         yarn: YarnRow<'_>,
+        marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
-        lanes::dispatch(self.instructions, RowJob { pass: self, row, history, above, carry, yarn })
+        let pass = self;
+        if marks.is_empty() {
+            lanes::dispatch(self.instructions, RowJob::<false> { pass, row, history, above, carry, yarn, marks })
+        } else {
+            lanes::dispatch(self.instructions, RowJob::<true> { pass, row, history, above, carry, yarn, marks })
+        }
     }
 
     /// The vertical forces of `row` on the row `above`, as [`Pass::row`] would leave them in `carry`; nothing is stepped and
@@ -151,8 +165,9 @@ impl Pass<'_> {
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
         yarn: YarnRow<'_>,
+        marks: &[Chunk<MARK_PLANES>],
     ) {
-        lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn });
+        lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn, marks });
     }
 }
 
@@ -164,6 +179,7 @@ struct LiftJob<'a> {
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
     yarn: YarnRow<'a>,
+    marks: &'a [Chunk<MARK_PLANES>],
 }
 
 impl Job for LiftJob<'_> {
@@ -171,7 +187,7 @@ impl Job for LiftJob<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let LiftJob { pass, row, history, above, carry, yarn } = self;
+        let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
         let limit = L::splat(pass.critical);
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
@@ -196,6 +212,9 @@ impl Job for LiftJob<'_> {
                     cold.damage(q, place, &mut copy, &mut damaged);
                     stiffness = L::load(&damaged);
                 }
+                if let Some([_, mark]) = marks.get(c) {
+                    stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
+                }
                 let lift = pull_vertical(stiffness, q, d);
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
@@ -205,12 +224,12 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl Job for RowJob<'_> {
+impl<const TOE: bool> Job for RowJob<'_, TOE> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let RowJob { pass, row, history, above, carry, yarn } = self;
+        let RowJob { pass, row, history, above, carry, yarn, marks } = self;
         let mut cold = Cold {
             pass,
             yarn,
@@ -226,19 +245,20 @@ impl Job for RowJob<'_> {
             let above = above.get(c).unwrap_or(&NOTHING);
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let mut planes = Planes { chunk, history, above, carry, next, column: c * CHUNK };
+            let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
+            let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group(&mut planes, 0, &mut cold),
+                1 => along.group::<TOE>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group(&mut planes, 0, &mut cold);
-                    along.group(&mut planes, 1, &mut cold);
+                    along.group::<TOE>(&mut planes, 0, &mut cold);
+                    along.group::<TOE>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group(&mut planes, 0, &mut cold);
-                    along.group(&mut planes, 1, &mut cold);
-                    along.group(&mut planes, 2, &mut cold);
-                    along.group(&mut planes, 3, &mut cold);
+                    along.group::<TOE>(&mut planes, 0, &mut cold);
+                    along.group::<TOE>(&mut planes, 1, &mut cold);
+                    along.group::<TOE>(&mut planes, 2, &mut cold);
+                    along.group::<TOE>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -253,6 +273,7 @@ struct Planes<'a> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
+    marks: &'a Chunk<MARK_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -284,7 +305,7 @@ impl<L: Lane> Along<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
+    fn group<const TOE: bool>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -315,8 +336,14 @@ impl<L: Lane> Along<L> {
                 cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
             }
         }
-        let lift = pull_vertical(L::load(&kv[g]), q_v, up);
-        let pull = pull_horizontal(L::load(&kh[g]), q_h, along);
+        let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
+        if TOE {
+            let [mark_h, mark_v] = planes.marks;
+            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(mark_h)[g])));
+            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+        }
+        let lift = pull_vertical(kv, q_v, up);
+        let pull = pull_horizontal(kh, q_h, along);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let left = [

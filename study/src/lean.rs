@@ -235,6 +235,7 @@ fn pairs() -> Vec<Pair> {
         ),
         pair("rows that the wave has not reached (first 50 steps)", early(nothing), early(every_row), true),
         pair("the mirrored three quarters", moving(quarter), moving(smooth), true),
+        pair("toe of slack yarn", struck(impact), struck(Scene { slack_toe: 0.02, ..impact }), false),
         pair("theta rule", moving(smooth), moving(theta), false),
         pair(
             "integration of the body (in flight; time per step)",

@@ -45,6 +45,7 @@ struct SceneFile {
     step_check: Option<StepCheckName>,
     integrator: Option<IntegratorFile>,
     step_after_failure: Option<StepAfterFailureName>,
+    slack_toe: Option<f64>,
     rotation_rule: Option<RotationFile>,
     force_window: Option<f64>,
     track_detachment: Option<bool>,
@@ -283,6 +284,7 @@ pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
     set(&mut scene.step_check, file.step_check.map(step_check));
     set(&mut scene.integrator, file.integrator.map(integrator));
     set(&mut scene.step_after_failure, file.step_after_failure.map(step_after_failure));
+    set(&mut scene.slack_toe, file.slack_toe);
     set(&mut scene.rotation_rule, file.rotation_rule.map(rotation_rule));
     set(&mut scene.force_window, file.force_window);
     set(&mut scene.track_detachment, file.track_detachment);

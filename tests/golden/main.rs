@@ -44,6 +44,16 @@ fn uniform_sphere_through_failure() {
 }
 
 #[test]
+fn sphere_on_softened_yarn() {
+    assert_pin(digest_after(&scenes::sphere_on_softened_yarn(), 3000, true), pins::SPHERE_ON_SOFTENED_YARN);
+}
+
+#[test]
+fn uniform_sphere_in_halves() {
+    assert_pin(digest_after(&scenes::uniform_sphere_in_halves(), 3000, true), pins::UNIFORM_SPHERE_IN_HALVES);
+}
+
+#[test]
 fn tumbling_cylinder_on_corners() {
     assert_pin(digest_after(&scenes::tumbling_cylinder_on_corners(), 2000, true), pins::TUMBLING_CYLINDER_ON_CORNERS);
 }

@@ -14,3 +14,5 @@ pub const BOX_ON_A_CORNER: u64 = 0xc6d0_106f_c2e2_cf08;
 pub const DISC_SECTOR: u64 = 0x3241_aa8e_1d54_acec;
 pub const QUARTER_UNDER_A_CYLINDER: u64 = 0xadb4_4a1b_3533_e880;
 pub const DRAWN_YARNS_BY_THE_THETA_RULE: u64 = 0xebd2_bf2c_8896_7444;
+pub const SPHERE_ON_SOFTENED_YARN: u64 = 0xd309_7f4a_9f95_9f30;
+pub const UNIFORM_SPHERE_IN_HALVES: u64 = 0xf1e9_5f19_75ba_062c;

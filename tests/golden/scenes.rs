@@ -1,8 +1,8 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
 use fabric::{
-    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Symmetry, ThetaRule,
-    TimeStep,
+    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure, Symmetry,
+    ThetaRule, TimeStep,
 };
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
@@ -10,6 +10,21 @@ pub fn uniform_sphere() -> Scene {
     let mut scene = Scene::sheet_3in_sphere();
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
     scene.yarn.stochastic = false;
+    scene
+}
+
+/// The same with a toe, on drawn yarn.
+pub fn sphere_on_softened_yarn() -> Scene {
+    let mut scene = uniform_sphere();
+    scene.yarn.stochastic = true;
+    scene.slack_toe = 0.02;
+    scene
+}
+
+/// The same with the step halved after the first failure.
+pub fn uniform_sphere_in_halves() -> Scene {
+    let mut scene = uniform_sphere();
+    scene.step_after_failure = StepAfterFailure::Half;
     scene
 }
 

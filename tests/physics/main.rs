@@ -18,3 +18,4 @@ mod stability;
 mod starts;
 mod symmetry;
 mod theta;
+mod toe;

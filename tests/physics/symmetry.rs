@@ -12,7 +12,7 @@ const PLANES: [Symmetry; 3] = [
 const QUARTER: Symmetry = PLANES[2];
 
 /// A sheet that is set in motion by itself: v_z = v0 cos cos, or v0 and sideways where it is free. The projectile is far away.
-fn with_wave<'a>(buffers: &'a mut Buffers, scene: &Scene, v0: f64) -> Sim<'a> {
+pub(crate) fn with_wave<'a>(buffers: &'a mut Buffers, scene: &Scene, v0: f64) -> Sim<'a> {
     let mut sim = buffers.sim(scene);
     let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
     let fixed = fabric_tests::reference::fixed_nodes(&Scene { symmetry: Symmetry::default(), ..*scene });
@@ -31,7 +31,7 @@ fn with_wave<'a>(buffers: &'a mut Buffers, scene: &Scene, v0: f64) -> Sim<'a> {
 }
 
 /// Numbers of the whole sheet's nodes that a model with mirror planes holds.
-fn modelled_nodes(whole: &Scene, part: &Sim<'_>) -> Vec<usize> {
+pub(crate) fn modelled_nodes(whole: &Scene, part: &Sim<'_>) -> Vec<usize> {
     let nx = whole.sheet.nodes_x as usize;
     let (columns, rows) = (part.layout().nodes_x, part.layout().nodes_y);
     (0..rows).flat_map(|j| (0..columns).map(move |i| j * nx + i)).collect()

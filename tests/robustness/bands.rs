@@ -130,9 +130,12 @@ fn uniform_and_stochastic_yarn() {
 
 #[test]
 fn a_step_that_is_halved_after_failure() {
-    let mut scene = small_sheet(21, 250.0);
-    scene.step_after_failure = StepAfterFailure::Half;
-    same_bits(&scene, 700, |_| (), failed);
+    same_bits(&golden::uniform_sphere_in_halves(), 3000, |_| (), failed);
+}
+
+#[test]
+fn a_toe_of_slack_segments() {
+    same_bits(&golden::sphere_on_softened_yarn(), 3000, |_| (), failed);
 }
 
 #[test]

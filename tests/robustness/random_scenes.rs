@@ -45,6 +45,7 @@ prop_compose! {
         capacity in prop_oneof![3 => Just(0u32), 1 => 0u32..20],
         seed in any::<u64>(),
         fraction in near(0.4),
+        toe in prop_oneof![3 => Just(0.0), 1 => near(0.02)],
     ) -> Scene {
         let mut scene = small_sheet(5, 0.0);
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.plies) = (nodes.0, nodes.1, plies);
@@ -77,6 +78,7 @@ prop_compose! {
         (scene.attachment.disc_inset, scene.attachment.disc_radius) = discs;
         (scene.contact_capacity, scene.seed) = (capacity, seed);
         scene.time_step = TimeStep::Fraction(fraction);
+        scene.slack_toe = toe;
         if fraction > 0.7 {
             scene.step_check = StepCheck::None;
         }

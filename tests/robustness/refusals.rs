@@ -51,7 +51,7 @@ type Change = fn(&mut Scene, f64);
 
 /// Every real field of a scene, by the name that errors use.
 #[rustfmt::skip]
-const REAL_FIELDS: [(&str, Change); 41] = [
+const REAL_FIELDS: [(&str, Change); 42] = [
     ("sheet.spacing", |s, x| s.sheet.spacing = x),
     ("sheet.node_mass", |s, x| s.sheet.node_mass = x),
     ("sheet.yarn_area", |s, x| s.sheet.yarn_area = x),
@@ -92,6 +92,7 @@ const REAL_FIELDS: [(&str, Change); 41] = [
     ("attachment.disc_radius", |s, x| { s.attachment.kind = AttachmentKind::FourCorners; s.attachment.disc_radius = x; }),
     ("dt", |s, x| s.time_step = TimeStep::Seconds(x)),
     ("step_fraction", |s, x| s.time_step = TimeStep::Fraction(x)),
+    ("slack_toe", |s, x| s.slack_toe = x),
     ("force_window", |s, x| s.force_window = x),
 ];
 

@@ -1,0 +1,312 @@
+//! The toe of segments that have been slack: forces and energies against plain formulas, a balance of second order, the same
+//! bits where nothing has been slack, refusals.
+
+use crate::symmetry::{modelled_nodes, with_wave};
+use fabric::yarn::Segment;
+use fabric::{AttachmentKind, Code, Integrator, Scene, Sim, StepAfterFailure, Symmetry, ThetaRule, TimeStep};
+use fabric_tests::reference::{V3, add, fixed_nodes, forces, length, scale, segment_ends, sub};
+use fabric_tests::{
+    Buffers, close, damage, positions, small_sheet, speed, sphere_on_3in, velocities, without_projectile,
+};
+
+const WIDTH: f64 = 0.02;
+
+fn with_toe(scene: Scene, width: f64) -> Scene {
+    Scene { slack_toe: width, ..scene }
+}
+
+/// Fails the segment of this number before the start: a toe waits for the first failure.
+fn fail(sim: &mut Sim<'_>, number: usize) {
+    let mut stretches = vec![1.0; sim.layout().segments()];
+    stretches[number] = 1.2;
+    sim.set_largest_stretch(&stretches).unwrap();
+}
+
+/// Green-Lagrange strain of every segment.
+fn strains(scene: &Scene, x: &[V3]) -> Vec<f64> {
+    let strain = |[a, b]: [usize; 2]| {
+        let stretch = length(sub(x[b], x[a])) / scene.sheet.spacing;
+        0.5 * (stretch * stretch - 1.0)
+    };
+    segment_ends(scene).into_iter().map(strain).collect()
+}
+
+/// Strain energy over alpha E, by the formulas of the model page.
+fn energy_density(e: f64, toe: Option<f64>) -> f64 {
+    match toe {
+        _ if e <= 0.0 => 0.0,
+        Some(width) if e < width => 2.0 * e.powi(3) / (3.0 * width) - e.powi(4) / (4.0 * width * width),
+        Some(width) => 0.5 * e * e - width * width / 12.0,
+        None => 0.5 * e * e,
+    }
+}
+
+/// A sheet that tears itself, stochastic and of two plies: the second difference of every node's positions is the force of the
+/// formulas, strain energy and dissipation are theirs too, with marks that the test keeps by itself.
+#[test]
+fn forces_and_energies_are_those_of_the_formulas() {
+    let mut scene = with_toe(without_projectile(small_sheet(17, 0.0)), WIDTH);
+    scene.yarn.stochastic = true;
+    scene.sheet.plies = 2;
+    let (m, fixed) = (scene.lumped_mass(), fixed_nodes(&scene));
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let dt = sim.step_limits().dt;
+    let at_rest = positions(&sim);
+    let half = scene.half_size()[0];
+    let push = |k: usize| match fixed[k] {
+        true => [0.0; 3],
+        false => {
+            [120.0 * at_rest[k][0] / half, -80.0 * at_rest[k][1] / half, 700.0 * (1.0 - length(at_rest[k]) / half)]
+        }
+    };
+    let v: Vec<f64> = (0..fixed.len()).flat_map(push).collect();
+    sim.set_motion(&at_rest.iter().flatten().copied().collect::<Vec<_>>(), &v).unwrap();
+    let moduli: Vec<Segment> = (0..scene.segments()).map(|number| scene.draw_segment(number).unwrap()).collect();
+    let law = scene.damage_law();
+    let volume = scene.lumped_area() * scene.sheet.spacing;
+    // alpha when the segment was marked.
+    let mut marks: Vec<Option<f64>> = vec![None; moduli.len()];
+    sim.step().unwrap();
+    let (mut x_before, mut alpha_before) = (at_rest, vec![1.0; moduli.len()]);
+    let (mut softened, mut worst): (u64, f64) = (0, 0.0);
+    for n in 1..700 {
+        let (x, alpha) = (positions(&sim), damage(&sim));
+        let (e_before, e) = (strains(&scene, &x_before), strains(&scene, &x));
+        if n % fabric::toe::MARK_INTERVAL == 0 && sim.counters().failed_segments > 0 {
+            for (k, mark) in marks.iter_mut().enumerate() {
+                if mark.is_none() && e_before[k] < 0.0 && e[k] < 0.0 {
+                    *mark = Some(alpha[k]);
+                }
+            }
+        }
+        let shares: Vec<f64> = (0..marks.len())
+            .map(|k| {
+                let t = (e[k] / WIDTH).min(1.0);
+                softened += u64::from(marks[k].is_some() && alpha[k] > 0.0 && e[k] > 0.0 && t < 1.0);
+                alpha[k] * if marks[k].is_some() { t * (2.0 - t) } else { 1.0 }
+            })
+            .collect();
+        let pulls = forces(&scene, &x, &shares);
+        if n % 20 == 0 {
+            let energy = sim.energy().unwrap();
+            let (mut strain, mut dissipated) = (0.0, 0.0);
+            for k in 0..marks.len() {
+                let stiffness = volume * moduli[k].modulus;
+                let toe = marks[k].map(|_| WIDTH);
+                let stored = |alpha: f64, e: f64| alpha * stiffness * energy_density(e, toe);
+                strain += 0.5 * (stored(alpha_before[k], e_before[k]) + stored(alpha[k], e[k]));
+                for a in [alpha_before[k], alpha[k]] {
+                    let saved = marks[k].map_or(0.0, |first| (first - a) * stiffness * WIDTH * WIDTH / 12.0);
+                    dissipated += 0.5 * (volume * law.dissipated(&moduli[k], a) - saved);
+                }
+            }
+            close(energy.strain, strain, 1e-9);
+            assert!((energy.dissipated - dissipated).abs() <= 1e-9 * dissipated, "{n}");
+        }
+        let v_now = velocities(&sim);
+        sim.step().unwrap();
+        let next = positions(&sim);
+        let largest = pulls.iter().map(|f| length(*f)).fold(0.0, f64::max);
+        for k in (0..fixed.len()).filter(|&k| !fixed[k]) {
+            let second = sub(add(next[k], x_before[k]), scale(x[k], 2.0));
+            worst = worst.max(length(sub(scale(second, m / (dt * dt)), pulls[k])) / largest);
+            // The velocity read out at t_n is the central difference.
+            let central = scale(sub(next[k], x_before[k]), 0.5 / dt);
+            assert!(length(sub(central, v_now[k])) < 1e-6 * (1.0 + length(v_now[k])));
+        }
+        (x_before, alpha_before) = (x, alpha);
+    }
+    let failed = sim.counters().failed_segments;
+    let late = marks.iter().flatten().filter(|&&first| first < 1.0).count();
+    assert!(failed > 20 && softened > 10_000 && late > 0, "{failed} {softened} {late}");
+    assert!(worst < 1e-7, "{worst:e}");
+}
+
+/// The free node of a 3 x 3 sheet, thrown along x, so that its two horizontal yarns go slack in turn. Returns the least and
+/// greatest energy after both have a toe, over that of the start, and the number of failed segments.
+fn swing(width: f64, division: f64, stretch: f64, velocity: f64) -> (f64, f64, u64) {
+    let mut scene = with_toe(without_projectile(small_sheet(3, 0.0)), width);
+    scene.time_step = TimeStep::Fraction(1.0 / division);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    // A yarn of the edge, between fixed nodes.
+    fail(&mut sim, 0);
+    let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    x[12] += (stretch - 1.0) * scene.sheet.spacing;
+    let mut v = vec![0.0; x.len()];
+    v[12] = velocity;
+    sim.set_motion(&x, &v).unwrap();
+    let total = |sim: &Sim<'_>| {
+        let energy = sim.energy().unwrap();
+        energy.fabric_kinetic + energy.strain + energy.dissipated
+    };
+    let first = total(&sim);
+    sim.advance(60 * division as u64).unwrap();
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for _ in 0..180 * division as u64 {
+        sim.step().unwrap();
+        let now = total(&sim);
+        (low, high) = (low.min(now), high.max(now));
+    }
+    (low / first, high / first, sim.counters().failed_segments)
+}
+
+#[test]
+fn energy_is_kept_to_second_order_in_the_step() {
+    let spread = |division: f64| {
+        let (low, high, failed) = swing(0.01, division, 1.02, 0.0);
+        assert_eq!(failed, 1);
+        high - low
+    };
+    let spreads = [16.0, 32.0, 64.0].map(spread);
+    for pair in spreads.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((1.8..2.2).contains(&order), "{spreads:?}");
+    }
+    assert!(spreads[2] < 1e-3, "{spreads:?}");
+}
+
+/// A yarn with a toe that breaks: without what rupture dissipates less, 5 % of the energy would be found too much.
+#[test]
+fn books_close_when_a_softened_yarn_breaks() {
+    let (low, high, failed) = swing(WIDTH, 64.0, 1.028, -250.0);
+    assert_eq!(failed, 2);
+    assert!(low > 0.998 && high < 1.002, "{low} {high}");
+}
+
+/// A taut sheet that swings with the toe at work but nowhere slack, and an impact before its first failure.
+#[test]
+fn bits_are_the_same_where_nothing_has_been_slack() {
+    let run = |toe: f64| {
+        let scene = with_toe(without_projectile(small_sheet(21, 0.0)), toe);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        fail(&mut sim, 0);
+        let fixed = fixed_nodes(&scene);
+        let (mut x, mut v) = (Vec::new(), Vec::new());
+        for (k, [a, b, _]) in positions(&sim).into_iter().enumerate() {
+            x.extend([1.01 * a, 1.01 * b, 0.0]);
+            v.extend([0.0, 0.0, if fixed[k] { 0.0 } else { 30.0 * (a - b) / scene.half_size()[0] }]);
+        }
+        sim.set_motion(&x, &v).unwrap();
+        sim.advance(500).unwrap();
+        assert!(strains(&scene, &positions(&sim)).iter().all(|&e| e > 0.0));
+        (positions(&sim), velocities(&sim), sim.energy().unwrap())
+    };
+    assert!(run(0.0) == run(WIDTH));
+
+    let scene = small_sheet(41, 100.0);
+    let soft = with_toe(scene, WIDTH);
+    let (mut a, mut b) = (Buffers::of(&scene), Buffers::of(&soft));
+    let (mut plain, mut soft) = (a.sim(&scene), b.sim(&soft));
+    while plain.counters().failed_segments == 0 {
+        plain.step().unwrap();
+        soft.step().unwrap();
+        assert!(positions(&plain) == positions(&soft));
+    }
+    plain.advance(200).unwrap();
+    soft.advance(200).unwrap();
+    assert!(positions(&plain) != positions(&soft));
+}
+
+#[test]
+fn a_quarter_without_contact_is_the_whole_sheet() {
+    for (nx, ny) in [(20, 21), (15, 16)] {
+        let mut scene = with_toe(small_sheet(nx, 0.0), WIDTH);
+        scene.sheet.nodes_y = ny;
+        scene.projectile.radius = 1e-3;
+        scene.projectile.position = [0.0, 0.0, -1.0];
+        let quarter = Scene { symmetry: Symmetry { mirror_x: true, mirror_y: true }, ..scene };
+        let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&quarter));
+        let mut whole = with_wave(&mut buffers, &scene, 1400.0);
+        let mut part = with_wave(&mut part_buffers, &quarter, 1400.0);
+        let nodes = modelled_nodes(&scene, &part);
+        for _ in 0..6 {
+            whole.advance(40).unwrap();
+            part.advance(40).unwrap();
+            let x = positions(&whole);
+            assert!(positions(&part) == nodes.iter().map(|&k| x[k]).collect::<Vec<_>>());
+            let (a, b) = (part.energy().unwrap(), whole.energy().unwrap());
+            close(a.strain, b.strain, 1e-12);
+            close(a.dissipated, b.dissipated, 1e-12);
+        }
+        assert!(whole.counters().failed_segments > 20);
+    }
+}
+
+/// 40 J on four held sides: a third of the energy creep or less, momentum to rounding, also with the step halved.
+#[test]
+fn an_impact_creeps_less() {
+    let residual = |scene: Scene| {
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.advance(10_000).unwrap();
+        let momentum = scene.projectile.mass * scene.projectile.velocity[2];
+        assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * momentum);
+        sim.energy().unwrap().residual.abs()
+    };
+    let scene = sphere_on_3in(AttachmentKind::FourSides, 40.0, false);
+    let (plain, soft) = (residual(scene), residual(with_toe(scene, WIDTH)));
+    let both = residual(Scene { step_after_failure: StepAfterFailure::Half, ..with_toe(scene, WIDTH) });
+    assert!(soft < 0.33 * plain && both < 0.33 * soft, "{plain} {soft} {both}");
+}
+
+#[test]
+fn snapshots_and_reset_know_the_marks() {
+    let scene = with_toe(Scene { yarn: Scene::sheet_3in_sphere().yarn, ..small_sheet(31, speed(40.0, 8.4e-3)) }, WIDTH);
+    let (mut a, mut b) = (Buffers::of(&scene), Buffers::of(&scene));
+    let (mut sim, mut other) = (a.sim(&scene), b.sim(&scene));
+    let start = sim.digest();
+    let mut images = Vec::new();
+    for _ in 0..2 {
+        sim.advance(1500).unwrap();
+        let mut image = vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        images.push((image, sim.digest(), sim.energy().unwrap()));
+    }
+    sim.advance(101).unwrap();
+    assert!(sim.counters().failed_segments > 0);
+    for (k, (image, digest, energy)) in images.iter().enumerate().rev() {
+        other.load(image).unwrap();
+        assert_eq!((other.digest(), other.energy().unwrap()), (*digest, *energy));
+        other.advance(101 + 1500 * (1 - k as u64)).unwrap();
+        assert_eq!(sim.digest(), other.digest());
+    }
+    other.reset();
+    assert_eq!(other.digest(), start);
+    // Another width is another scene.
+    let wider = with_toe(scene, 0.021);
+    let mut c = Buffers::of(&wider);
+    assert_eq!(c.sim(&wider).load(&images[0].0).unwrap_err().code, Code::ImageOfAnotherScene);
+}
+
+#[test]
+fn refusals() {
+    let scene = small_sheet(21, 100.0);
+    let refused = |scene: Scene| {
+        let error = scene.step_limits().unwrap_err();
+        (error.code, error.field, error.limit)
+    };
+    let out = |limit: f64| (Code::OutOfRange, "slack_toe", limit);
+    let critical = 0.5 * scene.damage_law().critical_excess();
+    assert_eq!(refused(with_toe(scene, 0.004)), out(0.005));
+    assert_eq!(refused(with_toe(scene, -0.01)), out(0.005));
+    assert_eq!(refused(with_toe(scene, critical + 1e-9)), out(critical));
+    assert!(with_toe(scene, critical).check().is_ok());
+    let mut strong = scene;
+    strong.yarn.critical_stretch = 1.1;
+    assert_eq!(refused(with_toe(strong, 0.051)), out(0.05));
+    let theta = Integrator::Theta(ThetaRule::default());
+    assert_eq!(refused(Scene { integrator: theta, ..with_toe(scene, WIDTH) }), out(0.0));
+
+    // The tangent modulus is up to 4/3 E: sqrt(3/4) of the largest step is left.
+    let soft = with_toe(scene, WIDTH);
+    let (limits, plain) = (soft.step_limits().unwrap(), scene.step_limits().unwrap());
+    assert_eq!((limits.dt, limits.dt_crit), (plain.dt, plain.dt_crit));
+    close(limits.step_max, 0.75f64.sqrt() * plain.step_max, 1e-15);
+    let fraction = Scene { time_step: TimeStep::Fraction(0.434), ..soft };
+    assert_eq!(refused(fraction).1, "step_fraction");
+    let seconds = Scene { time_step: TimeStep::Seconds(0.434 * plain.dt_crit), ..soft };
+    assert_eq!(refused(seconds), (Code::StepTooLarge, "dt", limits.step_max));
+}
