@@ -6,8 +6,8 @@
 //!
 //! Method: everything that is compared starts from the same image and takes the same steps; rounds go through all of it in
 //! turn, so that a change of the machine's load meets all alike. The least time is the machine's, the median says how quiet it
-//! was; ratios are medians of the ratios of each round. Time is CPU time: of the thread for the kernel, of the process for
-//! peers. All instruction sets must end in the same bits.
+//! was; ratios are medians of the ratios of each round. Time is CPU time: of the thread for the kernel (wall time where it has
+//! several), of the process for peers. All instruction sets must end in the same bits.
 
 mod callgrind;
 mod fmu;
@@ -154,7 +154,10 @@ pub fn run(options: &Options) -> Result<bool> {
     let sets = InstructionSet::ALL
         .into_iter()
         .filter(|set| options.instructions.is_empty() || set.name() == options.instructions);
-    let ways: Vec<Way> = sets.flat_map(|instructions| THREADS.map(|threads| Way { instructions, threads })).collect();
+    // More than one thread for the widest set only.
+    let threads = |set| THREADS.into_iter().filter(move |&threads| threads == 1 || set == InstructionSet::widest());
+    let ways: Vec<Way> =
+        sets.flat_map(|set| threads(set).map(move |threads| Way { instructions: set, threads })).collect();
     if !ways.iter().any(|way| way.instructions.available()) {
         return Err(format!("this machine has no instruction set {:?}", options.instructions).into());
     }

@@ -1,10 +1,10 @@
 //! The cases that are stepped, and how one is timed: every way to step it in turn, from the same image, round by round.
 
 use super::rows::Row;
-use crate::machine::Clock;
+use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
-use crate::{Result, report};
+use crate::{Result, report, threads};
 use fabric::{AttachmentKind, InstructionSet, Scene, Sim};
 
 /// A sheet that is stepped.
@@ -36,7 +36,7 @@ pub struct Way {
 }
 
 /// The numbers of threads that are measured.
-pub const THREADS: [u32; 1] = [1];
+pub const THREADS: [u32; 2] = [1, 2];
 
 /// How long to measure.
 #[derive(Clone, Copy)]
@@ -49,11 +49,9 @@ pub struct Effort {
 
 /// Steps a simulation one way.
 pub fn advance(sim: &mut Sim<'_>, way: Way, steps: u64) -> Result<()> {
-    if way.threads != 1 {
-        return Err(format!("{} threads: not built", way.threads).into());
-    }
     sim.use_instructions(way.instructions)?;
-    Ok(sim.advance(steps)?)
+    threads::advance_until(sim, 0, steps, way.threads)??;
+    Ok(())
 }
 
 /// Does nothing before the first step.
@@ -147,9 +145,9 @@ pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -
             let mut seconds = 0.0;
             for _ in 0..bursts {
                 sim.load(&image)?;
-                let clock = Clock::start();
+                let (thread, wall) = (Clock::start(), Wall::start());
                 advance(&mut sim, *way, steps)?;
-                seconds += clock.seconds();
+                seconds += if way.threads == 1 { thread.seconds() } else { wall.seconds() };
             }
             times[k].push(1e9 * seconds / (bursts * steps * nodes) as f64);
             digests[k] = Some(format!("{:016x}", sim.digest()));
