@@ -289,7 +289,7 @@ impl Sim<'_> {
     }
 
     /// Awake rows and their neighbours.
-    fn rows_to_step(&self) -> [usize; 2] {
+    pub(crate) fn rows_to_step(&self) -> [usize; 2] {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
         if !self.skip_rest {
