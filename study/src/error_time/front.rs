@@ -6,7 +6,7 @@
 //!
 //! A setting is on the front of a measure if no other one costs no more and errs no more, with one of the two less. It is on
 //! the front of all measures if no other one is at least as good in all of them and in cost, and better in one. Steps that the
-//! kernel refuses, and the reference, do not compete.
+//! kernel refuses, a toe (it changes the yarn law), and the reference do not compete.
 
 use super::impact::{ABSORBED, COUNT, Ensemble, MEASURES, Network, RESIDUAL, Setting};
 use super::{Cell, Table};
@@ -45,7 +45,8 @@ impl Row {
 
     /// Whether it competes.
     fn competes(&self) -> bool {
-        !self.reference && self.ensemble.setting.accepted() && self.ensemble.runs > 0
+        let setting = &self.ensemble.setting;
+        !self.reference && setting.accepted() && setting.toe == 0.0 && self.ensemble.runs > 0
     }
 
     fn cost(&self, by_seconds: bool) -> f64 {
