@@ -8,6 +8,7 @@
 //! must be smaller by sqrt(3/4). Marking before the first failure would soften yarn that the wave has yet to load.
 //! Reference: docs/model.md, "The toe".
 
+use crate::blocks::place_image_column;
 use crate::energy::SegmentView;
 use crate::lanes::{self, Job, Lane};
 use crate::layout::{self, CHUNK, Chunk, HOT_PLANES, MARK_PLANES};
@@ -75,8 +76,9 @@ impl Sim<'_> {
     /// Marks the segments that are slack at t_n and were at t_{n-1}.
     pub(crate) fn mark_slack(&mut self) {
         let [first, end] = self.rows_to_step();
-        if self.layout.x.mirrored {
-            (first..end).for_each(|j| self.place_image_column(j));
+        let (chunks, line) = (self.layout.chunks, self.layout.x);
+        if line.mirrored {
+            (first..end).for_each(|j| place_image_column(layout::row_mut(self.blocks.hot, chunks, j), line));
         }
         if self.layout.y.mirrored {
             self.place_image_row();
