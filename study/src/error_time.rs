@@ -6,9 +6,8 @@
 //! runs (the chaos floor) no error is evidence.
 //!
 //! Cost is counted in node-steps: evaluations of the force on a node, one a step with velocity Verlet, one an iteration with
-//! the theta rule. They are exact and the same on every machine; seconds of processor time stand beside them. (Counted
-//! instructions would need a hardware counter that many machines hide from programs.) Rows of nodes that the wave has not
-//! reached are counted though they are skipped.
+//! the theta rule. They are exact and the same on every machine; seconds of processor time stand beside them. (Instructions
+//! of a node-step are counted by `bench`.) Rows of nodes that the wave has not reached are counted though they are skipped.
 //!
 //! Steps above 0.5 dt_crit are refused by the kernel; here they are run unchecked, to show why.
 //!

@@ -129,7 +129,7 @@ impl Document {
         writeln!(
             text,
             "Cost is in node-steps: evaluations of the force on a node, one a step with velocity Verlet, one an iteration with the theta rule; rows of nodes that the wave has not reached are counted \
-             though they are skipped. Instructions are not counted: that needs a hardware counter which many machines hide.\n\n\
+             though they are skipped. Instructions are node-steps times those of one, which [performance.md](performance.md) counts under callgrind.\n\n\
              Without reading further: the default (velocity Verlet, 0.4 dt_crit) for projectile results; where the fabric's own energies matter 0.2 dt_crit, or 0.4 with the step halved after the first failure; ten runs or seeds for a mean; \
              `mean C1 acc` with H up to 5e-6 s for a host that moves the projectile; the theta rule only as a reference.\n"
         )?;
