@@ -1,7 +1,9 @@
 //! One impact from start to end, and what is read off it.
 
 use crate::Result;
-use fabric::{Counters, Energy, Outcome, Scene, Sim};
+use fabric::projectile::{Body, Inertia};
+use fabric::shape::Solid;
+use fabric::{Counters, Energy, Motion, Outcome, Scene, Sim};
 use serde::Serialize;
 
 /// The outcome that is a mask's bit.
@@ -9,10 +11,17 @@ pub fn mask_of(outcomes: &[Outcome]) -> u32 {
     outcomes.iter().map(|outcome| outcome.bit()).sum()
 }
 
-/// Kinetic energy of the projectile at the start, J, without rotation.
+/// Kinetic energy of the projectile at the start, J, with that of its rotation.
 pub fn kinetic_energy(scene: &Scene) -> f64 {
-    let v = scene.projectile.velocity;
-    0.5 * scene.projectile.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    let body = &scene.projectile;
+    let solid = Solid::of(body);
+    let motion = Motion {
+        position: body.position,
+        velocity: body.velocity,
+        orientation: body.orientation,
+        angular_velocity: if solid.feels_torque() { body.angular_velocity } else { [0.0; 3] },
+    };
+    Body::of(&motion).kinetic_energy(&Inertia::of(&solid, body.mass, true))
 }
 
 /// A latched outcome.
@@ -154,4 +163,21 @@ impl Summary {
 /// Length of a vector.
 pub fn length(v: [f64; 3]) -> f64 {
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fabric::Shape;
+
+    #[test]
+    fn a_body_that_turns_has_energy() {
+        let mut scene = Scene::sheet_3in_sphere();
+        let body = &mut scene.projectile;
+        (body.shape, body.size, body.mass) = (Shape::Box, [0.02, 0.01, 0.01], 0.01);
+        (body.velocity, body.angular_velocity) = ([0.0, 0.0, 5.0], [0.0, 20_000.0, 0.0]);
+        let moment = 0.01 * (0.02 * 0.02 + 0.01 * 0.01) / 12.0;
+        let expected = 0.5 * 0.01 * 25.0 + 0.5 * moment * 4e8;
+        assert!((kinetic_energy(&scene) / expected - 1.0).abs() < 1e-14);
+    }
 }

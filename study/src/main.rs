@@ -48,6 +48,19 @@ enum Command {
     Lean(lean::Options),
 }
 
+/// An error's text; of the kernel's errors with the numbers, which the kernel itself cannot print.
+fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
+    let Some(refused) = error.downcast_ref::<fabric::Error>() else { return error.to_string() };
+    let fabric::Error { field, value, limit, .. } = *refused;
+    match (value, limit) {
+        (0.0, 0.0) if ["step_after_failure", "slack_toe"].contains(&field) => {
+            format!("{refused}: it needs integrator = \"verlet\"")
+        }
+        (0.0, 0.0) => refused.to_string(),
+        _ => format!("{refused} (given {value:.6e}, the limit is {limit:.6e})"),
+    }
+}
+
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
@@ -60,8 +73,8 @@ fn main() -> ExitCode {
     match result {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
-        Err(message) => {
-            eprintln!("error: {message}");
+        Err(error) => {
+            eprintln!("error: {}", in_words(&*error));
             ExitCode::from(2)
         }
     }

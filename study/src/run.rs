@@ -30,7 +30,8 @@ pub struct Options {
     /// Steps between two rows of the history.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
     sample: u64,
-    /// Threads that step the sheet, a band of rows each; the bits do not depend on them.
+    /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,
+    /// on cores that are free.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::bands::MAX_BANDS)))]
     threads: u32,
     /// Write no plots.
@@ -224,6 +225,11 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     };
     let vector = |v: [f64; 3], digits: usize| format!("{:.digits$}  {:.digits$}  {:.digits$}", v[0], v[1], v[2]);
     row("nodes, segments", format!("{} x {}, {}", scene.sheet.nodes_x, scene.sheet.nodes_y, summary.segments));
+    if scene.symmetry != fabric::Symmetry::default() {
+        let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
+        row("  modelled, the rest mirrored", format!("{nx} x {ny}"));
+    }
+    row("projectile", projectile(&scene.projectile));
     row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
     row("ended by", format!("{} at {:.1} us, step {}", summary.ended_by, 1e6 * summary.time, summary.steps));
     row("kinetic energy at the start", format!("{:.4} J", summary.initial_kinetic_energy));
@@ -257,6 +263,21 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     table.to_string()
 }
 
+/// Shape and the dimensions that it reads.
+fn projectile(body: &fabric::Projectile) -> String {
+    let millimetres = |x: f64| report::shortest(1e3 * x);
+    let shape = match body.shape {
+        fabric::Shape::Sphere => format!("sphere, radius {} mm", millimetres(body.radius)),
+        fabric::Shape::Box => format!("box, {} mm", body.size.map(millimetres).join(" x ")),
+        fabric::Shape::Polyhedron => format!("polyhedron of {} faces", body.faces.in_use().len()),
+        fabric::Shape::Cylinder | fabric::Shape::HemisphericalCylinder => {
+            let name = if body.shape == fabric::Shape::Cylinder { "cylinder" } else { "hemispherical cylinder" };
+            format!("{name}, radius {}, length {} mm", millimetres(body.radius), millimetres(body.length))
+        }
+    };
+    format!("{shape}, {} g", report::shortest(1e3 * body.mass))
+}
+
 /// What the numbers alone do not say loudly enough.
 fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
     if scene.step_check == StepCheck::None {
@@ -264,7 +285,8 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
     }
     if summary.energy_residual_relative.abs() > 0.01 {
         eprintln!(
-            "warning: the energy balance is off by more than 1 % of the kinetic energy at the start: take a smaller step"
+            "warning: the energy balance is off by more than 1 % of the kinetic energy at the start: take a smaller step, \
+             step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")"
         );
     }
     if summary.unconverged > 0 {

@@ -3,7 +3,7 @@
 //! ```toml
 //! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector"
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
-//! integrator = "verlet"                # or { theta = {} }, with theta, tolerance, max_iterations inside
+//! integrator = "verlet"                # or "theta", or { theta = { tolerance = 1e-8 } }
 //!
 //! [attachment]
 //! kind = "four_corners"
@@ -11,6 +11,8 @@
 //! [projectile]
 //! velocity = [0.0, 0.0, 154.3]
 //! ```
+//!
+//! All keys with units and defaults: study/scenes/every_key.toml.
 //!
 //! `faces` are rows `[n_x, n_y, n_z, b]`. A disc sector gets its faces, mass centre and moments from its dimensions:
 //! `disc_sector = { inner_radius = 0.015, outer_radius = 0.04, angle = 2.0944, thickness = 0.01 }` beside `mass`.
@@ -77,14 +79,14 @@ struct SheetFile {
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [symmetry] with mirror_x, mirror_y")]
 struct SymmetryFile {
     mirror_x: Option<bool>,
     mirror_y: Option<bool>,
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [attachment] with kind, disc_inset, disc_radius")]
 struct AttachmentFile {
     kind: Option<AttachmentName>,
     disc_inset: Option<f64>,
@@ -175,17 +177,28 @@ enum StepCheckName {
 }
 
 #[derive(Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(untagged, deny_unknown_fields, expecting = "`time_step` is { fraction = 0.4 } or { seconds = 2e-8 }")]
 enum TimeStepFile {
-    Fraction(f64),
-    Seconds(f64),
+    Fraction { fraction: f64 },
+    Seconds { seconds: f64 },
 }
 
 #[derive(Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "`integrator` is \"verlet\", \"theta\", or { theta = { theta, tolerance, max_iterations } }"
+)]
 enum IntegratorFile {
+    Name(IntegratorName),
+    Rule { theta: ThetaFile },
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum IntegratorName {
     Verlet,
-    Theta(#[serde(default)] ThetaFile),
+    Theta,
 }
 
 #[derive(Default, Deserialize)]
@@ -341,8 +354,9 @@ fn step_check(name: StepCheckName) -> StepCheck {
 
 fn integrator(value: IntegratorFile) -> Integrator {
     match value {
-        IntegratorFile::Verlet => Integrator::Verlet,
-        IntegratorFile::Theta(file) => {
+        IntegratorFile::Name(IntegratorName::Verlet) => Integrator::Verlet,
+        IntegratorFile::Name(IntegratorName::Theta) => Integrator::Theta(ThetaRule::default()),
+        IntegratorFile::Rule { theta: file } => {
             let mut rule = ThetaRule::default();
             set(&mut rule.theta, file.theta);
             set(&mut rule.tolerance, file.tolerance);
@@ -368,8 +382,8 @@ fn rotation_rule(value: RotationFile) -> RotationRule {
 
 fn time_step(value: TimeStepFile) -> TimeStep {
     match value {
-        TimeStepFile::Fraction(fraction) => TimeStep::Fraction(fraction),
-        TimeStepFile::Seconds(seconds) => TimeStep::Seconds(seconds),
+        TimeStepFile::Fraction { fraction } => TimeStep::Fraction(fraction),
+        TimeStepFile::Seconds { seconds } => TimeStep::Seconds(seconds),
     }
 }
 
@@ -394,6 +408,27 @@ mod tests {
         expected.attachment.kind = AttachmentKind::FourCorners;
         expected.projectile.velocity = [1.0, 2.0, 3.0];
         assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn every_key_with_its_default_is_the_preset() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/every_key.toml");
+        assert_eq!(read(&path).unwrap(), Scene::sheet_3in_sphere());
+    }
+
+    #[test]
+    fn a_choice_written_the_wrong_way_is_told_the_right_one() {
+        for (text, right) in [
+            ("integrator = \"verlt\"", "\"verlet\", \"theta\", or {"),
+            ("symmetry = \"quarter\"", "[symmetry] with mirror_x"),
+            ("attachment = \"four_sides\"", "[attachment] with kind"),
+            ("time_step = 2e-8", "{ seconds = 2e-8 }"),
+        ] {
+            let message = parse(&format!("preset = \"sheet_3in_sphere\"\n{text}\n")).unwrap_err().to_string();
+            assert!(message.contains(right), "{message}");
+        }
+        let by_name = parse("preset = \"sheet_3in_sphere\"\nintegrator = \"theta\"").unwrap();
+        assert_eq!(by_name.integrator, Integrator::Theta(ThetaRule::default()));
     }
 
     #[test]

@@ -46,7 +46,7 @@ pub struct Options {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write performance.md and its plot into this folder.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "only")]
     docs: Option<PathBuf>,
     /// Only the groups whose name contains this ("sweep 350", "run", "fmu", ...; `--only list` prints them).
     #[arg(long, value_name = "NAME", default_value = "")]
@@ -200,6 +200,7 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if let Some(folder) = &options.docs {
         page::write(&report, folder)?;
+        println!("written: {}", folder.join("performance.md").display());
     }
     Ok(report.different_bits().is_empty())
 }

@@ -160,6 +160,10 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
             Cell::plain(row.seconds, 2),
         ]);
     }
+    println!(
+        "\nschemes: the force a host applies (mean: of the step; inst: the last one), the body's path within a step (C1: continuous \
+         velocity; jump) and where it leads (acc: with the acceleration; vel: with the velocity alone)"
+    );
     println!("\nHost-driven coupling: {} J, four sides, uniform, dt = {DT:e} s; mean ± standard error", impact::ENERGY);
     println!("{}", table.text());
     table.write_csv(&out.join("coupling.csv"))?;

@@ -376,6 +376,13 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
     let mut ensembles = ensembles("whole impacts", &flat, effort)?.into_iter();
     let nodes = if effort == Effort::Smoke { 41 } else { 105 };
     let mut csv = csv_table();
+    println!(
+        "\nfront: on the Pareto front of cost and the error of A absorbed energy, V velocity, P peak force, X exit time, F failed \
+         segments, E energy residual; * of all together"
+    );
+    if effort == Effort::Smoke {
+        println!("--smoke: two runs of a small sheet. A check that everything works, not a result");
+    }
     for (index, case) in cases.iter().enumerate() {
         let count = jobs.iter().filter(|(of, ..)| *of == index).count();
         let judged = front::judge(ensembles.by_ref().take(count).collect());
