@@ -7,11 +7,14 @@ use crate::error::{Code, Error};
 use crate::math;
 use crate::random::{self, Purpose};
 use crate::shape::{self, Solid};
+use crate::sweep::AT_REST;
 use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 
 /// Rest length of a segment in the paper: 35 yarns per inch, m.
 pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
+/// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
+const SLOWEST_MOTION: f64 = 1e-30;
 
 /// The grid of nodes and its mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -491,6 +494,7 @@ impl Scene {
         }
         if !(self.sheet.node_mass * (self.sheet.spacing / dt) * (self.sheet.spacing / dt)).is_normal()
             || !(dt * dt * stiffness / self.sheet.node_mass).is_normal()
+            || AT_REST * (self.sheet.spacing / dt) > SLOWEST_MOTION
         {
             return Err(Error::new(Code::StepLimitUnusable, "dt", dt, step_max));
         }

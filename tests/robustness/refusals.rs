@@ -400,6 +400,11 @@ fn parameters_that_give_no_usable_step_are_refused() {
         assert_eq!(error.code, Code::StepLimitUnusable, "{error}");
     }
     let mut scene = base();
+    // From about 6e-51 s down, motion that counts as rest would be faster than 1e-30 m/s.
+    for (dt, refusal) in [(f64::MIN_POSITIVE, true), (1e-51, true), (1e-50, false)] {
+        scene.time_step = TimeStep::Seconds(dt);
+        assert_eq!(scene.step_limits().is_err_and(|error| error.code == Code::StepLimitUnusable), refusal, "{dt:e}");
+    }
     scene.time_step = TimeStep::Seconds(f64::MIN_POSITIVE);
     refused(&scene, Code::StepLimitUnusable, "dt");
 }
