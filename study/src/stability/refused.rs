@@ -18,6 +18,10 @@ pub fn scenes() -> Vec<Case> {
         refused("dt NaN", NotFinite, "dt", move |s| s.time_step = TimeStep::Seconds(nan)),
         refused("dt infinite", NotFinite, "dt", move |s| s.time_step = TimeStep::Seconds(inf)),
         refused("dt subnormal", StepLimitUnusable, "dt", |s| s.time_step = TimeStep::Seconds(1e-310)),
+        refused("scatter of the modulus 1e300 Pa: dt below 1e-150 s", StepLimitUnusable, "dt", |s| {
+            s.yarn.stochastic = true;
+            (s.yarn.modulus_sd, s.yarn.damage_slope, s.yarn.damage_intercept) = (1e300, 0.0, 230.0);
+        }),
         refused("dt above 0.5 dt_crit", StepTooLarge, "dt", |s| s.time_step = TimeStep::Seconds(2.7e-8)),
         refused("step fraction 0.51", OutOfRange, "step_fraction", |s| s.time_step = TimeStep::Fraction(0.51)),
         refused("theta = 0.4", OutOfRange, "integrator.theta", |s| {
