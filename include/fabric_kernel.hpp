@@ -158,6 +158,13 @@ struct Time {
     double seconds;
 };
 
+// How far bands have come since they began, and the outcomes latched so far.
+struct BandsProgress {
+    std::uint64_t passes;
+    std::uint64_t steps;
+    std::uint32_t outcomes;
+};
+
 // What is simulated: an fk_scene, reached with -> and *. Move-only because it is a kilobyte; clone() copies.
 class Scene {
 public:
@@ -259,6 +266,34 @@ public:
         taken.reason_ = Status(fk_advance_until(sim_, mask, steps, &taken.value_));
         return taken;
     }
+
+    // Bands: one simulation on several threads of the host's. Between begin and end only pass and progress are allowed, and
+    // these from any thread. docs/embedding.md, "Lent threads"
+    Result<std::uint64_t> bands_size(std::uint32_t of) const noexcept
+    {
+        Result<std::uint64_t> bytes;
+        bytes.reason_ = Status(fk_bands_size(sim_, of, &bytes.value_));
+        return bytes;
+    }
+    Status bands_begin(std::uint32_t of, void *scratch, std::uint64_t bytes) noexcept
+    {
+        return Status(fk_bands_begin(sim_, of, scratch, bytes));
+    }
+    // 1 in the call that completes the pass for all bands.
+    Result<std::uint32_t> bands_pass(std::uint32_t band) const noexcept
+    {
+        Result<std::uint32_t> last;
+        last.reason_ = Status(fk_bands_pass(sim_, band, &last.value_));
+        return last;
+    }
+    Result<BandsProgress> bands_progress() const noexcept
+    {
+        Result<BandsProgress> progress;
+        BandsProgress &value = progress.value_;
+        progress.reason_ = Status(fk_bands_progress(sim_, &value.passes, &value.steps, &value.outcomes));
+        return progress;
+    }
+    Status bands_end() noexcept { return Status(fk_bands_end(sim_)); }
 
     Status set_external_load(const std::array<double, 3> &force, const std::array<double, 3> &torque) noexcept
     {

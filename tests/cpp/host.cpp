@@ -150,6 +150,21 @@ void paths()
     CHECK(sim.follow(path, 1).status() == FK_BAD_PATH && std::strcmp(sim.fault().data().field, "path.first") == 0);
 }
 
+void bands()
+{
+    fabric::Sim sim = made(small_scene()), plain = made(small_scene());
+    std::vector<double> scratch(*sim.bands_size(2) / sizeof(double) + 8);
+    auto *start = reinterpret_cast<char *>(scratch.data());
+    start += (64 - reinterpret_cast<std::uintptr_t>(start) % 64) % 64;
+    const std::uint64_t bytes = *sim.bands_size(2);
+    CHECK(sim.bands_begin(2, start, bytes));
+    CHECK(sim.step().status() == FK_BAND_OUT_OF_TURN);
+    for (int pass = 0; pass < 100; pass++)
+        CHECK(*sim.bands_pass(1) == 0 && *sim.bands_pass(0) == 1);
+    CHECK(sim.bands_progress()->steps == 100 && sim.bands_end());
+    CHECK(plain.advance(100) && *sim.digest() == *plain.digest());
+}
+
 void refusals()
 {
     CHECK(fabric::Scene::preset(77).reason().status() == FK_UNKNOWN_CHOICE);
@@ -183,6 +198,7 @@ int main()
     moves();
     read_outs_and_images();
     paths();
+    bands();
     refusals();
     return 0;
 }
