@@ -458,7 +458,7 @@ impl Sim<'_> {
     }
 
     /// Notes that a row holds a moving node with this y displacement.
-    pub(crate) fn widen(&mut self, j: usize, y: f64) {
+    fn widen(&mut self, j: usize, y: f64) {
         let [first, end] = self.awake;
         self.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
         if let Some([low, high]) = self.blocks.ranges.get_mut(j) {
