@@ -313,29 +313,29 @@ impl Sim<'_> {
     }
 }
 
-/// The image column of one row; the first three planes are displacements, the next three velocities.
+/// The image column of one row, at rest: only displacements, the first three planes, are read.
 pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
     let place = line.modelled();
     let (node, _) = line.node(place);
-    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0), (3, -1.0), (4, 1.0), (5, 1.0)] {
+    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
         let value = layout::get(row, plane, node).unwrap_or(0.0);
         if let Some(slot) = layout::get_mut(row, plane, place) {
             *slot = sign * value;
         }
+        if let Some(slot) = layout::get_mut(row, 3 + plane, place) {
+            *slot = 0.0;
+        }
     }
 }
 
-/// The image row of a block; the first three planes are displacements, the next three velocities.
+/// The image row of a block: only displacements, the first three planes, are read.
 pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
     let place = line.modelled();
     let (node, _) = line.node(place);
     let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
     for (from, to) in layout::row(rows, chunks, node).iter().zip(layout::row_mut(images, chunks, 0)) {
-        for plane in [0, 2, 3, 5] {
-            to[plane] = from[plane];
-        }
-        for plane in [1, 4] {
-            to[plane] = from[plane].map(|y| -y);
-        }
+        to[0] = from[0];
+        to[1] = from[1].map(|y| -y);
+        to[2] = from[2];
     }
 }
