@@ -6,6 +6,8 @@
 //! libFuzzer; `tests/replay.rs` runs the committed corpora through them without it.
 
 pub mod bytes;
+pub mod calls;
+pub mod image;
 pub mod memory;
 pub mod scene;
 pub mod small;
@@ -15,4 +17,4 @@ pub mod tally;
 pub type Target = (&'static str, fn(&[u8]) -> bool);
 
 /// Every target.
-pub const TARGETS: &[Target] = &[("scene", scene::run)];
+pub const TARGETS: &[Target] = &[("scene", scene::run), ("image", image::run), ("calls", calls::run)];

@@ -29,3 +29,23 @@ fn corpora_and_regressions() {
         }
     }
 }
+
+#[test]
+fn random_bytes() {
+    for (name, run) in TARGETS {
+        // A linear congruential generator: any bytes will do.
+        let mut state = 1_u64;
+        let mut byte = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 56) as u8
+        };
+        let mut deep = 0;
+        for _ in 0..500 {
+            let length = byte() as usize;
+            let data: Vec<u8> = (0..length).map(|_| byte()).collect();
+            deep += usize::from(run(&data));
+        }
+        println!("{name}: 500 random inputs, {deep} of them stepped a simulation");
+        assert!(deep >= 100, "{name}: {deep}");
+    }
+}
