@@ -439,7 +439,8 @@ impl Player<'_> {
         // As long as is said; a length that no array can have is refused before it is read.
         velocities.resize(if length > 1 << 40 { n } else { length as usize }, 0.0);
         let v = exactly(&velocities);
-        let expected = slot.stopped(false).or(x.refused.filter(|&status| status != FK_WRONG_LENGTH || length > 1 << 40));
+        let expected =
+            slot.stopped(false).or(x.refused.filter(|&status| status != FK_WRONG_LENGTH || length > 1 << 40));
         let expected = expected.unwrap_or_else(|| {
             if slot.twin.step_count() > 0 {
                 FK_ALREADY_STARTED
@@ -463,7 +464,8 @@ impl Player<'_> {
             stretches[bytes.below(n.min(256))] = bytes.odd(1.03);
         }
         let (given, length) = array(bytes, &stretches);
-        let expected = slot.stopped(false).or(given.refused.filter(|&status| status != FK_WRONG_LENGTH || length > 1 << 40));
+        let expected =
+            slot.stopped(false).or(given.refused.filter(|&status| status != FK_WRONG_LENGTH || length > 1 << 40));
         let expected = expected.unwrap_or_else(|| {
             if slot.twin.step_count() > 0 {
                 FK_ALREADY_STARTED
@@ -523,9 +525,9 @@ impl Player<'_> {
             _ => {}
         }
         let null_image = bytes.once_in(16);
-        let expected = slot.stopped(true).unwrap_or_else(|| {
-            if null_image { FK_NULL_POINTER } else { number(slot.twin.load(&image)) }
-        });
+        let expected = slot
+            .stopped(true)
+            .unwrap_or_else(|| if null_image { FK_NULL_POINTER } else { number(slot.twin.load(&image)) });
         let pointer = if null_image { null() } else { image.as_ptr() };
         // SAFETY: a live handle and an array of this length.
         let status = unsafe { fk_state_load(slot.handle, pointer, image.len() as u64) };

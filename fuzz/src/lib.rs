@@ -7,6 +7,7 @@
 
 pub mod bytes;
 pub mod calls;
+pub mod fmi;
 pub mod image;
 pub mod memory;
 pub mod scene;
@@ -17,4 +18,5 @@ pub mod tally;
 pub type Target = (&'static str, fn(&[u8]) -> bool);
 
 /// Every target.
-pub const TARGETS: &[Target] = &[("scene", scene::run), ("image", image::run), ("calls", calls::run)];
+pub const TARGETS: &[Target] =
+    &[("scene", scene::run), ("image", image::run), ("calls", calls::run), ("fmi", fmi::run)];
