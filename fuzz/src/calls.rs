@@ -554,7 +554,7 @@ impl Player<'_> {
             };
             // What the cut needs is looked at before a latched failure.
             let in_use = slot.bands.is_some().then_some(FK_BAND_OUT_OF_TURN);
-            let expected = in_use.or(reals.err().map(|error| error.code.number())).unwrap_or_else(|| match odd {
+            let expected = in_use.or(reals.err().map(|error| error.code.number())).unwrap_or(match odd {
                 13 => FK_NULL_POINTER,
                 15 if sized == FK_OK => FK_SHORT_BUFFER,
                 14 if sized == FK_OK => FK_MISALIGNED,

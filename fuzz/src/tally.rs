@@ -10,7 +10,7 @@ static DEEP: AtomicU64 = AtomicU64::new(0);
 pub fn count(deep: bool) {
     let all = ALL.fetch_add(1, Relaxed) + 1;
     let deep = DEEP.fetch_add(u64::from(deep), Relaxed) + u64::from(deep);
-    if all % 1024 == 0
+    if all.is_multiple_of(1024)
         && let Some(file) = std::env::var_os("FABRIC_FUZZ_TALLY")
     {
         // A count that cannot be written is only not reported.
