@@ -165,7 +165,9 @@ pub fn run(data: &[u8]) -> bool {
         match player.slots[place].take() {
             None => player.init(place),
             Some(mut slot) => {
-                if player.call(&mut slot) {
+                let lives = player.call(&mut slot);
+                player.stepped |= slot.twin.step_count() > 0;
+                if lives {
                     slot.check();
                     player.slots[place] = Some(slot);
                 }

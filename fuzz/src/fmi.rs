@@ -131,7 +131,7 @@ impl Player<'_> {
         let name = if odd == 29 { c" " } else { c"fuzz" };
         let name = if odd == 30 { null() } else { name.as_ptr() };
         let refused = odd >= 28;
-        for attempt in [refused, false] {
+        for attempt in [true, false].into_iter().filter(|&attempt| refused || !attempt) {
             let odd = if attempt { odd } else { 0 };
             let name = if attempt { name } else { c"fuzz".as_ptr() };
             let sound = CString::new(TOKEN.to_vec()).unwrap_or_default();

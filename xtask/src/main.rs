@@ -5,6 +5,7 @@ mod chosts;
 mod demo;
 mod examples;
 mod fmu;
+mod fuzz;
 mod install;
 mod platforms;
 mod readme;
@@ -40,6 +41,8 @@ enum Command {
     Header,
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
+    /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer, and write docs/reliability/fuzz.toml.
+    Fuzz(fuzz::Options),
 }
 
 fn main() -> std::process::ExitCode {
@@ -52,6 +55,7 @@ fn main() -> std::process::ExitCode {
         Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
         Command::Bench(options) => tests::bench(&options),
+        Command::Fuzz(options) => fuzz::run(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,
