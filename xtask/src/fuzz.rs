@@ -1,7 +1,7 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer, and the record of it.
 
 use crate::tools::{Outcome, output, target, top};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -20,6 +20,9 @@ pub struct Options {
     /// Afterwards put a small corpus that reaches the same code into fuzz/corpus.
     #[arg(long)]
     minimise: bool,
+    /// Add to the figures of the record instead of replacing them: a campaign in several parts.
+    #[arg(long)]
+    add: bool,
 }
 
 /// The targets, as in `fuzz/src/lib.rs`.
@@ -33,33 +36,33 @@ const LONGEST: &str = "-max_len=160";
 const QUICK: [&str; 3] = ["-len_control=0", "-entropic=0", "-use_counters=0"];
 
 /// What a campaign is recorded as in docs/reliability/fuzz.toml.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Record {
     row: Vec<Row>,
     target: Vec<Run>,
 }
 
 /// A row of docs/reliability.md.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Row {
-    number: &'static str,
-    figure: &'static str,
+    number: String,
+    figure: String,
     value: String,
-    floor: &'static str,
+    floor: String,
     reached: bool,
     command: String,
     date: String,
 }
 
 /// What a target did.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Run {
-    name: &'static str,
+    name: String,
     executions: u64,
     seconds: u64,
     /// Edges of the control flow that were reached.
     coverage: u64,
-    /// Per cent of the inputs of which a simulation came that took a step or was loaded.
+    /// Executions in which a simulation took a step, or an image was accepted.
     past_the_first_check: u64,
     crashes: u64,
 }
@@ -84,7 +87,7 @@ pub fn run(options: &Options) -> Outcome {
     let crashes: u64 = runs.iter().map(|run| run.crashes).sum();
     println!("{executions} executions in {} targets, {crashes} crashes", runs.len());
     if options.target.is_none() {
-        record(options.seconds, executions, crashes, runs)?;
+        record(options, runs)?;
     }
     if crashes == 0 { Ok(()) } else { Err("an input broke something: see above".into()) }
 }
@@ -162,16 +165,19 @@ fn campaign(program: &Path, name: &'static str, seconds: u64) -> Result<Run, Str
     let (deep, all) = counts(&tally);
     let figure = |key: &str| figures.get(key).copied().unwrap_or(0);
     let run = Run {
-        name,
+        name: name.to_string(),
         executions: figure("executions").max(all),
         seconds: start.elapsed().as_secs(),
         coverage: figure("coverage"),
-        past_the_first_check: percent(deep, all),
+        past_the_first_check: deep,
         crashes: u64::from(!status.success()),
     };
     println!(
         "  {name}: {} executions in {} s, {} edges, {} % past the first check",
-        run.executions, run.seconds, run.coverage, run.past_the_first_check
+        run.executions,
+        run.seconds,
+        run.coverage,
+        percent(deep, all)
     );
     if !status.success() {
         println!("{}", last.join("\n"));
@@ -238,20 +244,39 @@ fn minimise(program: &Path, name: &str) -> Outcome {
 }
 
 /// Writes docs/reliability/fuzz.toml.
-fn record(seconds: u64, executions: u64, crashes: u64, target: Vec<Run>) -> Outcome {
+fn record(options: &Options, mut target: Vec<Run>) -> Outcome {
+    let folder = top().join("docs/reliability");
+    let path = folder.join("fuzz.toml");
+    let mut parts = "";
+    if options.add
+        && let Ok(text) = std::fs::read_to_string(&path)
+    {
+        let earlier: Record = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        parts = ", in several parts";
+        for run in &mut target {
+            for past in earlier.target.iter().filter(|past| past.name == run.name) {
+                run.executions += past.executions;
+                run.seconds += past.seconds;
+                run.coverage = run.coverage.max(past.coverage);
+                run.past_the_first_check += past.past_the_first_check;
+                run.crashes += past.crashes;
+            }
+        }
+    }
+    let executions: u64 = target.iter().map(|run| run.executions).sum();
+    let crashes: u64 = target.iter().map(|run| run.crashes).sum();
     let row = Row {
-        number: "12",
-        figure: "fuzz executions without a crash",
+        number: "12".into(),
+        figure: "fuzz executions without a crash".into(),
         value: format!("{:.2e} in {} targets, {crashes} crashes", executions as f64, target.len()),
-        floor: "1e7",
+        floor: "1e7".into(),
         reached: executions >= FLOOR && crashes == 0,
-        command: format!("cargo xtask fuzz --seconds {seconds}"),
+        command: format!("cargo xtask fuzz --seconds {}{parts}", options.seconds),
         date: today()?,
     };
     let record = Record { row: vec![row], target };
     let text = toml::to_string(&record).map_err(|error| error.to_string())?;
-    let path = top().join("docs/reliability/fuzz.toml");
-    std::fs::create_dir_all(top().join("docs/reliability"))
+    std::fs::create_dir_all(&folder)
         .and_then(|()| std::fs::write(&path, format!("# Written by `cargo xtask fuzz`: do not edit.\n{text}")))
         .map_err(|error| format!("{}: {error}", path.display()))
 }
