@@ -95,7 +95,9 @@ impl Model {
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
     pub(crate) fn too_fast(&self, speed: f64, rate: f64) -> bool {
-        let (turning, reach) = if self.solid.feels_torque() { (rate, self.solid.reach()) } else { (0.0, 0.0) };
+        // A body that does not turn may be of any size: 0 times an infinite reach is no number.
+        let turns = self.solid.feels_torque() && rate != 0.0;
+        let (turning, reach) = if turns { (rate, self.solid.reach()) } else { (0.0, 0.0) };
         let within = speed + turning * reach < self.unit_speed && self.limits.dt * turning <= 0.5;
         !within
     }

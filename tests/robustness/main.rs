@@ -5,6 +5,7 @@
 mod bands;
 mod extremes;
 mod failures;
+mod inputs;
 mod invariance;
 mod memory;
 mod random_scenes;
