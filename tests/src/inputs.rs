@@ -561,6 +561,7 @@ fn member(name: &str) -> String {
         "projectile.faces.count" => "projectile_face_count".into(),
         "integrator.theta" => "theta".into(),
         "integrator.tolerance" | "integrator.max_iterations" => name.replace("integrator.", "theta_"),
+        "rotation_rule.theta" => "rotation_theta".into(),
         "symmetry.mirror_x" | "symmetry.mirror_y" => name.replace("symmetry.", ""),
         other => other.replace('.', "_"),
     }
