@@ -16,3 +16,5 @@ pub mod calls;
 mod float;
 mod sizes;
 pub mod types;
+
+pub use block::fk_sim;

@@ -147,10 +147,11 @@ class Inputs(unittest.TestCase):
                 host = Host(version, {**SMALL, "mode": mode}).run(0, 3, 1e-6)
                 for name in names:
                     good = host.get(name)
+                    self.assertEqual(host.try_set(name, good), 0)
+                    before = host.image()
                     for element in range(len(good)):
                         for bad in (math.nan, math.inf, -math.inf):
                             host.log.clear()
-                            before = host.image()
                             self.assertEqual(host.try_set(name, [bad if k == element else x for k, x in enumerate(good)]), 0)
                             self.assertEqual(host.step(3e-6, 1e-6), DISCARD, (name, element, bad))
                             self.assertTrue(host.said(name), host.log)

@@ -3,11 +3,15 @@
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
 mod bands;
+mod codes;
 mod extremes;
 mod failures;
+#[path = "../golden/scenes.rs"]
+mod golden;
 mod inputs;
 mod invariance;
 mod memory;
+mod poison;
 mod random_scenes;
 mod refusals;
 mod snapshots;

@@ -26,7 +26,7 @@ fn image_of(sim: &Sim<'_>) -> Vec<u8> {
 }
 
 /// Replaces a word and makes the checksum right again.
-fn forged(image: &[u8], word: usize, value: u64) -> Vec<u8> {
+pub fn forged(image: &[u8], word: usize, value: u64) -> Vec<u8> {
     let mut image = image.to_vec();
     image[8 * word..8 * word + 8].copy_from_slice(&value.to_le_bytes());
     let end = image.len() - 8;

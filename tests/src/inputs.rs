@@ -6,7 +6,7 @@
 
 use fabric::Code::{self, *};
 use fabric::{
-    Attachment, AttachmentKind, Draw, Drive, Error, Faces, Integrator, Projectile, RotationRule, Scene, Shape, Sheet,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, Projectile, RotationRule, Scene, Shape, Sheet,
     StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
     scene::{MAX_NODES_PER_SIDE, PAPER_SPACING, STEP_WITH_TOE},
 };
@@ -537,7 +537,7 @@ pub fn listed() -> String {
     );
     let mut line = |line: std::fmt::Arguments<'_>| writeln!(text, "{line}").expect("a string takes all");
     for code in Code::ALL {
-        line(format_args!("text {} {}", code.number(), Error::plain(code, "").text()));
+        line(format_args!("text {} {}", code.number(), code.text().to_str().expect("plain")));
     }
     for (base, _) in BASES {
         for (name, value) in assignments(base) {
