@@ -21,6 +21,9 @@ use crate::sweep::Axis;
 use crate::weave::ATTACHMENTS;
 use crate::yarn::squared_stretch_excess;
 
+/// Largest stretch that a segment may be given beforehand; its square is far from overflow.
+pub(crate) const LARGEST_STRETCH: f64 = 1e100;
+
 /// The caller's memory: lengths from [`Layout::reals`] and [`Layout::words`]; longer is fine, content does not matter.
 pub struct Memory<'a> {
     /// Numbers.
@@ -360,8 +363,8 @@ impl<'a> Sim<'a> {
         if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
             return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
         }
-        if let Some(&above) = stretches.iter().find(|&&x| x > 1e100) {
-            return Err(Error::new(Code::OutOfRange, "stretches", above, 1e100));
+        if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
+            return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
         }
         let mut stretches = stretches.iter();
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);

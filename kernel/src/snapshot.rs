@@ -11,9 +11,11 @@ use crate::error::{Code, Error};
 use crate::layout;
 use crate::pose::Vector;
 use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
-use crate::sim::Sim;
+use crate::sim::{LARGEST_STRETCH, Sim};
 use crate::state::{COUNT_MAX, Parts, State, Visitor};
+use crate::sweep::FAILED;
 use crate::toe::NO_TOE;
+use crate::yarn::squared_stretch_excess;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -312,6 +314,8 @@ impl Sim<'_> {
 
     /// Reads the arrays without taking them: all finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
     fn arrays_sound(&self, reader: &mut Reader<'_>) -> bool {
+        // A segment breaks long before: only one that was broken beforehand has such a history.
+        let largest = squared_stretch_excess(LARGEST_STRETCH);
         let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
         for j in 0..ny {
@@ -324,7 +328,7 @@ impl Sim<'_> {
                 }
                 for _ in 0..usize::from(i < across) + usize::from(j < up) {
                     let q = reader.finite();
-                    reader.sound &= q == 0.0 || q > self.model.critical;
+                    reader.sound &= q == 0.0 || q == FAILED || (q > self.model.critical && q <= largest);
                     if self.layout.toe {
                         let mark = reader.finite();
                         reader.sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);

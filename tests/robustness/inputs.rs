@@ -26,6 +26,7 @@ fn said(scene: &Scene, reals: &mut [f64], words: &mut [u32]) -> Expected {
         }
         Err(error) => {
             assert!(reals.iter().all(|&x| x == 7.5) && words.iter().all(|&x| x == 75), "memory was written");
+            assert!(error.text().starts_with(error.field));
             let refused = Expected::Refused(error.code, error.field);
             assert!(early.is_none_or(|early| early == refused));
             refused
