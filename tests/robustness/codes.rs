@@ -23,7 +23,7 @@ fn refused_scene(code: Code) -> Scene {
     inputs::cases().iter().find_map(refused).expect("a case")
 }
 
-/// The first scene with a polyhedron or mirror planes and so on may be large; these are 9 x 9 or so.
+/// Why a scene is refused, given memory enough for every one of the table that is refused.
 fn constructed(scene: &Scene) -> Error {
     let (mut reals, mut words) = (vec![0.0; 60_000], vec![0; 20_000]);
     Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).err().expect("refused")
@@ -313,7 +313,7 @@ fn reached(outcome: Outcome) -> Scene {
     match outcome {
         Outcome::Arrested => small_sheet(41, 20.0),
         Outcome::Exited => small_sheet(41, 250.0),
-        // A sheet whose corners alone hold it, and give way.
+        // A small sheet, whose middle tears off its edge.
         Outcome::Detached => {
             let mut scene = small_sheet(21, 250.0);
             scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
@@ -327,7 +327,7 @@ fn reached(outcome: Outcome) -> Scene {
     }
 }
 
-/// Whether a status is one that `statuses` below meets.
+/// The name of a status, to count those met.
 fn named(status: Status) -> &'static str {
     match status {
         Status::Flight => "flight",

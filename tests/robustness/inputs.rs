@@ -21,7 +21,8 @@ fn said(scene: &Scene, reals: &mut [f64], words: &mut [u32]) -> Expected {
             // Whatever comes of it is told, and nothing panics.
             let advanced = sim.advance(3);
             assert_eq!(advanced.err(), sim.failure());
-            (reals.fill(7.5), words.fill(75));
+            reals.fill(7.5);
+            words.fill(75);
             Expected::Accepted
         }
         Err(error) => {

@@ -241,13 +241,13 @@ impl Golden {
         }
     }
 
-    fn to_the_end(&self, sim: &mut Sim<'_>) {
+    fn finish(&self, sim: &mut Sim<'_>) {
         self.run(sim, self.steps, |sim, steps| sim.advance(steps).unwrap());
     }
 
     fn digest_in(&self, memory: Memory<'_>) -> u64 {
         let mut sim = self.start(memory);
-        self.to_the_end(&mut sim);
+        self.finish(&mut sim);
         sim.digest()
     }
 
@@ -268,7 +268,7 @@ impl Golden {
     fn rows_at_rest_stepped(&self) -> u64 {
         self.special(|sim| {
             sim.step_every_row();
-            self.to_the_end(sim);
+            self.finish(sim);
         })
     }
 
@@ -293,7 +293,7 @@ impl Golden {
         let mut other_memory = self.dirty(0);
         let mut other = other_memory.sim(&(self.scene)());
         other.load(&image).unwrap();
-        self.to_the_end(&mut other);
+        self.finish(&mut other);
         other.digest()
     }
 
@@ -357,7 +357,7 @@ fn golden_scenes_are_invariant() {
     let of_scene = |(k, golden): (usize, &Golden)| {
         let mut memory = Buffers::of(&(golden.scene)());
         let mut sim = golden.start(memory.memory());
-        golden.to_the_end(&mut sim);
+        golden.finish(&mut sim);
         let (expected, failed) = (sim.digest(), sim.counters().failed_segments > 0);
         let ways = [
             ("rows at rest stepped", golden.rows_at_rest_stepped()),
