@@ -1,5 +1,7 @@
 //! A poisoned state never goes on in silence. The one way to put a number into a state that no simulation has is an image with
-//! its checksum made right. NaN and infinities are refused by load; 1e300 makes the simulation fail within two steps.
+//! its checksum made right. NaN, infinities and impossible histories are refused by load; a displacement or velocity of 1e300
+//! makes the simulation fail within two steps. Read-outs asked for between the load and that step still show what was loaded,
+//! energies of infinity among them: a state is judged where it is stepped.
 
 use crate::golden;
 use crate::snapshots::forged;
