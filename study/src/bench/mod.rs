@@ -33,8 +33,8 @@ use std::path::PathBuf;
 /// Options of `bench`.
 #[derive(Args)]
 pub struct Options {
-    /// Few rounds, no sheet above 1000 x 1000, and none above 350 x 350 for the peers: two to three minutes on 2 quiet cores
-    /// instead of about ten.
+    /// Few rounds, no sheet above 1000 x 1000, and none above 350 x 350 for the peers: two to three minutes on 2 quiet
+    /// cores.
     #[arg(long)]
     quick: bool,
     /// Small sheets, very few rounds, and of the peers only plain C: does it work?
