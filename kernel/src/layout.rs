@@ -6,7 +6,7 @@
 
 use crate::bands::MAX_BANDS;
 use crate::error::{Code, Error};
-use crate::scene::{Integrator, Scene, Shape, StepAfterFailure};
+use crate::scene::{AttachmentKind, Integrator, Scene, Shape, StepAfterFailure};
 use crate::shape::Solid;
 use crate::state::Parts;
 use crate::sweep::Axis;
@@ -236,6 +236,8 @@ pub fn row_mut<const P: usize>(block: &mut [Chunk<P>], chunks: usize, j: usize) 
 /// Places for candidates over the nodes that a sheet wrapped about the projectile has near it. The sphere's places are then
 /// four times the nodes of a flat sheet as large as its surface.
 const FOLDS: f64 = 1.6;
+/// The same for a sheet that nothing holds: all of it may pile up on the projectile.
+const FOLDS_OF_A_FREE_SHEET: f64 = 4.0;
 
 /// Places for contact candidates: nodes closer than the spacing h to the projectile. A sheet that wraps the body whole, as paper
 /// wraps a parcel, has there the nodes of the flat piece that it takes; lengths are those of the body and a margin h all round:
@@ -244,8 +246,8 @@ const FOLDS: f64 = 1.6;
 /// - box of edges a < b < c: likewise 2 (a + b) (c + a); it stands for the polyhedron of these extents too.
 ///
 /// Taut yarn keeps its spacing, so only slack folds, which a torn sheet has and which nothing holds apart, bring more.
-/// For them there is [`FOLDS`]: of all runs of the studies with a held sheet none filled more than half of the places. More
-/// nodes still are a failure that keeps the state, and `contact_capacity` is the way out.
+/// For them there is [`FOLDS`]: torn off their corners, the paper's sheets fill half of the places at the most, a sheet half as
+/// wide two thirds. More nodes still are a failure that keeps the state, and `contact_capacity` is the way out.
 fn candidate_capacity(scene: &Scene) -> usize {
     if scene.contact_capacity > 0 {
         return scene.contact_capacity as usize;
@@ -264,7 +266,8 @@ fn candidate_capacity(scene: &Scene) -> usize {
         }
     };
     // A float-to-integer cast saturates; the caller takes the smaller of this and the number of nodes.
-    (FOLDS * wrapping * scene.symmetry.share()) as usize
+    let folds = if scene.attachment.kind == AttachmentKind::Free { FOLDS_OF_A_FREE_SHEET } else { FOLDS };
+    (folds * wrapping * scene.symmetry.share()) as usize
 }
 
 #[cfg(test)]

@@ -297,7 +297,7 @@ pub struct Scene {
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
     /// Greatest number of nodes under the projectile at once; 0 = automatic (1.6 times the nodes of a flat piece of sheet that
-    /// wraps the projectile whole).
+    /// wraps the projectile whole, 4 times with a free sheet).
     pub contact_capacity: u32,
 }
 
