@@ -252,46 +252,43 @@ impl Sim<'_> {
     /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
     /// awake rows. Clears a failure.
     pub(crate) fn rebuild_derived(&mut self) {
-        self.refill(|_, _| ());
+        self.refill(|_, _| true);
     }
 
-    /// [`Sim::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand.
-    pub(crate) fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize)) {
+    /// [`Sim::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand. `fill` returns
+    /// whether a history of the row has changed; if not, its stiffnesses are still right.
+    pub(crate) fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
-        let mut failed = 0.0;
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..self.layout.nodes_y {
-            fill(self, j);
-            failed += self.rebuild_stiffness(j);
+            if fill(self, j) {
+                self.rebuild_stiffness(j);
+            }
             if self.rebuild_range(j) {
                 awake = Some([awake.map_or(j, |[first, _]| first), j + 1]);
             }
         }
-        self.failed_segments = failed as u64;
+        self.failed_segments = self.count_failed();
         self.awake = awake.unwrap_or([0, 0]);
         #[cfg(feature = "implicit")]
         self.start_iterates();
     }
 
-    /// Stiffness of the segments that start in row j, from their histories. Returns the failed ones of the whole sheet.
-    fn rebuild_stiffness(&mut self, j: usize) -> f64 {
-        let (law, layout, model) = (self.model.law, &self.layout, &self.model);
-        let across = layout.x.segments();
-        let up = if j < layout.y.segments() { layout.nodes_x } else { 0 };
+    /// Stiffness of the segments that start in row j, from their histories.
+    fn rebuild_stiffness(&mut self, j: usize) {
+        let (law, model, chunks) = (self.model.law, &self.model, self.layout.chunks);
+        let critical = law.critical_excess();
         let uniform = [model.mean_stiffness, model.mean_stiffness, model.mean_damage_rate, model.mean_damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
-        let row = layout::row_mut(self.blocks.hot, layout.chunks, j);
-        let history = layout::row(self.blocks.history, layout.chunks, j);
-        let yarn = layout::row(self.blocks.yarn, layout.chunks, j);
-        let critical = law.critical_excess();
-        let mut failed = 0.0;
+        let ends = self.ends_of_segments(j);
+        let row = layout::row_mut(self.blocks.hot, chunks, j);
+        let history = layout::row(self.blocks.history, chunks, j);
+        let yarn = layout::row(self.blocks.yarn, chunks, j);
         for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
             let yarn = yarn.get(c).unwrap_or(&uniform);
-            for (axis, end) in [(Axis::Horizontal, across), (Axis::Vertical, up)] {
-                let k = axis as usize;
-                let segments = end.saturating_sub(c * CHUNK);
+            for k in 0..2 {
                 let mut stiffness = yarn[k];
-                stiffness.iter_mut().skip(segments).for_each(|none| *none = 0.0);
+                stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
                 let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= critical));
                 if !whole {
                     for ((stiffness, &damage_rate), &largest) in stiffness.iter_mut().zip(&yarn[k + 2]).zip(&history[k])
@@ -300,14 +297,13 @@ impl Sim<'_> {
                     }
                 }
                 hot[6 + k] = stiffness;
-                if stiffness.iter().fold(false, |failed, &stiffness| failed | (stiffness == 0.0)) {
-                    for (lane, _) in stiffness.iter().enumerate().take(segments).filter(|(_, k)| **k == 0.0) {
-                        failed += layout.segment_weight(axis, c * CHUNK + lane, j);
-                    }
-                }
             }
         }
-        failed
+    }
+
+    /// Horizontal and vertical segments of row j start before these columns.
+    fn ends_of_segments(&self, j: usize) -> [usize; 2] {
+        [self.layout.x.segments(), if j < self.layout.y.segments() { self.layout.nodes_x } else { 0 }]
     }
 
     /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
@@ -337,14 +333,20 @@ impl Sim<'_> {
         moved
     }
 
-    /// Failed segments of the whole sheet, counted one by one.
+    /// Failed segments of the whole sheet.
     pub(crate) fn count_failed(&self) -> u64 {
         let mut failed = 0.0;
         for j in 0..self.layout.nodes_y {
-            for i in 0..self.layout.nodes_x {
+            let ends = self.ends_of_segments(j);
+            for (c, hot) in layout::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
-                    if self.segment(axis, i, j).is_some_and(|segment| segment.stiffness == 0.0) {
-                        failed += self.layout.segment_weight(axis, i, j);
+                    let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
+                    if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
+                        continue;
+                    }
+                    let segments = ends[axis as usize].saturating_sub(first);
+                    for (lane, _) in stiffness.iter().enumerate().take(segments).filter(|(_, k)| **k == 0.0) {
+                        failed += self.layout.segment_weight(axis, first + lane, j);
                     }
                 }
             }

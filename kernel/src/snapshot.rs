@@ -282,7 +282,9 @@ impl Sim<'_> {
         self.state = state;
         self.take_halves(self.state.halved);
         let mut words = arrays;
-        self.refill(|sim, j| sim.read_row(j, &mut words));
+        // After a failure nothing is taken for granted.
+        let failed = self.failure.is_some();
+        self.refill(|sim, j| sim.read_row(j, &mut words) | failed);
         for (flags, &word) in self.blocks.flags.iter_mut().zip(words) {
             *flags = u64::from_le_bytes(word) as u32;
         }
@@ -358,8 +360,9 @@ impl Sim<'_> {
         sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
     }
 
-    /// Takes the words of row j, which are sound, off the front.
-    fn read_row(&mut self, j: usize, words: &mut &[[u8; 8]]) {
+    /// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
+    fn read_row(&mut self, j: usize, words: &mut &[[u8; 8]]) -> bool {
+        let mut changed = false;
         let (nx, chunks) = (self.layout.nodes_x, self.layout.chunks);
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
         let row = layout::row_mut(self.blocks.hot, chunks, j);
@@ -370,7 +373,7 @@ impl Sim<'_> {
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
                 let i = c * CHUNK + lane;
-                let Some((node, rest)) = words.split_first_chunk::<6>() else { return };
+                let Some((node, rest)) = words.split_first_chunk::<6>() else { return true };
                 *words = rest;
                 for (plane, &word) in hot.iter_mut().zip(node) {
                     plane[lane] = real(word);
@@ -379,17 +382,20 @@ impl Sim<'_> {
                     if !exists {
                         continue;
                     }
-                    let Some((&largest, rest)) = words.split_first() else { return };
-                    history[axis][lane] = real(largest);
+                    let Some((&largest, rest)) = words.split_first() else { return true };
+                    let largest = real(largest);
+                    changed |= history[axis][lane] != largest;
+                    history[axis][lane] = largest;
                     *words = rest;
                     if let Some(marks) = &mut marks {
-                        let Some((&mark, rest)) = words.split_first() else { return };
+                        let Some((&mark, rest)) = words.split_first() else { return true };
                         marks[axis][lane] = real(mark);
                         *words = rest;
                     }
                 }
             }
         }
+        changed
     }
 }
 
