@@ -153,6 +153,7 @@ fn a_sheet_wrapped_about_a_cylinder_fits() {
     let (radius, length) = (6.0 * h, 20.0 * h);
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 33);
     scene.attachment.kind = fabric::AttachmentKind::FourCorners;
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2.0 * h, 1.5 * h);
     scene.projectile.shape = fabric::Shape::Cylinder;
     (scene.projectile.radius, scene.projectile.length) = (radius, length);
     scene.projectile.velocity = [0.0; 3];
