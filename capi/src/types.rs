@@ -261,8 +261,8 @@ pub struct fk_scene {
     pub track_detachment: u32,
     /// 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     pub track_support: u32,
-    /// Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = four times the nodes that
-    /// would cover the projectile's surface, or all. Default 0.
+    /// Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = 1.6 times the nodes of a
+    /// flat piece of sheet that wraps the projectile whole (4 times with a free sheet), or all. Default 0.
     pub contact_capacity: u32,
     /// Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing. Default 12.7e-3 each. Read for a box only.
     pub projectile_size: [f64; 3],

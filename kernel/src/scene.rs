@@ -296,8 +296,8 @@ pub struct Scene {
     pub track_detachment: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes under the projectile at once; 0 = automatic (four times the nodes that would cover
-    /// the projectile's surface).
+    /// Greatest number of nodes under the projectile at once; 0 = automatic (1.6 times the nodes of a flat piece of sheet that
+    /// wraps the projectile whole, 4 times with a free sheet).
     pub contact_capacity: u32,
 }
 

@@ -7,8 +7,9 @@
 //! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
+use crate::blocks::in_runs;
 use crate::error::{Code, Error};
-use crate::layout;
+use crate::layout::{self, CHUNK};
 use crate::pose::Vector;
 use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
 use crate::sim::{LARGEST_STRETCH, Sim};
@@ -16,6 +17,10 @@ use crate::state::{COUNT_MAX, Parts, State, Visitor};
 use crate::sweep::FAILED;
 use crate::toe::NO_TOE;
 use crate::yarn::squared_stretch_excess;
+
+/// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
+/// No simulation goes on from there: it fails within two steps.
+const LARGEST_MOTION: f64 = 1e100;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -231,7 +236,25 @@ impl Sim<'_> {
     /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
     /// On an error nothing has changed.
     pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
-        let malformed = |value: f64, limit: f64| Error::new(Code::ImageMalformed, "image", value, limit);
+        let body = self.body_of(image)?;
+        let mut hash = Hash::default();
+        body.iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
+        let checksum = image.last_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+        if hash.value() != checksum {
+            return Err(malformed(0.0, 0.0));
+        }
+        self.take(body)
+    }
+
+    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
+    /// happens to bytes on their way, is not looked at. Everything else is.
+    pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
+        let body = self.body_of(image)?;
+        self.take(body)
+    }
+
+    /// The words of an image before its checksum, if it is one of this scene.
+    fn body_of<'b>(&self, image: &'b [u8]) -> Result<&'b [[u8; 8]], Error> {
         let needed = self.snapshot_bytes();
         let header_bytes = image.get(..8 * HEADER_WORDS).ok_or(malformed(image.len() as f64, needed as f64))?;
         let mut header = Reader { chunks: header_bytes.as_chunks::<8>().0.iter(), sound: true };
@@ -245,30 +268,32 @@ impl Sim<'_> {
         if header.word() != words || image.len() != needed {
             return Err(malformed(image.len() as f64, needed as f64));
         }
-        let (chunks, _) = image.as_chunks::<8>();
-        let (checksum, body) = chunks.split_last().ok_or(malformed(0.0, needed as f64))?;
-        let mut hash = Hash::default();
-        body.iter().for_each(|chunk| hash.word(u64::from_le_bytes(*chunk)));
-        if hash.value() != u64::from_le_bytes(*checksum) {
-            return Err(malformed(0.0, 0.0));
-        }
+        let (_, body) = image.as_chunks::<8>().0.split_last().ok_or(malformed(0.0, needed as f64))?;
+        Ok(body)
+    }
 
+    /// Takes the state that the words of an image hold, if it is one that a simulation can have.
+    fn take(&mut self, body: &[[u8; 8]]) -> Result<(), Error> {
         // First pass: every value is one a simulation can have.
         let mut reader = Reader { chunks: body.iter(), sound: true };
         (0..HEADER_WORDS).for_each(|_| _ = reader.word());
         let mut state = self.state;
         state.visit(self.layout.parts(), &mut reader);
-        if !reader.sound || !plausible(&state) || !self.arrays_sound(&mut reader) {
+        let arrays = reader.chunks.as_slice();
+        if !reader.sound || !plausible(&state) || !self.arrays_sound(arrays) {
             return Err(Error::plain(Code::ImageInvalid, "image"));
         }
 
         // Second pass: take them.
-        let mut reader = Reader { chunks: body.iter(), sound: true };
-        (0..HEADER_WORDS).for_each(|_| _ = reader.word());
-        self.state.visit(self.layout.parts(), &mut reader);
-        self.read_arrays(&mut reader);
+        self.state = state;
         self.take_halves(self.state.halved);
-        self.rebuild_derived();
+        let mut words = arrays;
+        // After a failure nothing is taken for granted.
+        let failed = self.failure.is_some();
+        self.refill(|sim, j| sim.read_row(j, &mut words) | failed);
+        for (flags, &word) in self.blocks.flags.iter_mut().zip(words) {
+            *flags = u64::from_le_bytes(word) as u32;
+        }
         Ok(())
     }
 
@@ -312,65 +337,86 @@ impl Sim<'_> {
         self.blocks.flags.iter().for_each(|&flags| word(flags as u64));
     }
 
-    /// Reads the arrays without taking them: all finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
-    fn arrays_sound(&self, reader: &mut Reader<'_>) -> bool {
+    /// Looks at the words of the arrays: motion whose energy is finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
+    fn arrays_sound(&self, mut words: &[[u8; 8]]) -> bool {
         // A segment breaks long before: only one that was broken beforehand has such a history.
         let largest = squared_stretch_excess(LARGEST_STRETCH);
-        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        let possible = -LARGEST_MOTION..=LARGEST_MOTION;
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        for j in 0..ny {
-            for i in 0..nx {
-                (0..3).for_each(|_| _ = reader.finite());
-                let fixed = self.is_fixed(i, j);
-                for _ in 0..3 {
-                    let v = reader.finite();
-                    reader.sound &= !(fixed && v != 0.0);
-                }
+        let toe = self.layout.toe;
+        let mut sound = true;
+        for (j, run) in self.blocks.runs.iter().enumerate() {
+            for i in 0..self.layout.nodes_x {
+                let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
+                let node = node.map(real);
+                let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
+                sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
+                words = rest;
                 for _ in 0..usize::from(i < across) + usize::from(j < up) {
-                    let q = reader.finite();
-                    reader.sound &= q == 0.0 || q == FAILED || (q > self.model.critical && q <= largest);
-                    if self.layout.toe {
-                        let mark = reader.finite();
-                        reader.sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
+                    let Some((&q, rest)) = words.split_first() else { return false };
+                    let q = real(q);
+                    sound &= (q == 0.0) | (q == FAILED) | ((q > self.model.critical) & (q <= largest));
+                    words = rest;
+                    if toe {
+                        let Some((&mark, rest)) = words.split_first() else { return false };
+                        let mark = real(mark);
+                        sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
+                        words = rest;
                     }
                 }
             }
         }
-        for _ in 0..self.blocks.flags.len() {
-            reader.sound &= reader.word() <= u32::MAX as u64;
-        }
-        reader.sound
+        sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
     }
 
-    fn read_arrays(&mut self, reader: &mut Reader<'_>) {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+    /// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
+    fn read_row(&mut self, j: usize, words: &mut &[[u8; 8]]) -> bool {
+        let mut changed = false;
+        let (nx, chunks) = (self.layout.nodes_x, self.layout.chunks);
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        let mut take = |slot: Option<&mut f64>| {
-            let value = reader.finite();
-            if let Some(slot) = slot {
-                *slot = value;
-            }
-        };
-        for j in 0..ny {
-            let row = layout::row_mut(self.blocks.hot, chunks, j);
-            let history = layout::row_mut(self.blocks.history, chunks, j);
-            let marks = layout::row_mut(self.blocks.marks, chunks, j);
-            for i in 0..nx {
-                (0..6).for_each(|plane| take(layout::get_mut(row, plane, i)));
+        let row = layout::row_mut(self.blocks.hot, chunks, j);
+        let history = layout::row_mut(self.blocks.history, chunks, j);
+        let marks = layout::row_mut(self.blocks.marks, chunks, j);
+        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
+            let mut marks = marks.get_mut(c);
+            #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+            for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
+                let i = c * CHUNK + lane;
+                let Some((node, rest)) = words.split_first_chunk::<6>() else { return true };
+                *words = rest;
+                for (plane, &word) in hot.iter_mut().zip(node) {
+                    plane[lane] = real(word);
+                }
                 for (axis, exists) in [(0, i < across), (1, j < up)] {
-                    if exists {
-                        take(layout::get_mut(history, axis, i));
+                    if !exists {
+                        continue;
                     }
-                    if exists && self.layout.toe {
-                        take(layout::get_mut(marks, axis, i));
+                    let Some((&largest, rest)) = words.split_first() else { return true };
+                    let largest = real(largest);
+                    changed |= history[axis][lane] != largest;
+                    history[axis][lane] = largest;
+                    *words = rest;
+                    if let Some(marks) = &mut marks {
+                        let Some((&mark, rest)) = words.split_first() else { return true };
+                        marks[axis][lane] = real(mark);
+                        *words = rest;
                     }
                 }
             }
         }
-        for flags in self.blocks.flags.iter_mut() {
-            *flags = reader.word() as u32;
-        }
+        changed
     }
+}
+
+/// A word of an image as a number.
+#[inline(always)]
+fn real(word: [u8; 8]) -> f64 {
+    f64::from_bits(u64::from_le_bytes(word))
+}
+
+/// Bytes that are no image, or not an unchanged one.
+fn malformed(value: f64, limit: f64) -> Error {
+    Error::new(Code::ImageMalformed, "image", value, limit)
 }
 
 /// Scalar values beyond being finite: unit quaternions and a path that covers the present step.

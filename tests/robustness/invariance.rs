@@ -116,6 +116,10 @@ fn saving_and_loading_in_the_middle_goes_on_alike() {
             assert_eq!(sim.digest(), here);
             sim.advance(STEPS - at).unwrap();
             assert_eq!(sim.digest(), expected);
+            sim.load_kept(&image).unwrap();
+            assert_eq!(sim.digest(), here);
+            sim.advance(STEPS - at).unwrap();
+            assert_eq!(sim.digest(), expected);
 
             // Into a fresh one in dirty memory; saving again gives the same bytes.
             let mut other_memory = Buffers::of(&scene);

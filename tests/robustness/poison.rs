@@ -1,11 +1,10 @@
 //! A poisoned state never goes on in silence. The one way to put a number into a state that no simulation has is an image with
-//! its checksum made right. NaN, infinities and impossible histories are refused by load; a displacement or velocity of 1e300
-//! makes the simulation fail within two steps. Read-outs asked for between the load and that step still show what was loaded,
-//! energies of infinity among them: a state is judged where it is stepped.
+//! its checksum made right: NaN, infinities, impossible histories and motion whose energy would not be finite are refused by
+//! load, so nothing of them is ever read out or stepped.
 
 use crate::golden;
 use crate::snapshots::forged;
-use fabric::{Code, Failure, Scene, Sim};
+use fabric::{Code, Scene, Sim};
 use fabric_tests::{Buffers, small_sheet};
 
 /// What is poisoned.
@@ -41,28 +40,15 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
     entries
 }
 
-/// Every read-out is refused with the failure.
-fn nothing_is_read(sim: &Sim<'_>, failure: Failure) {
-    assert_eq!(sim.projectile().err(), Some(failure));
-    assert_eq!(sim.contact().err(), Some(failure));
-    assert_eq!(sim.support().err(), Some(failure));
-    assert_eq!(sim.fabric().err(), Some(failure));
-    assert_eq!(sim.energy().err(), Some(failure));
-    assert_eq!(sim.momentum_residual().err(), Some(failure));
-    let mut numbers = vec![0.0; 3 * sim.layout().nodes()];
-    assert_eq!(sim.copy_positions(&mut numbers).err().map(|error| error.code), Some(failure.code()));
-    assert_eq!(sim.copy_velocities(&mut numbers).err().map(|error| error.code), Some(failure.code()));
-}
-
 #[test]
-fn a_poisoned_state_is_refused_or_fails_within_two_steps() {
+fn a_poisoned_state_is_refused() {
     let mut stochastic = small_sheet(13, 250.0);
     stochastic.yarn.stochastic = true;
     let toe = Scene { slack_toe: 0.02, ..small_sheet(13, 250.0) };
     let mut theta = golden::drawn_yarns_by_the_theta_rule();
     (theta.sheet.nodes_x, theta.sheet.nodes_y) = (17, 13);
-    let (mut tried, mut refused, mut failed) = (0, 0, 0);
-    let mut silent = Vec::new();
+    let (mut tried, mut refused) = (0, 0);
+    let mut taken = Vec::new();
     for (name, scene, steps) in [("stochastic", stochastic, 60), ("toe", toe, 400), ("theta", theta, 60)] {
         let mut memory = Buffers::of(&scene);
         let mut sim = memory.sim(&scene);
@@ -85,22 +71,13 @@ fn a_poisoned_state_is_refused_or_fails_within_two_steps() {
                         refused += 1;
                     }
                     Ok(()) => {
-                        match sim.advance(2) {
-                            Err(failure) => {
-                                nothing_is_read(&sim, failure);
-                                failed += 1;
-                            }
-                            Ok(()) => silent.push(format!("{name}: {entry:?} of node {node}: {poison:e}")),
-                        }
+                        taken.push(format!("{name}: {entry:?} of node {node}: {poison:e}"));
                         sim.load(&image).unwrap();
                     }
                 }
             }
         }
     }
-    println!(
-        "figure 21: {tried} poisoned entries, {refused} refused by load, {failed} failed within two steps, {} silent",
-        silent.len()
-    );
-    assert!(silent.is_empty(), "{} of {tried}:\n{}", silent.len(), silent[..silent.len().min(30)].join("\n"));
+    println!("figure 21: {tried} poisoned entries, {refused} refused by load, {} taken", taken.len());
+    assert!(taken.is_empty(), "{} of {tried}:\n{}", taken.len(), taken[..taken.len().min(30)].join("\n"));
 }

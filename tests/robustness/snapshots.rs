@@ -226,3 +226,29 @@ fn a_forged_image_cannot_move_a_fixed_node_or_heal_a_yarn_below_critical() {
     let error = target.load(&forged(&image, first + 6, (-1.0f64).to_bits())).unwrap_err();
     assert_eq!(error.code, Code::ImageInvalid, "a negative history");
 }
+
+/// An image that never left the program is taken without its checksum, but only if a simulation can have what it holds.
+#[test]
+fn a_kept_image_is_refused_for_all_but_its_checksum() {
+    let scene = scene();
+    let (mut memory, mut target_memory) = (Buffers::of(&scene), Buffers::of(&scene));
+    let sim = driven(&mut memory, &scene);
+    let image = image_of(&sim);
+    let mut target = target_memory.sim(&scene);
+    let before = target.digest();
+    let words = image.len() / 8 - 1;
+    for word in 0..words {
+        let mut bad = image.clone();
+        bad[8 * word..8 * word + 8].copy_from_slice(&u64::MAX.to_le_bytes());
+        assert!(target.load_kept(&bad).is_err(), "word {word}");
+        assert_eq!(target.digest(), before);
+    }
+    for length in [0, 8, 32, 8 * words, image.len() - 1] {
+        assert_eq!(target.load_kept(&image[..length]).unwrap_err().code, Code::ImageMalformed);
+    }
+    let mut other = image.clone();
+    other[8 * words] ^= 1;
+    assert_eq!(target.load(&other).unwrap_err().code, Code::ImageMalformed);
+    target.load_kept(&other).unwrap();
+    assert_eq!(target.digest(), sim.digest());
+}
