@@ -2,6 +2,7 @@
 //! that no input makes the kernel panic or lose its state in silence.
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
+mod allocation;
 mod bands;
 mod codes;
 mod extremes;

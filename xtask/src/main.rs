@@ -2,13 +2,18 @@
 
 mod abi;
 mod chosts;
+mod coverage;
 mod demo;
 mod examples;
+mod figures;
 mod fmu;
+mod gates;
 mod install;
 mod platforms;
 mod readme;
+mod records;
 mod rotorburst;
+mod stack;
 mod tests;
 mod tools;
 
@@ -38,6 +43,10 @@ enum Command {
     Install(install::Options),
     /// Write include/fabric_kernel.h.
     Header,
+    /// Measure the figures of docs/reliability.md and write the page and its table in README.md.
+    Figures(figures::Options),
+    /// Measure the line coverage of the kernel and its interfaces (needs cargo-llvm-cov), and write its record.
+    Coverage,
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
 }
@@ -51,6 +60,8 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
+        Command::Figures(options) => figures::run(&options),
+        Command::Coverage => coverage::run(),
         Command::Bench(options) => tests::bench(&options),
     };
     match result {

@@ -99,6 +99,9 @@ pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Libra
     for library in &built {
         let (exported, said) = check(library).map_err(|what| format!("{}: {what}", library.path.display()))?;
         println!("  {}: {said}", library.platform.fmi2);
+        if library.platform.extension == "so" {
+            println!("figure 26: {}: {}", library.platform.fmi2, said.rsplit(' ').next().unwrap_or_default());
+        }
         if !functions.is_empty() && functions != exported {
             return Err(format!("{} does not export what the others do", library.path.display()));
         }
@@ -202,7 +205,7 @@ fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platfo
 }
 
 /// What a library of ours may ask of Linux, besides the weak names of the linker's start-up code.
-const FROM_LINUX: [&str; 7] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"];
+pub const FROM_LINUX: [&str; 7] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"];
 /// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics excepted.
 const FROM_WINDOWS: [&str; 2] = ["KERNEL32.dll", "msvcrt.dll"];
 const MATHEMATICS: [&str; 12] =
