@@ -3,6 +3,7 @@
 mod abi;
 mod chosts;
 mod demo;
+mod digests;
 mod examples;
 mod fmu;
 mod install;
@@ -38,6 +39,8 @@ enum Command {
     Install(install::Options),
     /// Write include/fabric_kernel.h.
     Header,
+    /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
+    Digests(digests::Options),
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
 }
@@ -51,6 +54,7 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
+        Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
     };
     match result {
