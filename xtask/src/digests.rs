@@ -17,6 +17,9 @@ pub struct Options {
     /// Leave out those of --targets that cannot run here, and say why.
     #[arg(long)]
     pub only_available: bool,
+    /// Instead: change the kernel on purpose, one thing at a time, and see that each change is noticed.
+    #[arg(long, conflicts_with_all = ["targets", "only_available"])]
+    controls: bool,
 }
 
 /// One target.
@@ -83,6 +86,8 @@ const FREESTANDING: &[&str] = &[
     "-fno-tree-loop-distribute-patterns",
     "-Wl,--gc-sections",
 ];
+/// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
+const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
 const GCC: [&str; 2] = ["gcc", "gcc libc6-dev"];
 const ARM: [&str; 2] = ["arm-none-eabi-gcc", "gcc-arm-none-eabi"];
 
@@ -162,7 +167,7 @@ const TARGETS: [Target; 12] = [
     },
     Target {
         name: "cortex-m7-hard",
-        library: Library::Of("thumbv7em-none-eabihf", "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16"),
+        library: Library::Of("thumbv7em-none-eabihf", HARD),
         compiler: ARM,
         options: BOARD_OPTIONS,
         sources: BOARD,
@@ -186,16 +191,15 @@ const TARGETS: [Target; 12] = [
     },
 ];
 
+/// `cargo xtask test`: some of the targets, those of them that can run here.
+pub fn short() -> Outcome {
+    let targets = WITH_EVERY_CHANGE.map(str::to_string).to_vec();
+    run(&Options { targets, only_available: true, controls: false })
+}
+
 /// Those that run with every change: one each with 32 bits, without an operating system and without a processor.
-pub const WITH_EVERY_CHANGE: [&str; 7] = [
-    "x86-64-scalar",
-    "x86-64-sse2",
-    "x86-64-avx2",
-    "x86-64-freestanding",
-    "i686",
-    "cortex-m7-hard",
-    "wasm32",
-];
+const WITH_EVERY_CHANGE: [&str; 7] =
+    ["x86-64-scalar", "x86-64-sse2", "x86-64-avx2", "x86-64-freestanding", "i686", "cortex-m7-hard", "wasm32"];
 
 /// What became of a target.
 enum Fate {
@@ -207,12 +211,16 @@ enum Fate {
 
 /// Builds, runs and compares; prints the table. Any difference is an error.
 pub fn run(options: &Options) -> Outcome {
-    let wanted = |target: &&Target| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
+    if options.controls {
+        return crate::controls::run();
+    }
+    let wanted =
+        |target: &&Target| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
     if let Some(unknown) = options.targets.iter().find(|name| TARGETS.iter().all(|target| target.name != *name)) {
         let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
         return Err(format!("there is no target {unknown}; there are {}", names.join(", ")));
     }
-    let pins = lines(&read(&top().join("tests/golden/digests"))?);
+    let pins = pins()?;
     let targets: Vec<&Target> = TARGETS.iter().filter(wanted).collect();
     let libraries = build(&targets)?;
     let mut results = Vec::new();
@@ -224,11 +232,56 @@ pub fn run(options: &Options) -> Outcome {
         results.push((target.name, result));
     }
     report(&pins, &results)?;
+    let firmware = match libraries.iter().find(|built| built.library == FIRMWARE) {
+        Some(built) => Some(firmware(&built.path)?),
+        None => {
+            println!("examples/cortex-m7: skipped with cortex-m7-hard");
+            None
+        }
+    };
     let skipped = results.iter().find(|(_, result)| matches!(result, Fate::Skipped(_)));
     if let (Some((name, _)), false, false) = (skipped, options.targets.is_empty(), options.only_available) {
         return Err(format!("{name} was asked for and cannot run here"));
     }
-    if options.targets.is_empty() { record(&pins, &results) } else { Ok(()) }
+    if options.targets.is_empty() { record(&pins, &results, firmware.as_deref()) } else { Ok(()) }
+}
+
+/// The library that the firmware of examples/cortex-m7 links.
+const FIRMWARE: Library = Library::Of("thumbv7em-none-eabihf", HARD);
+
+/// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine.
+/// Returns a line about it.
+fn firmware(library: &Path) -> Result<String, String> {
+    if first_found(&["make", "gcc"]).is_none() {
+        return Err("make or gcc is missing".into());
+    }
+    let folder = target().join("digests").join("programs");
+    let make = |what: &[&str]| {
+        let mut command = Command::new("make");
+        command.args(["--silent", "-f", "examples/cortex-m7/Makefile"]).args(what).current_dir(top());
+        command.arg(format!("LIBRARY={}", library.display())).arg(format!("BUILD={}", folder.display()));
+        output_within(&mut command, Duration::from_secs(900))
+    };
+    make(&["--always-make"])?;
+    let board = make(&["run"])?;
+    let here = folder.join("firmware-here.exe");
+    let sources = ["examples/cortex-m7/main.c", "tests/digests/board_hosted.c"];
+    let mut compiler = Command::new("gcc");
+    compiler.args(["-O2", "-std=c11", "-Iinclude", "-Iexamples/cortex-m7"]).args(sources).current_dir(top());
+    finish(compiler.arg(build_one(Library::Shipped)?).arg("-o").arg(&here))?;
+    let here = output_within(&mut Command::new(&here), Duration::from_secs(60))?;
+    let sizes = output("arm-none-eabi-size", &[&folder.join("firmware.elf").to_string_lossy()])?;
+    let sizes: Vec<u64> =
+        sizes.lines().nth(1).unwrap_or_default().split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [text, data, bss, ..] = sizes[..] else { return Err("arm-none-eabi-size printed no sizes".into()) };
+    let digest = |printed: &str| lines(printed).into_iter().find(|(name, _)| name == "digest");
+    if digest(&board).is_none() || digest(&board) != digest(&here) {
+        return Err(format!("examples/cortex-m7 prints\n{board}and on this machine\n{here}"));
+    }
+    let counted = board.lines().last().unwrap_or_default();
+    let said = format!("digest as on this machine, flash {} bytes, RAM {} bytes, {counted}", text + data, data + bss);
+    println!("examples/cortex-m7: {said}");
+    Ok(said)
 }
 
 /// Whether everything that a target needs is here; if not, what is missing and how to get it.
@@ -248,9 +301,7 @@ fn ready(target: &Target) -> Result<(), String> {
     let (programs, package): (&[&str], &str) = match &target.runner {
         Runner::Machine => (&[], ""),
         Runner::MachineOr(_) if machine => (&[], ""),
-        Runner::MachineOr([program, package]) | Runner::Linux([program, package]) => {
-            (&[*program], *package)
-        }
+        Runner::MachineOr([program, package]) | Runner::Linux([program, package]) => (&[*program], *package),
         Runner::Board => (&["qemu-system-arm"], "qemu-system-arm"),
         Runner::Node => (&["node"], "nodejs"),
         Runner::Wine => (&WINE, "wine64"),
@@ -270,7 +321,9 @@ fn ready(target: &Target) -> Result<(), String> {
 /// Whether this machine's processor has some instructions.
 fn has(feature: &str) -> bool {
     let list = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    list.lines().find(|line| line.starts_with("flags")).is_some_and(|line| line.split_whitespace().any(|word| word == feature))
+    list.lines()
+        .find(|line| line.starts_with("flags"))
+        .is_some_and(|line| line.split_whitespace().any(|word| word == feature))
 }
 
 /// Debian does not put it in the path.
@@ -292,7 +345,8 @@ fn wasm_linker() -> Result<Command, String> {
         let machines = std::fs::read_dir(Path::new(sysroot.trim()).join("lib/rustlib")).ok()?;
         machines.flatten().map(|machine| machine.path().join("bin/rust-lld")).find(|path| path.exists())
     });
-    let mut command = Command::new(of_rust.ok_or("wasm-ld is missing (Debian: lld; or the rustc of rustup, which has rust-lld)")?);
+    let mut command =
+        Command::new(of_rust.ok_or("wasm-ld is missing (Debian: lld; or the rustc of rustup, which has rust-lld)")?);
     command.args(["-flavor", "wasm"]);
     Ok(command)
 }
@@ -351,7 +405,18 @@ fn compile(
 ) -> Result<PathBuf, String> {
     let mut command = compiler.command();
     command
-        .args(["rustc", "--quiet", "--locked", "--profile", "ship", "-p", "capi-lib", "--lib", "--crate-type", "staticlib"])
+        .args([
+            "rustc",
+            "--quiet",
+            "--locked",
+            "--profile",
+            "ship",
+            "-p",
+            "capi-lib",
+            "--lib",
+            "--crate-type",
+            "staticlib",
+        ])
         .args(["--features", features])
         .args(compiler.options())
         .arg("--target-dir")
@@ -364,7 +429,11 @@ fn compile(
         command.env("RUSTFLAGS", flags);
     }
     finish(&mut command)?;
-    let name = if triple.is_some_and(|triple| triple.ends_with("windows-msvc")) { "fabric_kernel.lib" } else { "libfabric_kernel.a" };
+    let name = if triple.is_some_and(|triple| triple.ends_with("windows-msvc")) {
+        "fabric_kernel.lib"
+    } else {
+        "libfabric_kernel.a"
+    };
     Ok(folder.join(triple.unwrap_or("")).join("ship").join(name))
 }
 
@@ -462,7 +531,29 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     }
     let output = child.wait_with_output().map_err(|error| error.to_string())?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    if output.status.success() { Ok(printed) } else { Err(format!("{command:?} failed ({}): {printed}", output.status)) }
+    if output.status.success() {
+        Ok(printed)
+    } else {
+        Err(format!("{command:?} failed ({}): {printed}", output.status))
+    }
+}
+
+/// The pinned digests.
+pub fn pins() -> Result<Vec<(String, String)>, String> {
+    Ok(lines(&read(&top().join("tests/golden/digests"))?))
+}
+
+/// Builds the library of a checkout in another folder, for this machine.
+pub fn build_checkout(source: &Path) -> Result<PathBuf, String> {
+    let folder = target().join("digests").join("copy-target");
+    compile(&platforms::own(), source, &folder, None, "", "bare,choose-instructions")
+}
+
+/// What the first target prints with a library.
+pub fn run_here(library: &Path) -> Result<String, String> {
+    let target = &TARGETS[0];
+    ready(target)?;
+    Ok(execute(&target.runner, &link(target, library)?)?.0)
 }
 
 fn read(path: &Path) -> Result<String, String> {
@@ -470,7 +561,7 @@ fn read(path: &Path) -> Result<String, String> {
 }
 
 /// Names and digests of the lines of a text.
-fn lines(text: &str) -> Vec<(String, String)> {
+pub fn lines(text: &str) -> Vec<(String, String)> {
     let pair = |line: &str| line.split_once(' ').map(|(name, digest)| (name.to_string(), digest.trim().to_string()));
     text.lines().filter(|line| !line.starts_with('#')).filter_map(pair).collect()
 }
@@ -498,7 +589,11 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
         }
     }
     let skipped = results.len() - ran;
-    println!("{ran} targets ran {} scenes each, {} of them with equal digests; {skipped} skipped", pins.len(), ran - different.len());
+    println!(
+        "{ran} targets ran {} scenes each, {} of them with equal digests; {skipped} skipped",
+        pins.len(),
+        ran - different.len()
+    );
     if different.is_empty() && ran > 0 {
         Ok(())
     } else {
@@ -507,7 +602,7 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
 }
 
 /// Writes docs/reliability/digests.toml.
-fn record(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
+fn record(pins: &[(String, String)], results: &[(&str, Fate)], firmware: Option<&str>) -> Outcome {
     let ran = results.iter().filter(|(_, fate)| matches!(fate, Fate::Ran { .. })).count();
     let mut rows = String::new();
     for (name, fate) in results {
@@ -517,11 +612,10 @@ fn record(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
         };
         rows += &format!("\n[[target]]\nname = {name:?}\n{key} = {value:?}\n");
     }
-    let value = format!(
-        "{ran} targets x {} scenes, all equal; {} skipped",
-        pins.len(),
-        results.len() - ran
-    );
+    if let Some(said) = firmware {
+        rows += &format!("\n[firmware]\nexample = \"examples/cortex-m7\"\nsaid = {said:?}\n");
+    }
+    let value = format!("{ran} targets x {} scenes, all equal; {} skipped", pins.len(), results.len() - ran);
     let row = Row {
         number: "5",
         figure: "targets with identical digests x scenes",
@@ -534,23 +628,36 @@ fn record(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
 }
 
 /// A row of docs/reliability.md.
-struct Row<'a> {
-    number: &'a str,
-    figure: &'a str,
-    value: &'a str,
-    floor: &'a str,
-    reached: bool,
-    command: &'a str,
+pub struct Row<'a> {
+    /// Its number there.
+    pub number: &'a str,
+    /// What is measured.
+    pub figure: &'a str,
+    /// What was measured.
+    pub value: &'a str,
+    /// What it should be at least.
+    pub floor: &'a str,
+    /// Whether it is.
+    pub reached: bool,
+    /// What measures it.
+    pub command: &'a str,
 }
 
 impl Row<'_> {
     /// Writes docs/reliability/NAME.toml with this row and further tables.
-    fn write(&self, name: &str, tables: &str) -> Outcome {
+    pub fn write(&self, name: &str, tables: &str) -> Outcome {
         let date = output("date", &["-u", "+%F"])?;
         let text = format!(
             "# Written by `{}`: do not edit.\n[[row]]\nnumber = {:?}\nfigure = {:?}\nvalue = {:?}\nfloor = {:?}\nreached = {}\n\
              command = {:?}\ndate = {:?}\n{tables}",
-            self.command, self.number, self.figure, self.value, self.floor, self.reached, self.command, date.trim()
+            self.command,
+            self.number,
+            self.figure,
+            self.value,
+            self.floor,
+            self.reached,
+            self.command,
+            date.trim()
         );
         let folder = top().join("docs/reliability");
         std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;

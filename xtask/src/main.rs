@@ -2,6 +2,7 @@
 
 mod abi;
 mod chosts;
+mod controls;
 mod demo;
 mod digests;
 mod examples;
