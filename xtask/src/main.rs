@@ -3,7 +3,9 @@
 mod abi;
 mod chosts;
 mod coverage;
+mod controls;
 mod demo;
+mod digests;
 mod examples;
 mod figures;
 mod fmu;
@@ -47,6 +49,8 @@ enum Command {
     Figures(figures::Options),
     /// Measure the line coverage of the kernel and its interfaces (needs cargo-llvm-cov), and write its record.
     Coverage,
+    /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
+    Digests(digests::Options),
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
 }
@@ -62,6 +66,7 @@ fn main() -> std::process::ExitCode {
         Command::Header => chosts::header_write(),
         Command::Figures(options) => figures::run(&options),
         Command::Coverage => coverage::run(),
+        Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
     };
     match result {

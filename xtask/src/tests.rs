@@ -29,6 +29,7 @@ const TEST: &[Step] = &[
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
+    ("digests on other targets", crate::digests::short),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
@@ -48,6 +49,8 @@ const VERIFY: &[Step] = &[
             ..Default::default()
         })
     }),
+    ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
+    ("deliberate changes of the digests", crate::controls::run),
     ("ensembles against the prototype's numbers", || {
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
