@@ -826,13 +826,15 @@ int32_t fk_state_size(const struct fk_sim *sim, uint64_t *bytes);
 // Writes the state into `image`, at least fk_state_size bytes long (`bytes` is its length): with a checksum, and
 // portable between machines that run the same version of the library.
 // Threads: looks. Time: a pass over the sheet. Touches: `image`.
-// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MOVED_BLOCK, a latched failure.
+// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK, a
+// latched failure.
 int32_t fk_state_save(const struct fk_sim *sim, uint8_t *image, uint64_t bytes);
 
 // Puts the simulation into the state of an image of the same scene, bit for bit; clears a failure. `bytes` is what
 // fk_state_size says. On an error nothing has changed.
 // Threads: changes. Time: a few passes over the sheet. Touches: the block.
-// Errors: FK_NULL_POINTER, FK_IMAGE_MALFORMED, FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
+// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_IMAGE_MALFORMED,
+// FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 int32_t fk_state_load(struct fk_sim *sim, const uint8_t *image, uint64_t bytes);
 
 // A hash of the whole state: equal digests mean equal bits, on every machine.

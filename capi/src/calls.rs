@@ -788,7 +788,8 @@ pub unsafe extern "C" fn fk_state_size(sim: *const fk_sim, bytes: *mut u64) -> i
 /// Writes the state into `image`, at least fk_state_size bytes long (`bytes` is its length): with a checksum, and
 /// portable between machines that run the same version of the library.
 /// Threads: looks. Time: a pass over the sheet. Touches: `image`.
-/// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MOVED_BLOCK, a latched failure.
+/// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK, a
+/// latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_save(sim: *const fk_sim, image: *mut u8, bytes: u64) -> i32 {
     // SAFETY: the caller's handle and array.
@@ -798,7 +799,8 @@ pub unsafe extern "C" fn fk_state_save(sim: *const fk_sim, image: *mut u8, bytes
 /// Puts the simulation into the state of an image of the same scene, bit for bit; clears a failure. `bytes` is what
 /// fk_state_size says. On an error nothing has changed.
 /// Threads: changes. Time: a few passes over the sheet. Touches: the block.
-/// Errors: FK_NULL_POINTER, FK_IMAGE_MALFORMED, FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
+/// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_IMAGE_MALFORMED,
+/// FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_state_load(sim: *mut fk_sim, image: *const u8, bytes: u64) -> i32 {
     // SAFETY: the caller's handle and array.

@@ -254,9 +254,10 @@ impl Drop for Bands<'_, '_> {
     /// Does what is missing of a begun step: at most this pass and the next.
     fn drop(&mut self) {
         for _ in 0..2 {
-            if *self.claimed.get_mut() != 0 || self.plan.get_mut().second_half {
-                // Refused for those that have been called.
-                (0..self.of).for_each(|band| {
+            let called = *self.claimed.get_mut();
+            if called != 0 || self.plan.get_mut().second_half {
+                // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
+                (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
                     let _ = self.pass(band);
                 });
             }

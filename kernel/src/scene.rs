@@ -434,7 +434,7 @@ impl Scene {
     }
 
     /// Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
-    /// A modulus <= 0 or a rate below 3 is drawn again; after 1000 refusals the scatter makes no sense.
+    /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
         if !self.yarn.stochastic {
             return Ok(self.mean_segment());
@@ -448,7 +448,7 @@ impl Scene {
             let g2 = random::normal(self.seed, number, Purpose::DamageRate, retry);
             let modulus = self.yarn.modulus_mean + self.yarn.modulus_sd * g1;
             let damage_rate = self.yarn.damage_slope * modulus + self.yarn.damage_intercept + self.yarn.damage_sd * g2;
-            if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN {
+            if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN && damage_rate.is_finite() {
                 return Ok(Segment { modulus, damage_rate });
             }
         }

@@ -66,9 +66,15 @@ impl DamageLaw {
         -math::ln(if decay > f64::MIN_POSITIVE { decay } else { f64::MIN_POSITIVE }) / damage_rate
     }
 
+    /// Where alpha is just before it becomes 0: `alpha_fail`, or less if the law starts below it and so fails at U_c.
+    fn cut(&self) -> f64 {
+        let first = self.a * (1.0 - self.b);
+        if self.alpha_fail < first { self.alpha_fail } else { first }
+    }
+
     /// Stretch at which a segment fails (alpha becomes 0).
     pub fn failure_stretch(&self, damage_rate: f64) -> f64 {
-        self.critical_stretch + self.beyond_critical(damage_rate, self.alpha_fail)
+        self.critical_stretch + self.beyond_critical(damage_rate, self.cut())
     }
 
     /// Energy dissipated per undeformed volume, J/m^3, as a function of the present alpha alone: the strain energy
@@ -83,7 +89,7 @@ impl DamageLaw {
         let excess = self.critical_excess();
         // A law that starts below 1 drops at once at U_c.
         let mut density = if first < 1.0 { half_modulus * (1.0 - first) * (0.25 * excess * excess) } else { 0.0 };
-        let smooth_end = if alpha > 0.0 { alpha } else { self.alpha_fail };
+        let smooth_end = if alpha > 0.0 { alpha } else { self.cut() };
         let u = self.beyond_critical(rate, smooth_end);
         let decay = math::exp(-rate * u);
         // e(U_c + s)^2 = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4; J_k = integral of s^k lambda exp(-lambda s).
@@ -99,7 +105,7 @@ impl DamageLaw {
         density += half_modulus * self.a * sum;
         if alpha <= 0.0 {
             let excess = squared_stretch_excess(uc + u);
-            density += half_modulus * self.alpha_fail * (0.25 * excess * excess);
+            density += half_modulus * self.cut() * (0.25 * excess * excess);
         }
         density
     }
@@ -170,6 +176,18 @@ mod tests {
         let before_cut = DamageLaw { alpha_fail: 0.0, ..LAW }.dissipated(&YARN, 0.01);
         close(before_cut, 8.478740472e7, 1e-8);
         close(LAW.dissipated(&YARN, 0.0), 86.6265224e6, 1e-8);
+    }
+
+    #[test]
+    fn a_law_that_starts_below_its_end_releases_all_at_the_critical_stretch() {
+        let excess = LAW.critical_excess();
+        let stored = 0.5 * YARN.modulus * (0.25 * excess * excess);
+        for a in [0.01, 0.005, 1e-100, 3e-312] {
+            let law = DamageLaw { a, ..LAW };
+            assert_eq!(law.alpha(YARN.damage_rate, excess.next_up()), 0.0);
+            close(law.dissipated(&YARN, 0.0), stored, 1e-12);
+            close(law.failure_stretch(YARN.damage_rate), law.critical_stretch, 1e-15);
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod examples;
 mod figures;
 mod fmu;
 mod gates;
+mod fuzz;
 mod install;
 mod platforms;
 mod readme;
@@ -53,6 +54,8 @@ enum Command {
     Digests(digests::Options),
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
+    /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer, and write docs/reliability/fuzz.toml.
+    Fuzz(fuzz::Options),
 }
 
 fn main() -> std::process::ExitCode {
@@ -68,6 +71,7 @@ fn main() -> std::process::ExitCode {
         Command::Coverage => coverage::run(),
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
+        Command::Fuzz(options) => fuzz::run(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,

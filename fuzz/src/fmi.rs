@@ -1,0 +1,871 @@
+//! Calls of FMI 2.0 and 3.0 in any order with odd arguments, against a model of the standard's state machine.
+//!
+//! The tables are those of `tests/fmi/calls`: for each call the states in which it is allowed. A call that is not, or that has a
+//! bad argument, returns Error (a step with bad inputs: Discard) and changes nothing: the bytes of the serialised state before
+//! and after are equal. A state that is restored gives the bytes it was saved with.
+
+use crate::bytes::Bytes;
+use fabric::snapshot::Hash;
+use fabric_fmu::fmi2::*;
+use fabric_fmu::fmi3::*;
+use fabric_fmu::instance::{Instance, MOST_ELEMENTS};
+use fabric_fmu::log::Status;
+use fabric_fmu::state::Saved;
+use fabric_fmu::table::{Id, Kind, Role, TOKEN, VARIABLES, Variable};
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::ptr::{null, null_mut};
+
+/// Most calls of one input.
+const MOST_CALLS: usize = 24;
+/// Most states a host holds.
+const MOST_STATES: usize = 4;
+/// Internal step of the sheets here, s.
+const DT: f64 = 2e-8;
+
+const OK: i32 = Status::Ok as i32;
+const WARNING: i32 = Status::Warning as i32;
+const DISCARD: i32 = Status::Discard as i32;
+const ERROR: i32 = Status::Error as i32;
+
+/// States, one bit each, as the standard names them; the last is what it calls "error", or Terminated by a failure.
+const INSTANTIATED: u8 = 1;
+const INITIALIZATION: u8 = 2;
+const EVENT: u8 = 4;
+const STEP: u8 = 8;
+const TERMINATED: u8 = 16;
+const FAILED: u8 = 32;
+const ANY: u8 = 63;
+
+/// What the model knows of an instance; saved and restored with its states.
+#[derive(Clone, Copy)]
+struct Known {
+    state: u8,
+    start: f64,
+    stop: f64,
+    time: f64,
+}
+
+/// A state that the host holds.
+#[derive(Clone)]
+struct Held {
+    pointer: *mut Saved,
+    known: Known,
+    /// Serialised. Not of a forged one, which need not be restored.
+    bytes: Vec<u8>,
+    forged: bool,
+}
+
+struct Player<'d> {
+    bytes: Bytes<'d>,
+    three: bool,
+    events: bool,
+    early: bool,
+    instance: *mut Instance,
+    known: Known,
+    held: Vec<Held>,
+    stepped: bool,
+}
+
+/// The target.
+pub fn run(data: &[u8]) -> bool {
+    let mut bytes = Bytes::new(data);
+    let kind = bytes.byte();
+    let known = Known { state: INSTANTIATED, start: 0.0, stop: f64::INFINITY, time: 0.0 };
+    let mut player = Player {
+        bytes,
+        three: kind & 1 == 1,
+        events: kind & 2 == 2,
+        early: kind & 4 == 4,
+        instance: null_mut(),
+        known,
+        held: Vec::new(),
+        stepped: false,
+    };
+    player.instantiate();
+    // Most inputs are about what comes after.
+    if kind & 24 != 0 {
+        player.begin_soundly();
+    }
+    let mut before = player.image();
+    for _ in 0..MOST_CALLS {
+        if player.bytes.is_empty() {
+            break;
+        }
+        let changes = player.call();
+        let after = player.image();
+        assert!(changes || before == after, "a call that was refused, or only reads, has changed the state");
+        before = after;
+    }
+    // SAFETY: the instance is not used again.
+    unsafe { player.free() };
+    player.stepped
+}
+
+/// The host's logger of FMI 3.0.
+unsafe extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c_char, message: *const c_char) {
+    assert!(environment.is_null() && (0..=4).contains(&status) && !category.is_null() && !message.is_null());
+    // SAFETY: a text that ends with a zero.
+    assert!(unsafe { std::ffi::CStr::from_ptr(message) }.to_bytes().len() > 3);
+}
+
+impl Player<'_> {
+    fn allowed(&self, states: u8) -> bool {
+        self.known.state & states != 0
+    }
+
+    /// The status of a call that is Ok in these states with sound arguments, else Error.
+    fn ok_in(&self, states: u8, sound: bool) -> i32 {
+        if self.allowed(states) && sound { OK } else { ERROR }
+    }
+
+    // ---- Life --------------------------------------------------------------------------------------------------------
+
+    /// A new instance, with a small sheet.
+    fn instantiate(&mut self) {
+        let odd = self.bytes.below(32);
+        let mut token = TOKEN.to_vec();
+        if odd == 28 {
+            token[20] ^= 1;
+        }
+        let token = CString::new(token).unwrap_or_default();
+        let name = if odd == 29 { c" " } else { c"fuzz" };
+        let name = if odd == 30 { null() } else { name.as_ptr() };
+        let refused = odd >= 28;
+        for attempt in [true, false].into_iter().filter(|&attempt| refused || !attempt) {
+            let odd = if attempt { odd } else { 0 };
+            let name = if attempt { name } else { c"fuzz".as_ptr() };
+            let sound = CString::new(TOKEN.to_vec()).unwrap_or_default();
+            let token = if attempt { token.as_ptr() } else { sound.as_ptr() };
+            // FMI 2.0's functions: no logger, whose arguments vary, and nothing else that is used.
+            let callbacks = [null_mut::<c_void>(); 5];
+            // SAFETY: texts that end with a zero or null; five pointers are the callbacks' structure.
+            self.instance = unsafe {
+                if self.three {
+                    let (events, early) = (u8::from(self.events), u8::from(self.early));
+                    if odd == 31 {
+                        fmi3InstantiateModelExchange(name, token, null(), 0, 1, null_mut(), Some(logger))
+                    } else {
+                        let log = Some(logger as _);
+                        fmi3InstantiateCoSimulation(
+                            name,
+                            token,
+                            null(),
+                            0,
+                            1,
+                            events,
+                            early,
+                            null(),
+                            0,
+                            null_mut(),
+                            log,
+                            null(),
+                        )
+                    }
+                } else {
+                    let kind = if odd == 31 { 0 } else { 1 };
+                    fmi2Instantiate(name, kind, token, null(), callbacks.as_ptr().cast(), 0, 1)
+                }
+            };
+            assert_eq!(self.instance.is_null(), attempt);
+        }
+        self.make_small();
+    }
+
+    /// # Safety
+    /// The instance is not used again.
+    unsafe fn free(&mut self) {
+        // SAFETY: made by one of the two, which free alike.
+        unsafe { if self.three { fmi3FreeInstance(self.instance) } else { fmi2FreeInstance(self.instance) } }
+        self.held.clear();
+    }
+
+    /// Preset, few nodes, mode, step: all that must be right for a run to be short.
+    fn make_small(&mut self) {
+        self.known = Known { state: INSTANTIATED, start: 0.0, stop: f64::INFINITY, time: 0.0 };
+        let nodes = [3 + self.bytes.below(4) as i32, 3 + self.bytes.below(4) as i32];
+        let driven = self.bytes.once_in(2);
+        for (id, value) in
+            [(Id::NodesX, nodes[0]), (Id::NodesY, nodes[1]), (Id::Preset, 1), (Id::Mode, i32::from(driven))]
+        {
+            assert_eq!(self.set(&VARIABLES[id as usize], &[f64::from(value)]), OK);
+        }
+        let touching = [0.0, 0.0, -6.3501e-3];
+        assert_eq!(self.set(&VARIABLES[Id::Position as usize], &touching), OK);
+    }
+
+    /// From instantiation to the first step.
+    fn begin_soundly(&mut self) {
+        let status = self.setup(0.0, Some(1e-3));
+        assert_eq!(status, OK);
+        assert_eq!(self.enter(), OK);
+        let status = self.exit();
+        assert_eq!(status, OK);
+        if self.three && self.events {
+            // SAFETY: a live instance.
+            assert_eq!(unsafe { fmi3EnterStepMode(self.instance) } as i32, OK);
+            self.known.state = STEP;
+        }
+    }
+
+    fn setup(&mut self, start: f64, stop: Option<f64>) -> i32 {
+        let sound = start.is_finite() && stop.is_none_or(|stop| stop.is_finite() && stop >= start);
+        let expected = self.ok_in(INSTANTIATED, sound);
+        // SAFETY: a live instance.
+        let status = unsafe {
+            let (given, end) = (stop.is_some(), stop.unwrap_or(0.0));
+            if self.three {
+                fmi3EnterInitializationMode(self.instance, 0, 0.0, start, u8::from(given), end)
+            } else {
+                fmi2SetupExperiment(self.instance, 0, 0.0, start, c_int::from(given), end)
+            }
+        } as i32;
+        assert_eq!(status, expected);
+        if status == OK {
+            (self.known.start, self.known.time, self.known.stop) = (start, start, stop.unwrap_or(f64::INFINITY));
+            if self.three {
+                self.known.state = INITIALIZATION;
+            }
+        }
+        status
+    }
+
+    fn enter(&mut self) -> i32 {
+        if self.three {
+            return OK; // done with the times
+        }
+        // SAFETY: a live instance.
+        let status = unsafe { fmi2EnterInitializationMode(self.instance) } as i32;
+        assert_eq!(status, self.ok_in(INSTANTIATED, true));
+        if status == OK {
+            self.known.state = INITIALIZATION;
+        }
+        status
+    }
+
+    fn exit(&mut self) -> i32 {
+        // SAFETY: a live instance.
+        let status = unsafe {
+            if self.three {
+                fmi3ExitInitializationMode(self.instance)
+            } else {
+                fmi2ExitInitializationMode(self.instance)
+            }
+        } as i32;
+        if !self.allowed(INITIALIZATION) {
+            assert_eq!(status, ERROR);
+        }
+        // With parameters that the kernel refuses the host may try again.
+        assert!([OK, WARNING, ERROR].contains(&status));
+        if status != ERROR {
+            self.known.state = if self.three && self.events { EVENT } else { STEP };
+        }
+        status
+    }
+
+    // ---- Calls -------------------------------------------------------------------------------------------------------
+
+    /// One call. Whether it may have changed the state.
+    fn call(&mut self) -> bool {
+        match self.bytes.below(32) {
+            0..8 => self.do_step(),
+            8..12 => self.set_any(),
+            12..14 => self.get_any(),
+            14 => self.save(),
+            15 => self.restore(),
+            16 => self.free_state(),
+            17 => self.serialise(),
+            18 => self.deserialise(),
+            19 => self.statuses(),
+            20 => {
+                let start = if self.bytes.once_in(2) { self.bytes.odd(1e-3) } else { 0.0 };
+                let stop = if self.bytes.once_in(2) { Some(self.bytes.odd(1e-3)) } else { None };
+                self.setup(start, stop) == OK
+            }
+            21 => self.enter() == OK,
+            22 => self.exit() != ERROR,
+            23 => {
+                self.modes();
+                true
+            }
+            24 => {
+                let expected = self.ok_in(STEP | EVENT, true);
+                // SAFETY: a live instance.
+                let status =
+                    unsafe { if self.three { fmi3Terminate(self.instance) } else { fmi2Terminate(self.instance) } };
+                assert_eq!(status as i32, expected);
+                if expected == OK {
+                    self.known.state = TERMINATED;
+                }
+                expected == OK
+            }
+            25 => {
+                // SAFETY: a live instance.
+                let status = unsafe { if self.three { fmi3Reset(self.instance) } else { fmi2Reset(self.instance) } };
+                assert_eq!(status as i32, OK);
+                self.make_small();
+                if self.bytes.once_in(2) {
+                    self.begin_soundly();
+                }
+                true
+            }
+            26 => self.debug_logging(),
+            27 => self.unsupported(),
+            28 => self.of_no_variable(),
+            29 => self.on_null(),
+            30 => {
+                // SAFETY: the instance is not used again.
+                unsafe { self.free() };
+                self.instantiate();
+                true
+            }
+            _ => self.steer(),
+        }
+    }
+
+    fn do_step(&mut self) -> bool {
+        let Known { time, stop, .. } = self.known;
+        let (mut t, mut h) = (time, DT * f64::from(self.bytes.byte() % 24 + 1) * 0.5);
+        if self.bytes.once_in(16) {
+            h = 70.0 * DT;
+        }
+        if self.bytes.once_in(8) {
+            match self.bytes.below(4) {
+                0 => t = self.bytes.odd(t),
+                1 => t += h * self.bytes.choose(&[-1.0, 1.0, 1e-4, -1e-4, 0.1]),
+                2 => h = self.bytes.choose(&[0.0, -h, f64::NAN, f64::INFINITY, -0.0, f64::NEG_INFINITY, f64::MAX]),
+                _ => h = 2.0 * (stop - t),
+            }
+        }
+        // The host may be off by a thousandth of its step, and by rounding.
+        let slack = 1e-3 * h + 4.0 * f64::EPSILON * t.abs();
+        let sound = t.is_finite() && h.is_finite() && h > 0.0 && (t - time).abs() <= slack && t + h <= stop + slack;
+        if sound && h > 200.0 * DT {
+            return false; // longer steps are sound, and take as long as asked for
+        }
+        let (mut event, mut terminate, mut early, mut reached) = (7, 7, 7, 7.5);
+        // SAFETY: a live instance, and numbers.
+        let status = unsafe {
+            if self.three {
+                fmi3DoStep(self.instance, t, h, 0, &mut event, &mut terminate, &mut early, &mut reached)
+            } else {
+                fmi2DoStep(self.instance, t, h, 1)
+            }
+        } as i32;
+        if !(sound && self.allowed(STEP)) {
+            assert_eq!(status, ERROR, "a step that is not possible");
+            return false;
+        }
+        if status == ERROR && self.faulted() {
+            self.known.state = FAILED;
+            return true;
+        }
+        assert_ne!(status, ERROR, "a possible step refused");
+        if !self.three {
+            // SAFETY: a live instance, and a number.
+            assert_eq!(unsafe { fmi2GetRealStatus(self.instance, 2, &mut reached) } as i32, OK);
+        }
+        // A discarded step has not moved time; in FMI 2.0 one that ended the simulation has.
+        let stopped = status == DISCARD && reached != time;
+        if status == DISCARD && !stopped {
+            return false;
+        }
+        assert!(stopped <= !self.three && [OK, WARNING, DISCARD].contains(&status));
+        if self.three {
+            assert!(event <= u8::from(self.events) && terminate <= 1 && early <= u8::from(self.early));
+        }
+        let ended_early = early == 1 || stopped;
+        assert!(if ended_early { reached <= t + h + DT } else { reached == t + h }, "where the step ended");
+        self.known.time = reached;
+        self.stepped = true;
+        true
+    }
+
+    /// Whether the simulation has failed: then no state can be saved.
+    fn faulted(&self) -> bool {
+        let mut state = null_mut();
+        // SAFETY: a live instance; the state is freed at once.
+        unsafe {
+            let status = fmi2GetFMUstate(self.instance, &mut state);
+            if status == Status::Ok {
+                fmi2FreeFMUstate(self.instance, &mut state);
+            }
+            status == Status::Error
+        }
+    }
+
+    /// Moves the body's given pose to where the simulation has it, as a host does that moves it.
+    fn steer(&mut self) -> bool {
+        if !self.allowed(STEP) {
+            return false;
+        }
+        for (from, to) in [(Id::StatePosition, Id::Position), (Id::StateVelocity, Id::Velocity)] {
+            let mut values = [0.0; 3];
+            let (status, _) = self.get(&VARIABLES[from as usize], Kind::Real, &mut values);
+            assert_eq!(status, OK);
+            assert_eq!(self.set(&VARIABLES[to as usize], &values), OK);
+        }
+        true
+    }
+
+    /// Sets a whole variable with the functions of its type.
+    fn set(&mut self, variable: &Variable, values: &[f64]) -> i32 {
+        let first = variable.reference;
+        // SAFETY: a live instance, and arrays of the lengths said.
+        unsafe {
+            let c = self.instance;
+            let whole = |x: &f64| *x as i32;
+            let integers: Vec<i32> = values.iter().map(whole).collect();
+            let longs: Vec<i64> = values.iter().map(|x| *x as i64).collect();
+            let truths: Vec<u8> = values.iter().map(|x| u8::from(*x != 0.0)).collect();
+            let n = values.len();
+            let status = if self.three {
+                match variable.kind {
+                    Kind::Real => fmi3SetFloat64(c, &first, 1, values.as_ptr(), n),
+                    Kind::Integer => fmi3SetInt32(c, &first, 1, integers.as_ptr(), n),
+                    Kind::Choice(_) => fmi3SetInt64(c, &first, 1, longs.as_ptr(), n),
+                    Kind::Boolean => fmi3SetBoolean(c, &first, 1, truths.as_ptr(), n),
+                }
+            } else {
+                let references: Vec<u32> = (first..first + n as u32).collect();
+                match variable.kind {
+                    Kind::Real => fmi2SetReal(c, references.as_ptr(), n, values.as_ptr()),
+                    Kind::Integer | Kind::Choice(_) => fmi2SetInteger(c, references.as_ptr(), n, integers.as_ptr()),
+                    Kind::Boolean => fmi2SetBoolean(c, references.as_ptr(), n, integers.as_ptr()),
+                }
+            };
+            status as i32
+        }
+    }
+
+    /// Any variable, to a value that is usual or odd.
+    fn set_any(&mut self) -> bool {
+        let variable = &VARIABLES[self.bytes.below(VARIABLES.len())];
+        let mut values = [0.0; MOST_ELEMENTS];
+        let mut n = variable.size();
+        for (k, value) in values.iter_mut().enumerate().take(n) {
+            let usual = variable.start.get(k).copied().unwrap_or(1.0);
+            *value = match variable.kind {
+                Kind::Real if self.bytes.once_in(3) => self.bytes.odd(usual),
+                Kind::Real => usual * self.bytes.factor(),
+                _ => f64::from(self.bytes.choose(&[0, 1, 2, 3, 4, 5, -1, i32::MAX, i32::MIN])),
+            };
+        }
+        match variable.id {
+            // More nodes are sound, and take as long as asked for.
+            Id::NodesX | Id::NodesY => {
+                values[0] = f64::from(self.bytes.choose(&[4, 3, 5, 0, 1, -1, 1 << 21, i32::MAX]))
+            }
+            Id::Dt => values[0] = self.bytes.choose(&[DT, DT, 0.0, -1.0, f64::NAN, f64::INFINITY, 1.0, 1e-300]),
+            _ => {}
+        }
+        let wrong_length = self.bytes.once_in(16);
+        if wrong_length {
+            n = if self.three { n - 1 } else { 0 };
+        }
+        let states = match variable.role {
+            Role::Fixed => INSTANTIATED | INITIALIZATION,
+            Role::Input | Role::Tunable => INSTANTIATED | INITIALIZATION | EVENT | STEP,
+            Role::Continuous | Role::Discrete => 0,
+        };
+        let [least, greatest] = variable.limits();
+        let truth = variable.kind == Kind::Boolean;
+        let within = |x: &f64| truth || variable.kind == Kind::Real || (least <= *x && *x <= greatest);
+        let sound = values.iter().take(n).all(within);
+        let status = self.set(variable, &values[..n]);
+        if n == 0 && !self.three {
+            // None of a type may be set whenever some may.
+            assert_eq!(status, self.ok_in(INSTANTIATED | INITIALIZATION | EVENT | STEP, true));
+            return false;
+        }
+        assert_eq!(status, self.ok_in(states, sound && !wrong_length), "{}", variable.name);
+        status == OK
+    }
+
+    /// Reads a whole variable with the functions of a type.
+    fn get(&mut self, variable: &Variable, kind: Kind, values: &mut [f64]) -> (i32, bool) {
+        let (first, n) = (variable.reference, values.len());
+        let mut integers = vec![0_i32; n];
+        let mut longs = vec![0_i64; n];
+        let mut truths = vec![0_u8; n];
+        let same = |own: Kind| match (own, kind) {
+            (Kind::Choice(_), Kind::Choice(_)) => true,
+            (Kind::Choice(_), Kind::Integer) => !self.three,
+            (own, asked) => own == asked,
+        };
+        let fits = same(variable.kind);
+        let c = self.instance;
+        // SAFETY: a live instance, and arrays of the lengths said.
+        let status = unsafe {
+            if self.three {
+                match kind {
+                    Kind::Real => fmi3GetFloat64(c, &first, 1, values.as_mut_ptr(), n),
+                    Kind::Integer => fmi3GetInt32(c, &first, 1, integers.as_mut_ptr(), n),
+                    Kind::Choice(_) => fmi3GetInt64(c, &first, 1, longs.as_mut_ptr(), n),
+                    Kind::Boolean => fmi3GetBoolean(c, &first, 1, truths.as_mut_ptr(), n),
+                }
+            } else {
+                let references: Vec<u32> = (first..first + n as u32).collect();
+                match kind {
+                    Kind::Real => fmi2GetReal(c, references.as_ptr(), n, values.as_mut_ptr()),
+                    Kind::Integer | Kind::Choice(_) => fmi2GetInteger(c, references.as_ptr(), n, integers.as_mut_ptr()),
+                    Kind::Boolean => fmi2GetBoolean(c, references.as_ptr(), n, integers.as_mut_ptr()),
+                }
+            }
+        };
+        (status as i32, fits)
+    }
+
+    /// Any variable, of any type.
+    fn get_any(&mut self) -> bool {
+        let variable = &VARIABLES[self.bytes.below(VARIABLES.len())];
+        let kind = match self.bytes.below(8) {
+            6 => VARIABLES[Id::Seed as usize].kind,
+            7 => VARIABLES[Id::Mode as usize].kind,
+            _ => variable.kind,
+        };
+        // In FMI 2.0 a choice is an Integer.
+        let kind = if !self.three && matches!(kind, Kind::Choice(_)) { Kind::Integer } else { kind };
+        let odd = self.bytes.below(16);
+        let n = if odd == 15 { variable.size() + 1 } else { variable.size() };
+        let mut values = vec![0.0; n];
+        let (status, fits) = self.get(variable, kind, &mut values);
+        let readable = if self.three { ANY } else { ANY & !INSTANTIATED };
+        let failed = variable.role.is_output() && self.known.state == FAILED;
+        if odd == 15 && !self.three {
+            // The element behind the last may be another variable's.
+            assert!([OK, ERROR].contains(&status));
+        } else {
+            // A simulation that has failed keeps some outputs: the counters.
+            let counters = [Id::FailedSegments, Id::WorstPenetration, Id::Unconverged, Id::StepFraction, Id::Status];
+            let kept = [Id::TimeFirstContact, Id::TimeEvent, Id::ForceMean, Id::TorqueMean, Id::InterfaceResidual];
+            let survives = counters.contains(&variable.id) || kept.contains(&variable.id);
+            assert_eq!(status, self.ok_in(readable, fits && odd != 15 && (survives || !failed)), "{}", variable.name);
+        }
+        false
+    }
+
+    // ---- States ------------------------------------------------------------------------------------------------------
+
+    /// The serialised state; None of a failed one.
+    fn image(&self) -> Option<Vec<u8>> {
+        let (mut state, mut size) = (null_mut(), 0);
+        let c = self.instance;
+        // SAFETY: a live instance, and arrays and numbers of this function.
+        unsafe {
+            let status = fmi2GetFMUstate(c, &mut state) as i32;
+            assert_eq!(status, if self.known.state == FAILED { ERROR } else { OK });
+            if status == ERROR {
+                return None;
+            }
+            assert_eq!(fmi2SerializedFMUstateSize(c, state, &mut size) as i32, OK);
+            let mut bytes = vec![0; size];
+            assert_eq!(fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr(), size) as i32, OK);
+            assert_eq!(fmi2FreeFMUstate(c, &mut state) as i32, OK);
+            assert!(state.is_null());
+            Some(bytes)
+        }
+    }
+
+    fn save(&mut self) -> bool {
+        let given = self.bytes.below(8);
+        let place = self.bytes.below(self.held.len().max(1));
+        let mut stranger = 0_u64;
+        let mut state = match given {
+            // Written over.
+            4.. if !self.held.is_empty() => self.held[place].pointer,
+            3 => (&raw mut stranger).cast(),
+            _ => null_mut(),
+        };
+        let over = given >= 4 && !state.is_null();
+        if !over && self.held.len() >= MOST_STATES {
+            return false;
+        }
+        let argument = if given == 2 { null_mut() } else { &raw mut state };
+        let expected = self.ok_in(ANY & !FAILED, given != 2 && given != 3);
+        let bytes = self.image();
+        // SAFETY: a live instance, and a pointer or null.
+        let status = unsafe {
+            if self.three { fmi3GetFMUState(self.instance, argument) } else { fmi2GetFMUstate(self.instance, argument) }
+        };
+        assert_eq!(status as i32, expected);
+        if expected == OK {
+            let held = Held { pointer: state, known: self.known, bytes: bytes.unwrap_or_default(), forged: false };
+            if over {
+                self.held[place] = held;
+            } else {
+                self.held.push(held);
+            }
+        }
+        false
+    }
+
+    fn restore(&mut self) -> bool {
+        let mut stranger = 0_u64;
+        let odd = self.bytes.below(8);
+        let Some(held) = self.held.get(self.bytes.below(self.held.len().max(1))).filter(|_| odd < 6).cloned() else {
+            let state = if odd == 7 { (&raw mut stranger).cast() } else { null_mut() };
+            // SAFETY: a live instance, and a pointer that is only compared.
+            assert_eq!(unsafe { fmi2SetFMUstate(self.instance, state) } as i32, ERROR);
+            return false;
+        };
+        // SAFETY: a live instance, and a state of its own.
+        let status = unsafe {
+            if self.three {
+                fmi3SetFMUState(self.instance, held.pointer)
+            } else {
+                fmi2SetFMUstate(self.instance, held.pointer)
+            }
+        } as i32;
+        assert!(status == OK || (held.forged && status == ERROR), "a state not restored");
+        if status == OK {
+            self.known = held.known;
+            assert!(held.forged || self.image().as_ref() == Some(&held.bytes), "not the state that was saved");
+        }
+        status == OK
+    }
+
+    fn free_state(&mut self) -> bool {
+        let mut stranger = 0_u64;
+        let odd = self.bytes.below(8);
+        let place = self.bytes.below(self.held.len().max(1));
+        let mut state = match odd {
+            7 => (&raw mut stranger).cast(),
+            0..=6 if place < self.held.len() => self.held.swap_remove(place).pointer,
+            _ => null_mut(),
+        };
+        // SAFETY: a live instance, and a pointer.
+        let status = unsafe {
+            if self.three {
+                fmi3FreeFMUState(self.instance, &mut state)
+            } else {
+                fmi2FreeFMUstate(self.instance, &mut state)
+            }
+        };
+        assert_eq!((status as i32, state.is_null()), if odd == 7 { (ERROR, false) } else { (OK, true) });
+        false
+    }
+
+    fn serialise(&mut self) -> bool {
+        let Some(held) = self.held.get(self.bytes.below(self.held.len().max(1))) else { return false };
+        let c = self.instance;
+        let mut size = 0;
+        // SAFETY: a live instance, a state of its own, and arrays of the lengths said.
+        unsafe {
+            assert_eq!(fmi2SerializedFMUstateSize(c, held.pointer, null_mut()) as i32, ERROR);
+            assert_eq!(fmi2SerializedFMUstateSize(c, held.pointer, &mut size) as i32, OK);
+            let length = if self.bytes.once_in(2) { self.bytes.byte() as usize * size / 256 } else { size };
+            let mut bytes = vec![0; length];
+            let status = if self.three {
+                fmi3SerializeFMUState(c, held.pointer, bytes.as_mut_ptr(), length)
+            } else {
+                fmi2SerializeFMUstate(c, held.pointer, bytes.as_mut_ptr(), length)
+            };
+            assert_eq!(status as i32, if length == size { OK } else { ERROR });
+            assert!(length != size || held.forged || bytes == held.bytes);
+            assert!(length == size || bytes.iter().all(|&byte| byte == 0));
+        }
+        false
+    }
+
+    /// Bytes of a state held, as they are, altered, or altered and forged.
+    fn deserialise(&mut self) -> bool {
+        let Some(held) = self.held.get(self.bytes.below(self.held.len().max(1))).cloned() else { return false };
+        if self.held.len() >= MOST_STATES || held.forged {
+            return false;
+        }
+        let mut bytes = held.bytes.clone();
+        let (kind, words) = (self.bytes.below(4), bytes.len() / 8);
+        match kind {
+            1 => {
+                let place = self.bytes.word() as usize % bytes.len();
+                bytes[place] ^= 1 << self.bytes.below(8);
+            }
+            2 => {
+                let length = self.bytes.word() as usize % bytes.len();
+                bytes.truncate(length);
+            }
+            3 => {
+                // The kernel's image alone, at the end: forged parameters are a sound scene, as large as asked for.
+                let (places, _) = bytes.as_chunks_mut::<8>();
+                let place = words - 2 - (self.bytes.byte() as usize % 200).min(words / 8);
+                let old = f64::from_bits(u64::from_le_bytes(places[place]));
+                places[place] = self.bytes.odd(old).to_bits().to_le_bytes();
+                let mut hash = Hash::default();
+                places[..words - 1].iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
+                places[words - 1] = hash.value().to_le_bytes();
+            }
+            _ => {}
+        }
+        let mut state = null_mut();
+        // SAFETY: a live instance, and an array of the length said.
+        let status = unsafe {
+            if self.three {
+                fmi3DeserializeFMUState(self.instance, bytes.as_ptr(), bytes.len(), &mut state)
+            } else {
+                fmi2DeSerializeFMUstate(self.instance, bytes.as_ptr(), bytes.len(), &mut state)
+            }
+        } as i32;
+        let altered = bytes != held.bytes;
+        if kind < 3 {
+            assert_eq!(status, if altered { ERROR } else { OK });
+        }
+        if status == OK {
+            self.held.push(Held { pointer: state, known: held.known, forged: altered, bytes });
+        } else {
+            assert!(status == ERROR && state.is_null());
+        }
+        false
+    }
+
+    // ---- The rest ----------------------------------------------------------------------------------------------------
+
+    fn statuses(&mut self) -> bool {
+        let c = self.instance;
+        let kind = self.bytes.below(4) as c_int;
+        let (mut status, mut time, mut truth, mut count) = (Status::Ok, 0.0, 0, 0);
+        // SAFETY: a live instance, and numbers or null.
+        unsafe {
+            if self.three {
+                let reference = VARIABLES[self.bytes.below(VARIABLES.len())];
+                let expected = if reference.role.is_output() { OK } else { ERROR };
+                let got = fmi3GetNumberOfVariableDependencies(c, reference.reference, &mut count) as i32;
+                assert_eq!((got, count), (expected, 0));
+                return false;
+            }
+            let states = STEP | TERMINATED;
+            assert_eq!(fmi2GetStatus(c, kind, &mut status) as i32, self.ok_in(states, kind == 0));
+            assert_eq!(fmi2GetRealStatus(c, kind, &mut time) as i32, self.ok_in(states, kind == 2));
+            assert_eq!(fmi2GetBooleanStatus(c, kind, &mut truth) as i32, self.ok_in(states, kind == 3));
+            assert!(kind != 2 || !self.allowed(states) || time == self.known.time);
+            assert_eq!(fmi2GetRealStatus(c, 2, null_mut()) as i32, ERROR);
+            assert_eq!(fmi2GetIntegerStatus(c, kind, &mut truth) as i32, ERROR);
+            assert_eq!(fmi2GetStringStatus(c, kind, null_mut()) as i32, ERROR);
+        }
+        false
+    }
+
+    /// Into and out of event mode.
+    fn modes(&mut self) {
+        if !self.three {
+            return;
+        }
+        let c = self.instance;
+        let (mut flags, mut next) = ([7; 5], 7.5);
+        // SAFETY: a live instance, and numbers.
+        unsafe {
+            match self.bytes.below(3) {
+                0 => {
+                    let expected = self.ok_in(STEP, self.events);
+                    assert_eq!(fmi3EnterEventMode(c) as i32, expected);
+                    if expected == OK {
+                        self.known.state = EVENT;
+                    }
+                }
+                1 => {
+                    let expected = self.ok_in(EVENT, true);
+                    assert_eq!(fmi3EnterStepMode(c) as i32, expected);
+                    if expected == OK {
+                        self.known.state = STEP;
+                    }
+                }
+                _ => {
+                    let [a, b, d, e, f] = &mut flags;
+                    let status = fmi3UpdateDiscreteStates(c, a, b, d, e, f, &mut next) as i32;
+                    assert_eq!(status, self.ok_in(EVENT, true));
+                    assert_eq!(status == OK, flags.iter().all(|&flag| flag <= 1));
+                }
+            }
+        }
+    }
+
+    fn debug_logging(&mut self) -> bool {
+        let names = [c"logStatusError", c"logEvents", c"logAll", c"nonsense"];
+        let name = self.bytes.below(6);
+        let list = [names.get(name).map_or(null(), |name| name.as_ptr())];
+        let (list, count) = if name == 5 { (null(), self.bytes.below(2)) } else { (list.as_ptr(), 1) };
+        let on = self.bytes.below(2);
+        // SAFETY: a live instance, and a list of the length said or null.
+        let status = unsafe {
+            if self.three {
+                fmi3SetDebugLogging(self.instance, on as u8, count, list)
+            } else {
+                fmi2SetDebugLogging(self.instance, on as c_int, count, list)
+            }
+        };
+        let sound = name < 3 || (name == 5 && count == 0);
+        assert_eq!(status as i32, if sound { OK } else { ERROR });
+        false
+    }
+
+    fn unsupported(&mut self) -> bool {
+        let c = self.instance;
+        // SAFETY: a live instance; nothing else is looked at.
+        let status = unsafe {
+            if self.three {
+                let functions = [
+                    fmi3GetVariableDependencies,
+                    fmi3GetDirectionalDerivative,
+                    fmi3EnterConfigurationMode,
+                    fmi3GetIntervalDecimal,
+                    fmi3EvaluateDiscreteStates,
+                    fmi3SetTime,
+                    fmi3GetOutputDerivatives,
+                    fmi3ActivateModelPartition,
+                ];
+                self.bytes.choose(&functions)(c)
+            } else {
+                match self.bytes.below(4) {
+                    0 => fmi2GetDirectionalDerivative(c, null(), 0, null(), 0, null(), null_mut()),
+                    1 => fmi2SetRealInputDerivatives(c, null(), 0, null(), null()),
+                    2 => fmi2GetRealOutputDerivatives(c, null(), 0, null(), null_mut()),
+                    _ => fmi2CancelStep(c),
+                }
+            }
+        };
+        assert_eq!(status as i32, ERROR);
+        false
+    }
+
+    /// None and one of a type that no variable has.
+    fn of_no_variable(&mut self) -> bool {
+        let n = self.bytes.below(2);
+        let c = self.instance;
+        let settable = INSTANTIATED | INITIALIZATION | EVENT | STEP;
+        // SAFETY: a live instance; nothing else is looked at.
+        unsafe {
+            let (got, put, readable) = if self.three {
+                let gets = [fmi3GetFloat32, fmi3GetInt8, fmi3GetUInt64, fmi3GetString, fmi3GetBinary, fmi3GetClock];
+                let sets = [fmi3SetFloat32, fmi3SetInt8, fmi3SetUInt64, fmi3SetString, fmi3SetBinary, fmi3SetClock];
+                (self.bytes.choose(&gets)(c, null(), n), self.bytes.choose(&sets)(c, null(), n), ANY)
+            } else {
+                (fmi2GetString(c, null(), n, null_mut()), fmi2SetString(c, null(), n, null()), ANY & !INSTANTIATED)
+            };
+            assert_eq!((got as i32, put as i32), (self.ok_in(readable, n == 0), self.ok_in(settable, n == 0)));
+        }
+        false
+    }
+
+    /// No instance.
+    fn on_null(&mut self) -> bool {
+        let mut state = null_mut();
+        let c = null_mut();
+        // SAFETY: null is refused before anything is looked at.
+        unsafe {
+            let statuses = [
+                fmi2DoStep(c, 0.0, 1.0, 0),
+                fmi2Reset(c),
+                fmi2Terminate(c),
+                fmi2GetReal(c, null(), 1, null_mut()),
+                fmi2SetReal(c, null(), 1, null()),
+                fmi2GetFMUstate(c, &mut state),
+                fmi3EnterStepMode(c),
+                fmi3GetFloat64(c, null(), 1, null_mut(), 1),
+                fmi3DoStep(c, 0.0, 1.0, 0, null_mut(), null_mut(), null_mut(), null_mut()),
+            ];
+            fmi2FreeInstance(c);
+            fmi3FreeInstance(c);
+            assert_eq!(statuses, [Status::Error; 9]);
+        }
+        false
+    }
+}

@@ -1,0 +1,123 @@
+//! Small sound scenes: every shape, attachment, yarn and rule, with few nodes, near enough for contact in a few steps.
+
+use crate::bytes::Bytes;
+use fabric::{
+    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck, Symmetry,
+    ThetaRule, TimeStep,
+};
+
+/// Most nodes of a sheet that is stepped.
+pub const MOST_NODES: u64 = 100;
+/// Most iterations of the theta rule.
+pub const MOST_ITERATIONS: u32 = 40;
+
+/// A scene as the bytes choose it. Nearly all are accepted.
+pub fn scene(bytes: &mut Bytes) -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    let h = scene.sheet.spacing;
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (2 + bytes.below(6) as u32, 2 + bytes.below(6) as u32);
+    scene.seed = u64::from(bytes.byte());
+
+    let choices = bytes.byte();
+    let bit = |k: u8| choices >> k & 1 == 1;
+    scene.yarn.stochastic = bit(0);
+    scene.yarn.draw = if bit(1) { Draw::Yarn } else { Draw::Segment };
+    scene.track_detachment = !bit(2);
+    scene.track_support = !bit(3);
+    scene.step_after_failure = if bit(4) { StepAfterFailure::Half } else { StepAfterFailure::Keep };
+    scene.slack_toe = if bit(5) { 0.02 } else { 0.0 };
+    scene.drive = if bit(6) { Drive::Prescribed } else { Drive::Free };
+    let kinds =
+        [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::FourCorners, AttachmentKind::Free];
+    scene.attachment.kind = bytes.choose(&kinds);
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (0.0, 0.1 * h);
+
+    // As hard as the yarn of the paper, or so weak that it fails at once.
+    scene.yarn.critical_stretch = bytes.choose(&[1.03, 1.001, 1.2]);
+    scene.sheet.plies = bytes.choose(&[1, 1, 3]);
+    scene.time_step = match bytes.below(4) {
+        0 => TimeStep::Fraction(0.4),
+        1 => TimeStep::Fraction(0.1),
+        2 => TimeStep::Seconds(1e-8),
+        _ => {
+            scene.step_check = StepCheck::None;
+            TimeStep::Fraction(0.9)
+        }
+    };
+
+    let body = &mut scene.projectile;
+    let shapes = [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box, Shape::Polyhedron];
+    body.shape = bytes.choose(&shapes);
+    body.radius = h * bytes.choose(&[1.0, 1.5, 3.0]);
+    body.length = 2.5 * body.radius;
+    let edge = 2.0 * body.radius;
+    body.size = [edge, 1.25 * edge, 1.5 * edge];
+    body.mass = bytes.choose(&[8.4e-3, 1e-4, 3e-7]);
+    let [a, b, c] = body.size.map(|edge| 0.5 * edge);
+    // A box with one edge cut off.
+    body.faces = Faces::of(&[
+        [1.0, 0.0, 0.0, a],
+        [-1.0, 0.0, 0.0, a],
+        [0.0, 1.0, 0.0, b],
+        [0.0, -1.0, 0.0, b],
+        [0.0, 0.0, 1.0, c],
+        [0.0, 0.0, -1.0, c],
+        [0.6, 0.8, 0.0, 0.9 * (0.6 * a + 0.8 * b)],
+    ]);
+    body.moments = [b * b + c * c, c * c + a * a, a * a + b * b].map(|squares| body.mass / 3.0 * squares);
+    // Far enough from the plane in any orientation, and at times just touching it.
+    let nose = match body.shape {
+        Shape::Sphere => body.radius,
+        Shape::Cylinder => 0.5 * body.length,
+        Shape::HemisphericalCylinder => 0.7 * body.length,
+        Shape::Box | Shape::Polyhedron => c,
+    };
+    body.velocity = [0.0, 0.0, bytes.choose(&[100.0, 1000.0, 5000.0, 0.0, -300.0])];
+    body.angular_velocity = [0.0; 3];
+    body.position = [0.0, 0.0, -nose - h * bytes.choose(&[0.0, 1e-3, 0.1])];
+    match bytes.below(4) {
+        0 => {}
+        1 => {
+            (body.orientation, body.position[2]) = ([0.96, 0.28, 0.0, 0.0], -1.6 * body.length);
+            body.angular_velocity = [8e4, 0.0, -1.5e5];
+        }
+        2 => {
+            (body.position[0], body.velocity[0]) = (0.6 * h, -100.0);
+            body.angular_velocity = [0.0, 1e4, 0.0];
+        }
+        _ => {
+            scene.sheet.position = [1.0, -2.0, 3.0];
+            scene.sheet.orientation = [0.5, 0.5, -0.5, 0.5];
+            // The sheet's normal in the host's frame: (0.5, 0.5, -0.5, 0.5) turns z into -y.
+            let [z, v] = [body.position[2], body.velocity[2]];
+            let normal = crate::small::turned_z(scene.sheet.orientation);
+            body.position = [0, 1, 2].map(|k| scene.sheet.position[k] + z * normal[k]);
+            body.velocity = normal.map(|n| n * v);
+            body.orientation = scene.sheet.orientation;
+        }
+    }
+
+    match bytes.below(8) {
+        0 => {
+            scene.integrator =
+                Integrator::Theta(ThetaRule { theta: 0.5, tolerance: 1e-6, max_iterations: MOST_ITERATIONS });
+            scene.step_after_failure = StepAfterFailure::Keep;
+            scene.slack_toe = 0.0;
+        }
+        1 => scene.rotation_rule = RotationRule::Theta(0.75),
+        2 => {
+            scene.symmetry = Symmetry { mirror_x: true, mirror_y: bytes.once_in(2) };
+            (scene.yarn.stochastic, scene.drive) = (false, Drive::Free);
+        }
+        3 => scene.contact_capacity = 1 + bytes.below(8) as u32,
+        4 => scene.force_window = 1e-7,
+        5 => scene.projectile.mass *= f64::from(u8::from(scene.drive == Drive::Free)),
+        _ => {}
+    }
+    scene
+}
+
+/// Where a unit quaternion turns the z axis.
+fn turned_z([w, x, y, z]: [f64; 4]) -> [f64; 3] {
+    [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)]
+}

@@ -1,0 +1,287 @@
+//! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer, and the record of it.
+
+use crate::tools::{Outcome, output, target, top};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Options of `cargo xtask fuzz`.
+#[derive(clap::Args)]
+pub struct Options {
+    /// How long each target runs, s.
+    #[arg(long, default_value_t = 60)]
+    seconds: u64,
+    /// Only this target: scene, image, calls or fmi. No record is written then.
+    #[arg(long, value_name = "NAME")]
+    target: Option<String>,
+    /// Afterwards put a small corpus that reaches the same code into fuzz/corpus.
+    #[arg(long)]
+    minimise: bool,
+    /// Add to the figures of the record instead of replacing them: a campaign in several parts.
+    #[arg(long)]
+    add: bool,
+}
+
+/// The targets, as in `fuzz/src/lib.rs`.
+const TARGETS: [&str; 4] = ["scene", "image", "calls", "fmi"];
+/// Executions that a release wants in all.
+const FLOOR: u64 = 10_000_000;
+/// Longest input, bytes. All that a target decodes of one is less.
+const LONGEST: &str = "-max_len=160";
+
+/// Without libFuzzer's finer features and statistics: they would take half of the time.
+const QUICK: [&str; 3] = ["-len_control=0", "-entropic=0", "-use_counters=0"];
+
+/// What a campaign is recorded as in docs/reliability/fuzz.toml.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    row: Vec<Row>,
+    target: Vec<Run>,
+}
+
+/// A row of docs/reliability.md.
+#[derive(Serialize, Deserialize)]
+struct Row {
+    number: String,
+    figure: String,
+    value: String,
+    floor: String,
+    reached: bool,
+    command: String,
+    date: String,
+}
+
+/// What a target did.
+#[derive(Serialize, Deserialize)]
+struct Run {
+    name: String,
+    executions: u64,
+    seconds: u64,
+    /// Edges of the control flow that were reached.
+    coverage: u64,
+    /// Executions in which a simulation took a step, or an image was accepted.
+    past_the_first_check: u64,
+    crashes: u64,
+}
+
+/// Runs the targets one after the other.
+pub fn run(options: &Options) -> Outcome {
+    let chosen = |name: &&&str| options.target.as_deref().is_none_or(|wanted| wanted == **name);
+    let names: Vec<_> = TARGETS.iter().filter(chosen).copied().collect();
+    if names.is_empty() {
+        return Err(format!("no such target; there are {}", TARGETS.join(", ")));
+    }
+    let program = cargo_fuzz()?;
+    println!("Building {} with AddressSanitizer (some minutes the first time) ...", names.join(", "));
+    for name in &names {
+        finish(fuzz(&program, &["build"]).arg(name))?;
+    }
+    let runs = names.iter().map(|&name| campaign(&program, name, options.seconds)).collect::<Result<Vec<_>, _>>()?;
+    if options.minimise {
+        names.iter().try_for_each(|name| minimise(&program, name))?;
+    }
+    let executions: u64 = runs.iter().map(|run| run.executions).sum();
+    let crashes: u64 = runs.iter().map(|run| run.crashes).sum();
+    println!("{executions} executions in {} targets, {crashes} crashes", runs.len());
+    if options.target.is_none() {
+        record(options, runs)?;
+    }
+    if crashes == 0 { Ok(()) } else { Err("an input broke something: see above".into()) }
+}
+
+/// cargo-fuzz as it is installed, or installed now into target/tools.
+fn cargo_fuzz() -> Result<PathBuf, String> {
+    let own = target().join("tools");
+    for program in [PathBuf::from("cargo-fuzz"), own.join("bin").join("cargo-fuzz")] {
+        if Command::new(&program).args(["fuzz", "--version"]).output().is_ok_and(|answer| answer.status.success()) {
+            return Ok(program);
+        }
+    }
+    println!("Installing cargo-fuzz into {} ...", own.display());
+    let arguments = ["install", "--quiet", "--locked", "cargo-fuzz", "--root"];
+    finish(cargo().args(arguments).arg(&own))
+        .map_err(|reason| format!("{reason}; install it by hand: cargo install cargo-fuzz"))?;
+    Ok(own.join("bin").join("cargo-fuzz"))
+}
+
+fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// A command of cargo-fuzz. Sanitizers are no stable feature of the compiler: it is switched on with RUSTC_BOOTSTRAP, here alone.
+fn fuzz(program: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program);
+    // Comparisons are not traced: the inputs are decoded by the byte, so that there is nothing to guess, and it is twice as fast.
+    command.arg("fuzz").args(arguments).args(["--features", "fuzzer", "--no-trace-compares", "--target-dir"]);
+    command.arg(target().join("fuzz")).env("RUSTC_BOOTSTRAP", "1").current_dir(top());
+    // A stack frame of its own for every call costs a third of the time.
+    command.env("ASAN_OPTIONS", "detect_stack_use_after_return=0");
+    command
+}
+
+fn finish(command: &mut Command) -> Outcome {
+    let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{command:?} failed ({status})")) }
+}
+
+/// Where a campaign keeps what it finds, from run to run.
+fn folder(kind: &str, name: &str) -> Result<PathBuf, String> {
+    let folder = target().join("fuzz").join(kind).join(name);
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(folder)
+}
+
+/// One target for some seconds, from the committed corpus and what earlier runs have found.
+fn campaign(program: &Path, name: &'static str, seconds: u64) -> Result<Run, String> {
+    let (corpus, crashes) = (folder("corpus", name)?, folder("crashes", name)?);
+    let tally = target().join("fuzz").join(format!("{name}.tally"));
+    let _ = std::fs::remove_file(&tally);
+    let mut command = fuzz(program, &["run"]);
+    command.arg(name).arg(&corpus).arg(top().join("fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
+    command.args(["--", LONGEST]).args(QUICK).args(["-print_final_stats=1", "-timeout=60"]);
+    command.arg(format!("-max_total_time={seconds}"));
+    command.arg(format!("-artifact_prefix={}/", crashes.display())).stderr(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    let lines = child.stderr.take().map(|stream| std::thread::spawn(move || follow(BufReader::new(stream))));
+
+    let start = Instant::now();
+    let mut told = 0;
+    let status = loop {
+        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
+            break status;
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        let now = start.elapsed().as_secs();
+        if now >= told + 10 {
+            told = now;
+            let (deep, all) = counts(&tally);
+            println!("  {name}: {now} of {seconds} s, {all} executions, {} % past the first check", percent(deep, all));
+        }
+    };
+    let (figures, last) = lines.and_then(|thread| thread.join().ok()).unwrap_or_default();
+    let (deep, all) = counts(&tally);
+    let figure = |key: &str| figures.get(key).copied().unwrap_or(0);
+    let run = Run {
+        name: name.to_string(),
+        executions: figure("executions").max(all),
+        seconds: start.elapsed().as_secs(),
+        coverage: figure("coverage"),
+        past_the_first_check: deep,
+        crashes: u64::from(!status.success()),
+    };
+    println!(
+        "  {name}: {} executions in {} s, {} edges, {} % past the first check",
+        run.executions,
+        run.seconds,
+        run.coverage,
+        percent(deep, all)
+    );
+    if !status.success() {
+        println!("{}", last.join("\n"));
+        println!("  {name}: BROKEN. The input is in {}: put it into fuzz/regressions/{name}.", crashes.display());
+    }
+    Ok(run)
+}
+
+/// Inputs past the first check, and all.
+fn counts(tally: &Path) -> (u64, u64) {
+    let text = std::fs::read_to_string(tally).unwrap_or_default();
+    let mut numbers = text.split_whitespace().map(|number| number.parse().unwrap_or(0));
+    (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0))
+}
+
+fn percent(part: u64, whole: u64) -> u64 {
+    (100 * part + whole / 2).checked_div(whole).unwrap_or(0)
+}
+
+/// Reads what libFuzzer writes: its figures, and its last lines in case it stops on an input.
+fn follow(stream: impl BufRead) -> (BTreeMap<&'static str, u64>, Vec<String>) {
+    let (mut figures, mut last) = (BTreeMap::new(), Vec::new());
+    for line in stream.lines().map_while(Result::ok) {
+        let mut words = line.split_whitespace().skip_while(|&word| word != "cov:").skip(1);
+        if let Some(coverage) = words.next().and_then(|word| word.parse().ok()) {
+            figures.insert("coverage", coverage);
+        }
+        if let Some(number) = line.strip_prefix("stat::number_of_executed_units:") {
+            figures.insert("executions", number.trim().parse().unwrap_or(0));
+        }
+        if !line.starts_with('#') {
+            last.push(line);
+            if last.len() > 60 {
+                last.remove(0);
+            }
+        }
+    }
+    (figures, last)
+}
+
+/// Replaces a committed corpus by the smallest inputs that reach the same edges.
+fn minimise(program: &Path, name: &str) -> Outcome {
+    let (found, small) = (folder("corpus", name)?, folder("small", name)?);
+    let committed = top().join("fuzz/corpus").join(name);
+    let clear = |folder: &Path| {
+        std::fs::remove_dir_all(folder)
+            .and_then(|()| std::fs::create_dir_all(folder))
+            .map_err(|error| format!("{}: {error}", folder.display()))
+    };
+    clear(&small)?;
+    let mut command = fuzz(program, &["run"]);
+    command.arg(name).args([&small, &found, &committed]);
+    command.args(["--", LONGEST, "-set_cover_merge=1", "-use_counters=0"]);
+    finish(command.stderr(Stdio::null()))?;
+    clear(&committed)?;
+    let files = std::fs::read_dir(&small).map_err(|error| format!("{}: {error}", small.display()))?;
+    let (mut count, mut bytes) = (0, 0);
+    for file in files.flatten() {
+        bytes += std::fs::copy(file.path(), committed.join(file.file_name())).map_err(|error| error.to_string())?;
+        count += 1;
+    }
+    println!("  {name}: {count} files, {bytes} bytes in fuzz/corpus/{name}");
+    Ok(())
+}
+
+/// Writes docs/reliability/fuzz.toml.
+fn record(options: &Options, mut target: Vec<Run>) -> Outcome {
+    let folder = top().join("docs/reliability");
+    let path = folder.join("fuzz.toml");
+    let mut parts = "";
+    if options.add
+        && let Ok(text) = std::fs::read_to_string(&path)
+    {
+        let earlier: Record = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        parts = ", in several parts";
+        for run in &mut target {
+            for past in earlier.target.iter().filter(|past| past.name == run.name) {
+                run.executions += past.executions;
+                run.seconds += past.seconds;
+                run.coverage = run.coverage.max(past.coverage);
+                run.past_the_first_check += past.past_the_first_check;
+                run.crashes += past.crashes;
+            }
+        }
+    }
+    let executions: u64 = target.iter().map(|run| run.executions).sum();
+    let crashes: u64 = target.iter().map(|run| run.crashes).sum();
+    let row = Row {
+        number: "12".into(),
+        figure: "fuzz executions without a crash".into(),
+        value: format!("{:.2e} in {} targets, {crashes} crashes", executions as f64, target.len()),
+        floor: "1e7".into(),
+        reached: executions >= FLOOR && crashes == 0,
+        command: format!("cargo xtask fuzz --seconds {}{parts}", options.seconds),
+        date: today()?,
+    };
+    let record = Record { row: vec![row], target };
+    let text = toml::to_string(&record).map_err(|error| error.to_string())?;
+    std::fs::create_dir_all(&folder)
+        .and_then(|()| std::fs::write(&path, format!("# Written by `cargo xtask fuzz`: do not edit.\n{text}")))
+        .map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The date, UTC.
+fn today() -> Result<String, String> {
+    Ok(output("date", &["-u", "+%Y-%m-%d"])?.trim().to_string())
+}
