@@ -418,4 +418,68 @@ mod tests {
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
         }
     }
+
+    #[test]
+    fn a_step_of_the_hash_is_a_bijection() {
+        // Words that bring the hash's product to x and to y are found with the multiplier's inverse modulo 2^64.
+        let multiplier = 0x0000_0100_0000_01b3_u64;
+        let mut inverse = 1_u64;
+        (0..6).for_each(|_| inverse = inverse.wrapping_mul(2_u64.wrapping_sub(multiplier.wrapping_mul(inverse))));
+        assert_eq!(multiplier.wrapping_mul(inverse), 1);
+        let start = Hash::default().value();
+        let hash = |product: u64| {
+            let mut hash = Hash::default();
+            hash.word(product.wrapping_mul(inverse) ^ start);
+            hash.value()
+        };
+        for k in 0..200 {
+            let x = crate::random::splitmix64(k);
+            for bit in 0..64 {
+                assert_ne!(hash(x), hash(x ^ (1 << bit)));
+                let mut words = [Hash::default(); 2];
+                words[0].word(x);
+                words[1].word(x ^ (1 << bit));
+                assert_ne!(words[0].value(), words[1].value());
+            }
+        }
+    }
+
+    #[test]
+    fn only_unit_quaternions_finite_speeds_and_paths_begun_are_plausible() {
+        let motion = Motion {
+            position: [0.0; 3],
+            velocity: [0.0; 3],
+            orientation: [0.5, -0.5, 0.5, -0.5],
+            angular_velocity: [0.0; 3],
+        };
+        let state = State::at_start(Body::of(&motion));
+        assert!(plausible(&state));
+        let quaternion = |k: usize, squared: f64| {
+            // Unequal parts; part k makes up the length.
+            let mut parts = [0.3, -0.4, 0.5, 0.6];
+            parts[k] = 0.0;
+            let others: f64 = parts.iter().map(|part| part * part).sum();
+            parts[k] = crate::math::sqrt(squared - others);
+            crate::pose::quaternion(parts)
+        };
+        for k in 0..4 {
+            for (squared, sound) in [(0.98, false), (0.991, true), (1.0, true), (1.009, true), (1.02, false)] {
+                let (mut body, mut start, mut end) = (state, state, state);
+                body.body.orientation = quaternion(k, squared);
+                start.track.start.orientation = quaternion(k, squared);
+                end.track.end.orientation = quaternion(k, squared);
+                assert_eq!([body, start, end].map(|state| plausible(&state)), [sound; 3], "{k} {squared}");
+            }
+        }
+        for (steps, first, step, sound) in [(0, 9, 5, true), (3, 4, 5, true), (3, 5, 5, true), (3, 6, 5, false)] {
+            let mut path = state;
+            (path.track.steps, path.track.first, path.step) = (steps, first, step);
+            assert_eq!(plausible(&path), sound, "{steps} {first} {step}");
+        }
+        for k in 0..3 {
+            let mut fast = state;
+            fast.body.velocity[k] = f64::INFINITY;
+            assert!(!plausible(&fast));
+        }
+    }
 }

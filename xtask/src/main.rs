@@ -6,6 +6,7 @@ mod demo;
 mod examples;
 mod fmu;
 mod install;
+mod mutants;
 mod platforms;
 mod readme;
 mod rotorburst;
@@ -40,6 +41,8 @@ enum Command {
     Header,
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
+    /// Change the kernel line by line and see whether the tests notice: docs/reliability/mutants.toml. About half an hour.
+    Mutants(mutants::Options),
 }
 
 fn main() -> std::process::ExitCode {
@@ -52,6 +55,7 @@ fn main() -> std::process::ExitCode {
         Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
         Command::Bench(options) => tests::bench(&options),
+        Command::Mutants(options) => mutants::run(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,
