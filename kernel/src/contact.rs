@@ -538,4 +538,27 @@ mod tests {
         };
         assert!(energy(solved.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
     }
+
+    #[test]
+    fn one_node_on_a_sphere_is_solved_at_once() {
+        // A sphere of three nodes' mass that does not turn; alone, and with its three images behind two planes: then the body
+        // takes the impulse along z four times over.
+        let (solid, _, body) = sphere();
+        let inertia = Inertia::of(&solid, 3.0 * NODE, true);
+        let normal = Vector::new(0.48, -0.6, 0.64);
+        let planes = Symmetry { mirror_x: true, mirror_y: true };
+        for (symmetry, images, moved) in
+            [(Symmetry::default(), 1.0, normal), (planes, 4.0, Vector::new(0.0, 0.0, 0.64))]
+        {
+            let mut slots = [armed(normal, Vector::zeros(), images, -7.0)];
+            let solved = solve(&mut slots, &body, &inertia, NODE, symmetry);
+            let give = 1.0 / NODE + images * normal.dot(&moved) / (3.0 * NODE);
+            let impulse = (0.64 * 100.0 + 7.0) / give;
+            let found = Candidate::read(&slots[0]);
+            assert!(solved.converged && solved.sweeps <= 2, "{solved:?}");
+            close(found.effective_mass, 1.0 / give, 1e-14);
+            close(found.impulse, impulse, 1e-13);
+            assert!((solved.velocity - (body.velocity - moved * (images * impulse / (3.0 * NODE)))).norm() < 1e-12);
+        }
+    }
 }

@@ -374,4 +374,33 @@ mod tests {
         assert!(row(&block, 2, 3).is_empty() && row_mut(&mut block, 2, 3).is_empty());
         assert_eq!((get(row(&block, 2, 0), 2, 0), get(row(&block, 2, 0), 0, 16)), (None, None));
     }
+
+    #[test]
+    fn weights_count_the_whole_sheet() {
+        for (nodes, mirror_x, mirror_y) in [([9, 6], true, false), ([9, 6], false, true), ([8, 7], true, true)] {
+            let mut scene = tiny();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = nodes.into();
+            scene.symmetry = crate::scene::Symmetry { mirror_x, mirror_y };
+            let layout = Layout::of(&scene).unwrap();
+            let sum = |weight: &dyn Fn(usize, usize) -> f64, end: [usize; 2]| -> f64 {
+                (0..end[1]).flat_map(|j| (0..end[0]).map(move |i| (i, j))).map(|(i, j)| weight(i, j)).sum()
+            };
+            let [nx, ny] = nodes.map(f64::from);
+            let (across, up) = (layout.x.segments(), layout.y.segments());
+            assert_eq!(sum(&|i, j| layout.node_weight(i, j), [layout.nodes_x, layout.nodes_y]), nx * ny);
+            let horizontal = sum(&|i, j| layout.segment_weight(Axis::Horizontal, i, j), [across, layout.nodes_y]);
+            let vertical = sum(&|i, j| layout.segment_weight(Axis::Vertical, i, j), [layout.nodes_x, up]);
+            assert_eq!((horizontal, vertical), ((nx - 1.0) * ny, nx * (ny - 1.0)));
+        }
+    }
+
+    #[test]
+    fn a_quarter_of_the_sheet_takes_a_quarter_of_the_candidates() {
+        let mut scene = Scene::sheet_10in_cylinder();
+        (scene.yarn.stochastic, scene.projectile.shape) = (false, Shape::Sphere);
+        scene.projectile.orientation = [1.0, 0.0, 0.0, 0.0];
+        let whole = Layout::of(&scene).unwrap().candidates as f64;
+        scene.symmetry = crate::scene::Symmetry { mirror_x: true, mirror_y: true };
+        assert!((Layout::of(&scene).unwrap().candidates as f64 - 0.25 * whole).abs() <= 1.0);
+    }
 }

@@ -374,6 +374,14 @@ mod tests {
         let half = bullet(0.01, 0.01).inertia(2.0);
         close(half[0], 83.0 / 320.0 * 2.0 * 1e-4);
         close(half[2], 0.4 * 2.0 * 1e-4);
+        // A stubby one: both parts about the flat where they meet, moved to the common centre of mass.
+        let (r, s) = (0.01_f64, 0.012_f64);
+        let Solid::HemisphericalCylinder { nose, .. } = bullet(r, r + s) else { panic!() };
+        let rod = 2.0 * s / (s + 2.0 / 3.0 * r);
+        let about_flat = rod * (0.25 * r * r + s * s / 3.0) + (2.0 - rod) * 0.4 * r * r;
+        close(nose, (rod * 0.5 * s - (2.0 - rod) * 0.375 * r) / 2.0);
+        close(bullet(r, r + s).inertia(2.0)[0], about_flat - 2.0 * nose * nose);
+        close(bullet(r, r + s).inertia(2.0)[2], (0.5 * rod + 0.4 * (2.0 - rod)) * r * r);
         // A long one is nearly a rod: m L^2/12.
         let rod = bullet(1e-3, 100.0).inertia(3.0);
         assert!((rod[0] / (3.0 * 100.0 * 100.0 / 12.0) - 1.0).abs() < 1e-4);

@@ -389,6 +389,7 @@ fn plausible(state: &State) -> bool {
 mod tests {
     use super::*;
     use crate::projectile::{Body, Motion};
+    use std::vec::Vec;
 
     struct Counter(usize);
     impl Visitor for Counter {
@@ -481,5 +482,131 @@ mod tests {
             fast.body.velocity[k] = f64::INFINITY;
             assert!(!plausible(&fast));
         }
+    }
+
+    #[test]
+    fn every_option_has_a_fingerprint_of_its_own() {
+        let print = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::sheet_3in_sphere();
+            scene.yarn.stochastic = false;
+            change(&mut scene);
+            fingerprint(&scene, 1e-7)
+        };
+        let mirror = |mirror_x, mirror_y| move |s: &mut Scene| s.symmetry = Symmetry { mirror_x, mirror_y };
+        let theta = |theta, tolerance, max_iterations| {
+            let rule = crate::scene::ThetaRule { theta, tolerance, max_iterations };
+            move |s: &mut Scene| s.integrator = Integrator::Theta(rule)
+        };
+        let prints = [
+            print(&|_| ()),
+            print(&|s| s.yarn.stochastic = true),
+            print(&|s| (s.yarn.stochastic, s.yarn.draw) = (true, Draw::Yarn)),
+            print(&mirror(true, false)),
+            print(&mirror(false, true)),
+            print(&mirror(true, true)),
+            print(&theta(0.5, 1e-10, 500)),
+            print(&theta(1.0, 1e-10, 500)),
+            print(&theta(0.5, 1e-9, 500)),
+            print(&theta(0.5, 1e-10, 400)),
+            print(&|s| s.step_after_failure = StepAfterFailure::Half),
+            print(&|s| s.slack_toe = 0.01),
+            print(&|s| s.slack_toe = 0.02),
+            print(&|s| s.rotation_rule = RotationRule::Theta(0.5)),
+            print(&|s| s.rotation_rule = RotationRule::Theta(1.0)),
+            print(&|s| s.track_detachment = !s.track_detachment),
+            print(&|s| s.track_support = !s.track_support),
+            print(&|s| s.seed += 1),
+            print(&|s| s.sheet.nodes_x += 1),
+            print(&|s| s.sheet.nodes_y += 1),
+            print(&|s| s.projectile.mass *= 2.0),
+            print(&|s| s.projectile.shape = Shape::Cylinder),
+            print(&|s| s.projectile.shape = Shape::Box),
+        ];
+        for (k, print) in prints.iter().enumerate() {
+            assert!(!prints[..k].contains(print), "{k}");
+        }
+        // What is not used does not count.
+        assert_eq!(print(&|s| s.yarn.draw = Draw::Yarn), prints[0]);
+    }
+
+    /// An image with one word changed and its checksum made anew.
+    fn forged(image: &[u8], at: usize, word: u64) -> Vec<u8> {
+        let mut image = image.to_vec();
+        image[8 * at..8 * at + 8].copy_from_slice(&word.to_le_bytes());
+        let body = image.len() - 8;
+        let mut hash = Hash::default();
+        image[..body].as_chunks::<8>().0.iter().for_each(|chunk| hash.word(u64::from_le_bytes(*chunk)));
+        image[body..].copy_from_slice(&hash.value().to_le_bytes());
+        image
+    }
+
+    #[test]
+    fn each_word_of_an_image_is_taken_where_a_simulation_can_have_it_and_refused_elsewhere() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (5, 4);
+        (scene.yarn.stochastic, scene.track_detachment, scene.slack_toe) = (false, true, 0.02);
+        scene.attachment.kind = crate::scene::AttachmentKind::TwoSides;
+        let layout = crate::Layout::of(&scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        let mut sim = Sim::new(&scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap();
+        let mut image = std::vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        let (critical, first) = (sim.model.critical, sim.digest());
+        let mut check = |at: usize, word: u64, sound: bool| {
+            let forged = forged(&image, at, word);
+            let found = sim.load(&forged);
+            assert_eq!(
+                found,
+                if sound { Ok(()) } else { Err(Error::plain(Code::ImageInvalid, "image")) },
+                "{at} {word:x}"
+            );
+            if sound {
+                let mut saved = std::vec![0; forged.len()];
+                sim.save(&mut saved).unwrap();
+                assert!(saved == forged, "what was taken comes out again: {at} {word:x}");
+                assert_eq!(sim.digest() == first, forged == image, "digests tell states apart: {at} {word:x}");
+            }
+        };
+        // The step count, and the nodes in order: three displacements, three velocities, and for each segment that starts
+        // there its history and its mark.
+        for at in HEADER_WORDS..frame_words(layout.parts()) - 1 {
+            check(at, f64::NAN.to_bits(), false);
+        }
+        check(HEADER_WORDS, COUNT_MAX, true);
+        check(HEADER_WORDS, COUNT_MAX + 1, false);
+        let mut at = frame_words(layout.parts()) - 1;
+        for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
+            for k in 0..6 {
+                check(at + k, f64::NAN.to_bits(), false);
+                check(at + k, f64::INFINITY.to_bits(), false);
+                // Left and right side are fixed: they may be elsewhere, but not move.
+                check(at + k, 1e-3_f64.to_bits(), k < 3 || (1..4).contains(&i));
+            }
+            at += 6;
+            for _ in 0..usize::from(i < 4) + usize::from(j < 3) {
+                for (q, sound) in [(0.0, true), (critical, false), (critical.next_up(), true), (-0.1, false)] {
+                    check(at, q.to_bits(), sound);
+                }
+                check(at, f64::NAN.to_bits(), false);
+                for (mark, sound) in [(NO_TOE, true), (0.0, true), (-1.0, true), (-0.5, true)] {
+                    check(at + 1, mark.to_bits(), sound);
+                }
+                for mark in [1e-9, -1.0 - 1e-9, f64::NAN] {
+                    check(at + 1, mark.to_bits(), mark == NO_TOE);
+                }
+                at += 2;
+            }
+        }
+        // One word of flags for 20 nodes, and the checksum.
+        check(at, u64::from(u32::MAX), true);
+        check(at, u64::from(u32::MAX) + 1, false);
+        assert_eq!(8 * (at + 2), image.len());
+        // The last bit of a number, a count or a flag is seen by the digest, unless it follows from the rest.
+        let seen = (HEADER_WORDS..frame_words(layout.parts()) - 1).filter(|&at| {
+            let word = image[8 * at..8 * at + 8].try_into().map_or(0, u64::from_le_bytes);
+            sim.load(&forged(&image, at, word ^ 1)).unwrap();
+            sim.digest() != first
+        });
+        assert!(seen.count() > STATE_WORDS / 2);
     }
 }

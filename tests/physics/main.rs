@@ -8,7 +8,6 @@ mod convergence;
 mod frames;
 mod free_flight;
 mod halving;
-mod ledger;
 mod long_yarn;
 mod oscillator;
 mod outcomes;

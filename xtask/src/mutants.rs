@@ -45,6 +45,12 @@ pub struct Options {
     /// Try a mutant on the fastest tests only, as many as take so many seconds together: what survives is then an upper bound.
     #[arg(long, value_name = "N", default_value_t = f64::INFINITY)]
     seconds: f64,
+    /// Only these tests: unit, robustness, physics or golden (repeatable). Only what they need is built.
+    #[arg(long, value_name = "NAME")]
+    suite: Vec<String>,
+    /// Only tests whose name contains this text.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    test: String,
     /// Only mutants whose name contains this text.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
@@ -135,10 +141,15 @@ pub fn run(options: &Options) -> Outcome {
         .collect();
     println!("{} mutants in {} files, {} of them tried", all.len(), files.len(), wanted.len());
 
-    let (programs, unviable, functions) = build(&all, &wanted)?;
+    let chosen = |suite: &str| match options.suite.is_empty() {
+        true => suite != DIGESTS || options.with_digests,
+        false => options.suite.iter().any(|name| name == suite),
+    };
+    let suites: Vec<&str> = SUITES.iter().copied().filter(|suite| chosen(suite)).collect();
+    let (programs, unviable, functions) = build(&all, &wanted, &suites)?;
     let record = target().join("mutants/caught.txt");
     let known = std::fs::read_to_string(&record).unwrap_or_default();
-    let known: HashMap<&str, &str> =
+    let known: BTreeMap<&str, &str> =
         known.lines().filter(|_| options.iterate).filter_map(|line| line.split_once('\t')).collect();
     let mut fates: BTreeMap<usize, Fate> = BTreeMap::new();
     for &k in &wanted {
@@ -146,22 +157,25 @@ pub fn run(options: &Options) -> Outcome {
         fates.insert(k, if unviable.contains(&k) { Fate::Unviable } else { caught });
     }
     // Suite by suite, each on what has survived the ones before.
-    for suite in SUITES.iter().filter(|suite| **suite != DIGESTS || options.with_digests) {
-        let mut tests = tests(&programs, suite, options.seconds)?;
+    for suite in suites {
+        let mut tests = tests(&programs, suite, options)?;
         let (start, count) = (Instant::now(), tests.len());
         let time: f64 = tests.iter().map(|test| test.seconds).sum();
         for (&k, fate) in fates.iter_mut().filter(|(_, fate)| **fate == Fate::Survived) {
             if let Some(test) = judge(&mut tests, k, functions[&k], options.seconds)? {
-                *fate = if *suite == DIGESTS { Fate::CaughtByDigest(test) } else { Fate::Caught(test) };
+                *fate = if suite == DIGESTS { Fate::CaughtByDigest(test) } else { Fate::Caught(test) };
             }
         }
         let left = fates.values().filter(|fate| **fate == Fate::Survived).count();
         println!("  {suite}: {left} left after {count} tests of {time:.0} s, {:.0} s", start.elapsed().as_secs_f64());
-        let caught = fates.iter().filter_map(|(&k, fate)| match fate {
-            Fate::Caught(test) => Some(format!("{}\t{test}\n", all[k].name)),
-            _ => None,
-        });
-        write(&record, &caught.collect::<String>())?;
+        let mut caught: BTreeMap<&str, &str> = known.clone();
+        for (&k, fate) in &fates {
+            match fate {
+                Fate::Caught(test) => _ = caught.insert(&all[k].name, test),
+                _ => _ = caught.remove(all[k].name.as_str()),
+            }
+        }
+        write(&record, &caught.iter().map(|(name, test)| format!("{name}\t{test}\n")).collect::<String>())?;
     }
     report(&files, &all, &fates, options)
 }
@@ -352,7 +366,7 @@ fn copy(from: &Path, to: &Path) -> Outcome {
 type Built = (Vec<(String, PathBuf)>, BTreeSet<usize>, HashMap<usize, usize>);
 
 /// Builds the tests with all mutants in them, leaving out those that do not compile.
-fn build(all: &[Mutant], wanted: &[usize]) -> Result<Built, String> {
+fn build(all: &[Mutant], wanted: &[usize], suites: &[&str]) -> Result<Built, String> {
     let tree = target().join("mutants/tree");
     let mut numbers: BTreeMap<(String, usize, usize), usize> = BTreeMap::new();
     let mut functions = HashMap::new();
@@ -413,15 +427,15 @@ fn build(all: &[Mutant], wanted: &[usize]) -> Result<Built, String> {
         }
         write(&tree.join("kernel/src/mutant_switch.rs"), &switch_module(numbers.len()))?;
         // The compiler's cheap half first; constants are evaluated in the other.
-        for (command, option) in [("check", "--tests"), ("test", "--no-run")] {
+        for command in ["check", "test"] {
             let before = unviable.len();
-            let (messages, built) = cargo_messages(&tree, command, option)?;
+            let (messages, built) = cargo_messages(&tree, command, suites)?;
             messages.iter().for_each(|message| mark_unviable(message, &owners, &mut unviable));
             if unviable.len() > before {
                 break;
             }
             if !built {
-                return Err(format!("the mutants do not build; see `cargo {command} {option}` in {}", tree.display()));
+                return Err(format!("the mutants do not build; see `cargo {command}` in {}", tree.display()));
             }
             if command == "test" {
                 let kept: BTreeSet<_> = unviable.iter().map(|&k| key(k)).collect();
@@ -448,12 +462,26 @@ fn programs(messages: &[serde_json::Value]) -> Vec<(String, PathBuf)> {
     programs
 }
 
-/// Runs cargo in the copy and returns its messages, and whether it succeeded.
-fn cargo_messages(tree: &Path, command: &str, option: &str) -> Result<(Vec<serde_json::Value>, bool), String> {
+/// Runs `cargo check` or `cargo test --no-run` for some tests of the copy; its messages, and whether it succeeded.
+fn cargo_messages(tree: &Path, command: &str, suites: &[&str]) -> Result<(Vec<serde_json::Value>, bool), String> {
+    let mut arguments = vec![command, "--message-format", "json"];
+    if command == "test" {
+        arguments.push("--no-run");
+    }
+    // Always both packages, so that what they depend on is built with the same features.
+    arguments.extend(["--package", "fabric-kernel", "--package", "fabric-tests"]);
+    for &suite in suites {
+        match suite {
+            "unit" => arguments.extend(["--lib"]),
+            _ => arguments.extend(["--test", suite]),
+        }
+    }
+    if command == "check" {
+        arguments.push("--profile=test");
+    }
     let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args([command, "--message-format", "json", "--package", "fabric-kernel", "--package", "fabric-tests"])
+        .args(arguments)
         .args(["--features", "fabric-kernel/micro,fabric-kernel/implicit"])
-        .arg(option)
         .env("CARGO_TARGET_DIR", target())
         .current_dir(tree)
         .stderr(Stdio::null())
@@ -484,7 +512,8 @@ fn mark_unviable(
 }
 
 /// The tests of a suite, fastest first, each run once alone and unchanged. What has run before on the same program is kept.
-fn tests(programs: &[(String, PathBuf)], suite: &str, seconds: f64) -> Result<Vec<Test>, String> {
+fn tests(programs: &[(String, PathBuf)], suite: &str, options: &Options) -> Result<Vec<Test>, String> {
+    let seconds = options.seconds;
     let (mut tests, mut failing) = (Vec::new(), Vec::new());
     let Some((_, program)) = programs.iter().find(|(name, _)| name == suite) else {
         return Err(format!("no program of the tests `{suite}` was built"));
@@ -499,6 +528,9 @@ fn tests(programs: &[(String, PathBuf)], suite: &str, seconds: f64) -> Result<Ve
         .output()
         .map_err(|error| format!("{}: {error}", program.display()))?;
     for name in String::from_utf8_lossy(&output.stdout).lines().filter_map(|line| line.strip_suffix(": test")) {
+        if !name.contains(&options.test) {
+            continue;
+        }
         if let Some(at) = kept.iter().position(|test| test.name == name) {
             tests.push(kept.swap_remove(at));
             continue;
@@ -520,8 +552,10 @@ fn tests(programs: &[(String, PathBuf)], suite: &str, seconds: f64) -> Result<Ve
             tests.push(test);
         }
     }
+    tests.append(&mut kept);
     let text = serde_json::to_string(&(built, &tests)).map_err(|error| error.to_string())?;
     write(&kept_at, &text)?;
+    tests.retain(|test| test.name.contains(&options.test));
     if !failing.is_empty() {
         return Err(format!("tests that fail without any mutant: {}", failing.join(", ")));
     }
@@ -667,19 +701,28 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
         println!("\nsurvivors without a line in docs/reliability/survivors.toml:");
         unnamed.iter().for_each(|name| println!("  {name}"));
     }
-    if files != FILES || options.only.is_some() || options.iterate || !options.with_digests {
-        println!("\ndocs/reliability/mutants.toml is written by a run with --with-digests over all files only");
+    if files != FILES || options.only.is_some() || options.iterate || !options.test.is_empty() {
+        println!("\ndocs/reliability/mutants.toml is written by a whole run over all files only");
         return Ok(());
     }
-    let mut text = String::from("# Written by `cargo xtask mutants --with-digests`: do not edit.\n");
+    let mut text = String::from("# Written by `cargo xtask mutants`: do not edit.\n");
     let mut chosen = options.shard.as_ref().map_or(String::new(), |shard| format!(" --shard {shard}"));
+    options.suite.iter().for_each(|suite| chosen.push_str(&format!(" --suite {suite}")));
     if options.seconds.is_finite() {
         let _ = write!(chosen, " --seconds {}", options.seconds);
     }
+    if options.with_digests {
+        chosen.push_str(" --with-digests");
+    }
+    let by = if options.suite.is_empty() {
+        String::new()
+    } else {
+        format!(", by {} tests alone", options.suite.join(" and "))
+    };
     let date = crate::tools::output("date", &["-u", "+%Y-%m-%d"])?;
     for (k, what) in ["without digests", "with digests"].into_iter().enumerate() {
         let caught = [total.caught, total.caught + total.by_digest][k];
-        let mut value = format!("{:.1} % ({caught} of {})", 100.0 * total.shares()[k], total.viable);
+        let mut value = format!("{:.1} % ({caught} of {}){by}", 100.0 * total.shares()[k], total.viable);
         if options.shard.is_some() {
             let (low, high) = interval(caught, total.viable);
             let _ = write!(
@@ -693,7 +736,7 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
         let _ = write!(
             text,
             "[[row]]\nnumber = \"13\"\nfigure = \"viable mutants caught {what}\"\nvalue = \"{value}\"\nfloor = \"{:.0} %\"\n\
-             reached = {}\ncommand = \"cargo xtask mutants --with-digests{chosen}\"\ndate = \"{}\"\n\n",
+             reached = {}\ncommand = \"cargo xtask mutants{chosen}\"\ndate = \"{}\"\n\n",
             100.0 * FLOORS[k],
             total.shares()[k] >= FLOORS[k],
             date.trim()
