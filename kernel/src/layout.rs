@@ -304,4 +304,142 @@ mod tests {
         assert_eq!(places[0], (1.6 * 2.0 * (4.0 + 7.0) * (11.0 + 4.0)) as usize);
         assert!(places.iter().all(|&other| other.abs_diff(places[0]) <= 1), "{places:?}");
     }
+
+    /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
+    fn tiny() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (9, 5);
+        (scene.yarn.stochastic, scene.track_detachment, scene.contact_capacity) = (false, false, 10);
+        scene
+    }
+
+    #[test]
+    fn memory_counted_by_hand() {
+        let layout = Layout::of(&tiny()).unwrap();
+        // Segments: 8 in each of 5 rows, 4 in each of 9 columns.
+        assert_eq!((layout.nodes(), layout.segments(), layout.chunks), (45, 40 + 36, 2));
+        // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column and two a
+        // row; the candidates; what alignment may take.
+        let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 5;
+        assert_eq!(layout.reals(), rows + 10 * CANDIDATE_REALS + 7);
+        assert_eq!(layout.words(), 4 * 5 + 10);
+        assert_eq!(layout.bytes(), 8 * layout.reals() + 4 * layout.words());
+        let frame = crate::snapshot::frame_words(layout.parts());
+        assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
+        // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines; six numbers a row.
+        assert_eq!(layout.band_reals(3).unwrap(), 7 + 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5);
+    }
+
+    #[test]
+    fn what_options_add() {
+        let plain = Layout::of(&tiny()).unwrap();
+        let with = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = tiny();
+            change(&mut scene);
+            let more = Layout::of(&scene).unwrap();
+            (more.reals - plain.reals, more.words - plain.words, more.image_words - plain.image_words)
+        };
+        assert_eq!(with(&|scene| scene.yarn.stochastic = true), (5 * 16 * YARN_PLANES, 0, 0));
+        assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
+        // A word for every node, and a bit for every node: 45 in two words.
+        assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
+        assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
+        assert_eq!(with(&|scene| scene.step_after_failure = StepAfterFailure::Half).2, 2);
+        #[cfg(feature = "implicit")]
+        {
+            let theta = |scene: &mut Scene| scene.integrator = Integrator::Theta(crate::scene::ThetaRule::default());
+            assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
+        }
+    }
+
+    #[test]
+    fn mirrored_rows_have_an_image_row() {
+        let mut scene = tiny();
+        scene.symmetry.mirror_y = true;
+        let layout = Layout::of(&scene).unwrap();
+        // Rows 0 to 2 and the image of row 1; the columns have a segment from each of the three.
+        assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
+        let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 3;
+        assert_eq!(layout.reals(), rows + 10 * CANDIDATE_REALS + 7);
+    }
+
+    #[test]
+    fn candidates_cover_four_times_the_surface() {
+        let mut scene = Scene::sheet_10in_cylinder();
+        let (h, pi) = (scene.sheet.spacing, core::f64::consts::PI);
+        let candidates = |scene: &Scene| Layout::of(scene).unwrap().candidates as f64;
+        // The body grown by a spacing all round. (A scene may ask for another number.)
+        let (r, l) = (scene.projectile.radius / h + 1.0, scene.projectile.length / h + 2.0);
+        for (shape, surface) in
+            [(Shape::Sphere, 4.0 * pi * r * r), (Shape::Cylinder, 2.0 * pi * r * r + 2.0 * pi * r * l)]
+        {
+            scene.projectile.shape = shape;
+            assert!((candidates(&scene) - 4.0 * surface).abs() <= 1.0, "{shape:?}");
+        }
+        scene.projectile.shape = Shape::Box;
+        scene.projectile.size = [0.01, 0.02, 0.03];
+        let [a, b, c] = scene.projectile.size.map(|edge| edge / h + 2.0);
+        assert!((candidates(&scene) - 8.0 * (a * b + b * c + c * a)).abs() <= 1.0);
+        scene.contact_capacity = 77;
+        assert_eq!(candidates(&scene), 77.0);
+        scene.contact_capacity = u32::MAX;
+        assert_eq!(candidates(&scene), 122_500.0);
+    }
+
+    /// A scene's check refuses so many nodes before; on a machine of 32 bits it does not need to be so many.
+    #[test]
+    #[cfg(target_pointer_width = "64")]
+    fn memory_ends_where_slices_end() {
+        let of = |nodes_x: u32, nodes_y: u32| {
+            let mut scene = tiny();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes_x, nodes_y);
+            Layout::compute(&scene)
+        };
+        // 80 bytes a node, and few besides: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be counted.
+        assert!(of(1 << 27, 1 << 29).is_some());
+        assert_eq!([of(1 << 28, 1 << 29), of(1 << 29, 1 << 29), of(u32::MAX, u32::MAX)], [None; 3]);
+    }
+
+    #[test]
+    fn numbers_of_a_chunked_row() {
+        let mut block = [[[0.0; CHUNK]; 2]; 6];
+        // Three rows of two chunks: the number says its row, plane and column.
+        for (j, plane, column) in (0..3).flat_map(|j| (0..2).flat_map(move |p| (0..16).map(move |i| (j, p, i)))) {
+            let number = (100 * j + 20 * plane + column) as f64;
+            *get_mut(row_mut(&mut block, 2, j), plane, column).unwrap() = number;
+            assert_eq!(block[2 * j + column / 8][plane][column % 8], number);
+            assert_eq!(get(row(&block, 2, j), plane, column), Some(number));
+        }
+        assert!(row(&block, 2, 3).is_empty() && row_mut(&mut block, 2, 3).is_empty());
+        assert_eq!((get(row(&block, 2, 0), 2, 0), get(row(&block, 2, 0), 0, 16)), (None, None));
+    }
+
+    #[test]
+    fn weights_count_the_whole_sheet() {
+        for (nodes, mirror_x, mirror_y) in [([9, 6], true, false), ([9, 6], false, true), ([8, 7], true, true)] {
+            let mut scene = tiny();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = nodes.into();
+            scene.symmetry = crate::scene::Symmetry { mirror_x, mirror_y };
+            let layout = Layout::of(&scene).unwrap();
+            let sum = |weight: &dyn Fn(usize, usize) -> f64, end: [usize; 2]| -> f64 {
+                (0..end[1]).flat_map(|j| (0..end[0]).map(move |i| (i, j))).map(|(i, j)| weight(i, j)).sum()
+            };
+            let [nx, ny] = nodes.map(f64::from);
+            let (across, up) = (layout.x.segments(), layout.y.segments());
+            assert_eq!(sum(&|i, j| layout.node_weight(i, j), [layout.nodes_x, layout.nodes_y]), nx * ny);
+            let horizontal = sum(&|i, j| layout.segment_weight(Axis::Horizontal, i, j), [across, layout.nodes_y]);
+            let vertical = sum(&|i, j| layout.segment_weight(Axis::Vertical, i, j), [layout.nodes_x, up]);
+            assert_eq!((horizontal, vertical), ((nx - 1.0) * ny, nx * (ny - 1.0)));
+        }
+    }
+
+    #[test]
+    fn a_quarter_of_the_sheet_takes_a_quarter_of_the_candidates() {
+        let mut scene = Scene::sheet_10in_cylinder();
+        (scene.yarn.stochastic, scene.projectile.shape) = (false, Shape::Sphere);
+        scene.projectile.orientation = [1.0, 0.0, 0.0, 0.0];
+        let whole = Layout::of(&scene).unwrap().candidates as f64;
+        scene.symmetry = crate::scene::Symmetry { mirror_x: true, mirror_y: true };
+        assert!((Layout::of(&scene).unwrap().candidates as f64 - 0.25 * whole).abs() <= 1.0);
+    }
 }

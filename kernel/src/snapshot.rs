@@ -439,6 +439,7 @@ fn plausible(state: &State) -> bool {
 mod tests {
     use super::*;
     use crate::projectile::{Body, Motion};
+    use std::vec::Vec;
 
     struct Counter(usize);
     impl Visitor for Counter {
@@ -467,5 +468,195 @@ mod tests {
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
         }
+    }
+
+    #[test]
+    fn a_step_of_the_hash_is_a_bijection() {
+        // Words that bring the hash's product to x and to y are found with the multiplier's inverse modulo 2^64.
+        let multiplier = 0x0000_0100_0000_01b3_u64;
+        let mut inverse = 1_u64;
+        (0..6).for_each(|_| inverse = inverse.wrapping_mul(2_u64.wrapping_sub(multiplier.wrapping_mul(inverse))));
+        assert_eq!(multiplier.wrapping_mul(inverse), 1);
+        let start = Hash::default().value();
+        let hash = |product: u64| {
+            let mut hash = Hash::default();
+            hash.word(product.wrapping_mul(inverse) ^ start);
+            hash.value()
+        };
+        for k in 0..200 {
+            let x = crate::random::splitmix64(k);
+            for bit in 0..64 {
+                assert_ne!(hash(x), hash(x ^ (1 << bit)));
+                let mut words = [Hash::default(); 2];
+                words[0].word(x);
+                words[1].word(x ^ (1 << bit));
+                assert_ne!(words[0].value(), words[1].value());
+            }
+        }
+    }
+
+    #[test]
+    fn only_unit_quaternions_finite_speeds_and_paths_begun_are_plausible() {
+        let motion = Motion {
+            position: [0.0; 3],
+            velocity: [0.0; 3],
+            orientation: [0.5, -0.5, 0.5, -0.5],
+            angular_velocity: [0.0; 3],
+        };
+        let state = State::at_start(Body::of(&motion));
+        assert!(plausible(&state));
+        let quaternion = |k: usize, squared: f64| {
+            // Unequal parts; part k makes up the length.
+            let mut parts = [0.3, -0.4, 0.5, 0.6];
+            parts[k] = 0.0;
+            let others: f64 = parts.iter().map(|part| part * part).sum();
+            parts[k] = crate::math::sqrt(squared - others);
+            crate::pose::quaternion(parts)
+        };
+        for k in 0..4 {
+            for (squared, sound) in [(0.98, false), (0.991, true), (1.0, true), (1.009, true), (1.02, false)] {
+                let (mut body, mut start, mut end) = (state, state, state);
+                body.body.orientation = quaternion(k, squared);
+                start.track.start.orientation = quaternion(k, squared);
+                end.track.end.orientation = quaternion(k, squared);
+                assert_eq!([body, start, end].map(|state| plausible(&state)), [sound; 3], "{k} {squared}");
+            }
+        }
+        for (steps, first, step, sound) in [(0, 9, 5, true), (3, 4, 5, true), (3, 5, 5, true), (3, 6, 5, false)] {
+            let mut path = state;
+            (path.track.steps, path.track.first, path.step) = (steps, first, step);
+            assert_eq!(plausible(&path), sound, "{steps} {first} {step}");
+        }
+        for k in 0..3 {
+            let mut fast = state;
+            fast.body.velocity[k] = f64::INFINITY;
+            assert!(!plausible(&fast));
+        }
+    }
+
+    #[test]
+    fn every_option_has_a_fingerprint_of_its_own() {
+        let print = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::sheet_3in_sphere();
+            scene.yarn.stochastic = false;
+            change(&mut scene);
+            fingerprint(&scene, 1e-7)
+        };
+        let mirror = |mirror_x, mirror_y| move |s: &mut Scene| s.symmetry = Symmetry { mirror_x, mirror_y };
+        let theta = |theta, tolerance, max_iterations| {
+            let rule = crate::scene::ThetaRule { theta, tolerance, max_iterations };
+            move |s: &mut Scene| s.integrator = Integrator::Theta(rule)
+        };
+        let prints = [
+            print(&|_| ()),
+            print(&|s| s.yarn.stochastic = true),
+            print(&|s| (s.yarn.stochastic, s.yarn.draw) = (true, Draw::Yarn)),
+            print(&mirror(true, false)),
+            print(&mirror(false, true)),
+            print(&mirror(true, true)),
+            print(&theta(0.5, 1e-10, 500)),
+            print(&theta(1.0, 1e-10, 500)),
+            print(&theta(0.5, 1e-9, 500)),
+            print(&theta(0.5, 1e-10, 400)),
+            print(&|s| s.step_after_failure = StepAfterFailure::Half),
+            print(&|s| s.slack_toe = 0.01),
+            print(&|s| s.slack_toe = 0.02),
+            print(&|s| s.rotation_rule = RotationRule::Theta(0.5)),
+            print(&|s| s.rotation_rule = RotationRule::Theta(1.0)),
+            print(&|s| s.track_detachment = !s.track_detachment),
+            print(&|s| s.track_support = !s.track_support),
+            print(&|s| s.seed += 1),
+            print(&|s| s.sheet.nodes_x += 1),
+            print(&|s| s.sheet.nodes_y += 1),
+            print(&|s| s.projectile.mass *= 2.0),
+            print(&|s| s.projectile.shape = Shape::Cylinder),
+            print(&|s| s.projectile.shape = Shape::Box),
+        ];
+        for (k, print) in prints.iter().enumerate() {
+            assert!(!prints[..k].contains(print), "{k}");
+        }
+        // What is not used does not count.
+        assert_eq!(print(&|s| s.yarn.draw = Draw::Yarn), prints[0]);
+    }
+
+    /// An image with one word changed and its checksum made anew.
+    fn forged(image: &[u8], at: usize, word: u64) -> Vec<u8> {
+        let mut image = image.to_vec();
+        image[8 * at..8 * at + 8].copy_from_slice(&word.to_le_bytes());
+        let body = image.len() - 8;
+        let mut hash = Hash::default();
+        image[..body].as_chunks::<8>().0.iter().for_each(|chunk| hash.word(u64::from_le_bytes(*chunk)));
+        image[body..].copy_from_slice(&hash.value().to_le_bytes());
+        image
+    }
+
+    #[test]
+    fn each_word_of_an_image_is_taken_where_a_simulation_can_have_it_and_refused_elsewhere() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (5, 4);
+        (scene.yarn.stochastic, scene.track_detachment, scene.slack_toe) = (false, true, 0.02);
+        scene.attachment.kind = crate::scene::AttachmentKind::TwoSides;
+        let layout = crate::Layout::of(&scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        let mut sim = Sim::new(&scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap();
+        let mut image = std::vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        let (critical, first) = (sim.model.critical, sim.digest());
+        let mut check = |at: usize, word: u64, sound: bool| {
+            let forged = forged(&image, at, word);
+            let found = sim.load(&forged);
+            assert_eq!(
+                found,
+                if sound { Ok(()) } else { Err(Error::plain(Code::ImageInvalid, "image")) },
+                "{at} {word:x}"
+            );
+            if sound {
+                let mut saved = std::vec![0; forged.len()];
+                sim.save(&mut saved).unwrap();
+                assert!(saved == forged, "what was taken comes out again: {at} {word:x}");
+                assert_eq!(sim.digest() == first, forged == image, "digests tell states apart: {at} {word:x}");
+            }
+        };
+        // The step count, and the nodes in order: three displacements, three velocities, and for each segment that starts
+        // there its history and its mark.
+        for at in HEADER_WORDS..frame_words(layout.parts()) - 1 {
+            check(at, f64::NAN.to_bits(), false);
+        }
+        check(HEADER_WORDS, COUNT_MAX, true);
+        check(HEADER_WORDS, COUNT_MAX + 1, false);
+        let mut at = frame_words(layout.parts()) - 1;
+        for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
+            for k in 0..6 {
+                check(at + k, f64::NAN.to_bits(), false);
+                check(at + k, f64::INFINITY.to_bits(), false);
+                // Left and right side are fixed: they may be elsewhere, but not move.
+                check(at + k, 1e-3_f64.to_bits(), k < 3 || (1..4).contains(&i));
+            }
+            at += 6;
+            for _ in 0..usize::from(i < 4) + usize::from(j < 3) {
+                for (q, sound) in [(0.0, true), (critical, false), (critical.next_up(), true), (-0.1, false)] {
+                    check(at, q.to_bits(), sound);
+                }
+                check(at, f64::NAN.to_bits(), false);
+                for (mark, sound) in [(NO_TOE, true), (0.0, true), (-1.0, true), (-0.5, true)] {
+                    check(at + 1, mark.to_bits(), sound);
+                }
+                for mark in [1e-9, -1.0 - 1e-9, f64::NAN] {
+                    check(at + 1, mark.to_bits(), mark == NO_TOE);
+                }
+                at += 2;
+            }
+        }
+        // One word of flags for 20 nodes, and the checksum.
+        check(at, u64::from(u32::MAX), true);
+        check(at, u64::from(u32::MAX) + 1, false);
+        assert_eq!(8 * (at + 2), image.len());
+        // The last bit of a number, a count or a flag is seen by the digest, unless it follows from the rest.
+        let seen = (HEADER_WORDS..frame_words(layout.parts()) - 1).filter(|&at| {
+            let word = image[8 * at..8 * at + 8].try_into().map_or(0, u64::from_le_bytes);
+            sim.load(&forged(&image, at, word ^ 1)).unwrap();
+            sim.digest() != first
+        });
+        assert!(seen.count() > STATE_WORDS / 2);
     }
 }

@@ -12,6 +12,7 @@ mod fmu;
 mod gates;
 mod fuzz;
 mod install;
+mod mutants;
 mod platforms;
 mod readme;
 mod records;
@@ -56,6 +57,8 @@ enum Command {
     Bench(tests::BenchOptions),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer, and write docs/reliability/fuzz.toml.
     Fuzz(fuzz::Options),
+    /// Change the kernel line by line and see whether the tests notice: docs/reliability/mutants.toml. About half an hour.
+    Mutants(mutants::Options),
 }
 
 fn main() -> std::process::ExitCode {
@@ -72,6 +75,7 @@ fn main() -> std::process::ExitCode {
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Fuzz(options) => fuzz::run(&options),
+        Command::Mutants(options) => mutants::run(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,
