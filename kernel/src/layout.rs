@@ -364,22 +364,24 @@ mod tests {
     }
 
     #[test]
-    fn candidates_cover_four_times_the_surface() {
+    fn candidates_are_those_of_a_sheet_that_wraps_the_body() {
         let mut scene = Scene::sheet_10in_cylinder();
         let (h, pi) = (scene.sheet.spacing, core::f64::consts::PI);
         let candidates = |scene: &Scene| Layout::of(scene).unwrap().candidates as f64;
         // The body grown by a spacing all round. (A scene may ask for another number.)
         let (r, l) = (scene.projectile.radius / h + 1.0, scene.projectile.length / h + 2.0);
-        for (shape, surface) in
-            [(Shape::Sphere, 4.0 * pi * r * r), (Shape::Cylinder, 2.0 * pi * r * r + 2.0 * pi * r * l)]
+        for (shape, wrapping) in
+            [(Shape::Sphere, pi * pi * pi * r * r), (Shape::Cylinder, 2.0 * pi * r * (l + 2.0 * r))]
         {
             scene.projectile.shape = shape;
-            assert!((candidates(&scene) - 4.0 * surface).abs() <= 1.0, "{shape:?}");
+            assert!((candidates(&scene) - 1.6 * wrapping).abs() <= 1.0, "{shape:?}");
         }
         scene.projectile.shape = Shape::Box;
-        scene.projectile.size = [0.01, 0.02, 0.03];
-        let [a, b, c] = scene.projectile.size.map(|edge| edge / h + 2.0);
-        assert!((candidates(&scene) - 8.0 * (a * b + b * c + c * a)).abs() <= 1.0);
+        scene.projectile.size = [0.02, 0.01, 0.03];
+        let [b, a, c] = scene.projectile.size.map(|edge| edge / h + 2.0);
+        assert!((candidates(&scene) - 1.6 * 2.0 * (a + b) * (c + a)).abs() <= 1.0);
+        scene.attachment.kind = crate::scene::AttachmentKind::Free;
+        assert!((candidates(&scene) - 4.0 * 2.0 * (a + b) * (c + a)).abs() <= 1.0);
         scene.contact_capacity = 77;
         assert_eq!(candidates(&scene), 77.0);
         scene.contact_capacity = u32::MAX;

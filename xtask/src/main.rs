@@ -2,15 +2,15 @@
 
 mod abi;
 mod chosts;
-mod coverage;
 mod controls;
+mod coverage;
 mod demo;
 mod digests;
 mod examples;
 mod figures;
 mod fmu;
-mod gates;
 mod fuzz;
+mod gates;
 mod install;
 mod mutants;
 mod platforms;
