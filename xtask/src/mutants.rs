@@ -25,7 +25,7 @@ const FILES: &[&str] = &["yarn", "energy", "projectile", "contact", "shape", "la
 const SUITES: &[&str] = &["unit", "robustness", "physics", DIGESTS];
 /// The tests that only pin bits.
 const DIGESTS: &str = "golden";
-/// Shares of caught mutants that RELIABILITY asks for, without and with digests.
+/// Shares of caught mutants that are asked for, without and with digests.
 const FLOORS: [f64; 2] = [0.90, 0.95];
 
 /// Options of `cargo xtask mutants`.
