@@ -9,8 +9,8 @@
  *
  * How the instructions are counted: QEMU with `-icount shift=0` lets 1 ns of its clock pass for each instruction, and the system timer
  * counts that clock at the board's 25 MHz: a tick is 40 instructions. It is a count of instructions, not of time: the
- * emulator knows nothing of caches, wait states or how long a division takes. On a real processor the same ticks are
- * processor cycles, and worth having. */
+ * emulator knows nothing of caches, wait states or how long a division takes. On a real processor a tick is a
+ * cycle: then set INSTRUCTIONS_PER_TICK to 1 and read cycles. */
 #include "board.h"
 #include "fabric_kernel.h"
 
