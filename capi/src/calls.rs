@@ -6,7 +6,7 @@
 
 use crate::block::{self, fk_sim};
 use crate::float::in_our_environment;
-use crate::sizes::{known, known_size, put, put_part, read, usable};
+use crate::sizes::{known, known_size, put, put_part, read, read_scene, usable};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, Path, Scene};
@@ -139,7 +139,9 @@ pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64,
 pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_fault) -> i32 {
     let check = || {
         // SAFETY: the caller's structure.
-        let scene = unsafe { read(scene)? }.scene()?;
+        let scene = unsafe { read_scene(scene) };
+        // By reference, here and below: a copy of the scene would take a kilobyte of stack.
+        let scene = scene.as_ref().map_err(|error| *error)?;
         in_our_environment(|| scene.step_limits())?;
         Ok(())
     };
@@ -155,8 +157,9 @@ pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_f
 pub unsafe extern "C" fn fk_memory_size(scene: *const fk_scene, bytes: *mut u64, align: *mut u64) -> i32 {
     let answer = || {
         // SAFETY: the caller's structure.
-        let scene = unsafe { read(scene)? }.scene()?;
-        let needed = block::bytes(&in_our_environment(|| Layout::of(&scene))?)? as u64;
+        let scene = unsafe { read_scene(scene) };
+        let scene = scene.as_ref().map_err(|error| *error)?;
+        let needed = block::bytes(&in_our_environment(|| Layout::of(scene))?)? as u64;
         if align.is_null() {
             return Err(Error::plain(Code::NullPointer, "align"));
         }
@@ -194,8 +197,9 @@ pub unsafe extern "C" fn fk_init(
         }
         // SAFETY: the caller's structure and block.
         unsafe {
-            let scene = read(scene)?.scene()?;
-            let handle = in_our_environment(|| block::init(memory.cast(), bytes, &scene))?;
+            let scene = read_scene(scene);
+            let scene = scene.as_ref().map_err(|error| *error)?;
+            let handle = in_our_environment(|| block::init(memory.cast(), bytes, scene))?;
             put_number(out, "out", handle)
         }
     };
@@ -220,9 +224,19 @@ unsafe fn telling(fault: *mut fk_fault, work: impl FnOnce() -> Result<(), Error>
     let result = work();
     if let Err(error) = &result {
         // SAFETY: known() found it usable and of this size; the caller vouches for the memory.
-        unsafe { put_part(fault, size, fk_fault::of(error)) };
+        unsafe { put_fault(fault, size, error) };
     }
     status(result)
+}
+
+/// Writes why a call was refused. Not inlined: the structure must not add to the stack of the call itself.
+///
+/// # Safety
+/// As for [`put_part`].
+#[inline(never)]
+unsafe fn put_fault(fault: *mut fk_fault, size: usize, error: &Error) {
+    // SAFETY: the caller's promise.
+    unsafe { put_part(fault, size, fk_fault::of(error)) };
 }
 
 /// Runs a call that changes the simulation; after a failure it repeats the failure.
