@@ -99,11 +99,12 @@ pub(crate) unsafe fn read<T: Structure>(pointer: *const T) -> Result<T, Error> {
 /// # Safety
 /// As for [`known`].
 unsafe fn read_into<T: Structure>(pointer: *const T, value: &mut T) -> Result<(), Error> {
-    // SAFETY: the caller's promise.
-    let size = unsafe { known(pointer)? };
-    // SAFETY: `size` bytes, at most those of T, are the start of a T on both sides. The size field then says `size`; nothing
-    // reads it again.
-    unsafe { core::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut *value).cast::<u8>(), size) };
+    // SAFETY: the caller's promise. `size` bytes, at most those of T, are the start of a T on both sides. The size field then
+    // says `size`; nothing reads it again.
+    unsafe {
+        let size = known(pointer)?;
+        core::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut *value).cast::<u8>(), size);
+    }
     Ok(())
 }
 
@@ -124,10 +125,8 @@ pub(crate) unsafe fn read_scene(pointer: *const fk_scene) -> Result<Scene, Error
 /// # Safety
 /// As for [`known`], and writable.
 pub(crate) unsafe fn put<T: Structure>(pointer: *mut T, value: T) -> Result<(), Error> {
-    // SAFETY: the caller's promise.
-    let size = unsafe { known(pointer)? };
-    // SAFETY: as above.
-    unsafe { put_part(pointer, size, value) };
+    // SAFETY: the caller's promise; the size is the one that was found.
+    unsafe { put_part(pointer, known(pointer)?, value) };
     Ok(())
 }
 

@@ -65,7 +65,7 @@ const UNSAFE_IN_KERNEL: [&str; 2] = ["kernel/src/bands.rs", "kernel/src/lanes.rs
 /// Unsafe blocks that the two interfaces should have at most.
 const UNSAFE_WANTED: usize = 40;
 /// What they had when this was counted first; more than that fails.
-const UNSAFE_AT_MOST: usize = 192;
+const UNSAFE_AT_MOST: usize = 182;
 
 /// Counts unsafe blocks in the source. That each has its SAFETY line is clippy's to see (`undocumented_unsafe_blocks`).
 fn unsafe_blocks() -> Outcome {
