@@ -42,16 +42,30 @@ pub(crate) struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
+    /// No memory.
+    pub(crate) const fn nothing() -> Blocks<'a> {
+        Blocks {
+            hot: &mut [],
+            history: &mut [],
+            yarn: &mut [],
+            marks: &mut [],
+            iterate: &mut [],
+            carry: &mut [],
+            kept: &mut [],
+            ranges: &mut [],
+            candidates: &mut [],
+            gap_rates: &mut [],
+            runs: &mut [],
+            flags: &mut [],
+            labels: &mut [],
+            candidate_nodes: &mut [],
+        }
+    }
+
+    /// Cuts memory that has been found to be enough.
     pub(crate) fn carve(memory: Memory<'a>, layout: &Layout) -> Result<Blocks<'a>, Error> {
         let Memory { reals, words } = memory;
-        let (have_reals, have_words) = (reals.len(), words.len());
-        let short = |field, have: usize, need: usize| Error::new(Code::ShortBuffer, field, have as f64, need as f64);
-        if have_reals < layout.reals() {
-            return Err(short("memory.reals", have_reals, layout.reals()));
-        }
-        if have_words < layout.words() {
-            return Err(short("memory.words", have_words, layout.words()));
-        }
+        let short = Error::new(Code::ShortBuffer, "memory.reals", reals.len() as f64, layout.reals() as f64);
         let skip = reals.as_ptr().align_offset(8 * ALIGN_REALS);
         let mut reals = Carver(reals);
         let mut words = Carver(words);
@@ -77,7 +91,7 @@ impl<'a> Blocks<'a> {
                 candidate_nodes: words.take(layout.candidates)?,
             })
         })();
-        carved.ok_or(short("memory.reals", have_reals, layout.reals()))
+        carved.ok_or(short)
     }
 }
 

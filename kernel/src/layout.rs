@@ -66,6 +66,24 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// No sheet: a place for the sizes of a scene.
+    pub(crate) const NOTHING: Layout = Layout {
+        nodes_x: 0,
+        nodes_y: 0,
+        x: Line { nodes: 0, mirrored: false },
+        y: Line { nodes: 0, mirrored: false },
+        chunks: 0,
+        stochastic: false,
+        track_detachment: false,
+        implicit: false,
+        halving: false,
+        toe: false,
+        candidates: 0,
+        reals: 0,
+        words: 0,
+        image_words: 0,
+    };
+
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
@@ -249,6 +267,7 @@ const FOLDS_OF_A_FREE_SHEET: f64 = 4.0;
 /// For them there is [`FOLDS`]: torn off its corners and followed for 60,000 steps, the paper's small sheet fills three quarters
 /// of the sphere's places at the most, the large one, or one half as wide, two thirds of the cylinder's. More nodes still are a
 /// failure that keeps the state, and `contact_capacity` is the way out.
+#[inline(never)] // Its solid must not add to the caller's stack.
 fn candidate_capacity(scene: &Scene) -> usize {
     if scene.contact_capacity > 0 {
         return scene.contact_capacity as usize;

@@ -10,7 +10,7 @@
 use crate::pose::{self, Vector};
 use crate::scene::RotationRule;
 use crate::shape::Solid;
-use nalgebra::Quaternion;
+use nalgebra::{Quaternion, Vector4};
 
 /// Position, orientation and rates of a rigid body in one frame. Angular velocity in the axes of that frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +39,14 @@ pub struct Inertia {
 }
 
 impl Inertia {
+    /// No mass.
+    pub(crate) const NOTHING: Inertia = Inertia {
+        mass: 0.0,
+        moments: Vector::new(0.0, 0.0, 0.0),
+        inverse_mass: 0.0,
+        inverse_moments: Vector::new(0.0, 0.0, 0.0),
+    };
+
     /// Constants of a solid of the given mass; `movable` false for a prescribed body.
     pub fn of(solid: &Solid, mass: f64, movable: bool) -> Inertia {
         let moments = Vector::from(solid.inertia(mass));
@@ -63,6 +71,14 @@ pub struct Body {
 }
 
 impl Body {
+    /// At rest at the origin.
+    pub(crate) const AT_REST: Body = Body {
+        position: Vector::new(0.0, 0.0, 0.0),
+        orientation: Quaternion { coords: Vector4::new(0.0, 0.0, 0.0, 1.0) },
+        velocity: Vector::new(0.0, 0.0, 0.0),
+        angular_velocity: Vector::new(0.0, 0.0, 0.0),
+    };
+
     /// The body in a given motion.
     pub fn of(motion: &Motion) -> Body {
         let orientation = pose::normalised(motion.orientation);

@@ -12,7 +12,7 @@ use crate::math;
 use crate::polyhedron::{self, Polyhedron};
 use crate::pose::Vector;
 use crate::projectile::into_body;
-use crate::scene::{self, Faces, Projectile, Shape};
+use crate::scene::{self, Projectile, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -106,25 +106,42 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
 impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
+        let mut solid = Solid::NOTHING;
+        solid.take(body);
+        solid
+    }
+
+    /// No solid: a place for [`Solid::take`].
+    pub(crate) const NOTHING: Solid = Solid::Sphere { radius: 0.0 };
+
+    /// Makes the solid of a projectile, where it is: a copy would take a kilobyte of stack.
+    pub(crate) fn take(&mut self, body: &Projectile) {
         let radius = body.radius;
         match body.shape {
-            Shape::Sphere => Solid::Sphere { radius },
-            Shape::Cylinder => Solid::Cylinder { radius, half_length: 0.5 * body.length },
+            Shape::Sphere => *self = Solid::Sphere { radius },
+            Shape::Cylinder => *self = Solid::Cylinder { radius, half_length: 0.5 * body.length },
             Shape::HemisphericalCylinder => {
                 let shank = body.length - radius;
-                Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
+                *self = Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
             }
             Shape::Box => {
                 let [a, b, c] = body.size;
                 let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
-                Solid::Polyhedron(Polyhedron::new(&box_faces(body.size), gyration))
+                self.take_polyhedron(&box_faces(body.size), gyration);
             }
             Shape::Polyhedron => {
                 // A body of unknown mass has no known moments.
                 let known = body.mass > 0.0;
                 let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
-                Solid::Polyhedron(Polyhedron::new(&body.faces, gyration))
+                self.take_polyhedron(body.faces.in_use(), gyration);
             }
+        }
+    }
+
+    fn take_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+        *self = Solid::Polyhedron(Polyhedron::NOTHING);
+        if let Solid::Polyhedron(body) = self {
+            body.take(planes, gyration);
         }
     }
 
@@ -269,15 +286,15 @@ fn nose(radius: f64, shank: f64) -> f64 {
 }
 
 /// The faces of a box in the order +x, -x, +y, -y, +z, -z.
-fn box_faces([a, b, c]: [f64; 3]) -> Faces {
-    Faces::of(&[
+fn box_faces([a, b, c]: [f64; 3]) -> [[f64; 4]; 6] {
+    [
         [1.0, 0.0, 0.0, 0.5 * a],
         [-1.0, 0.0, 0.0, 0.5 * a],
         [0.0, 1.0, 0.0, 0.5 * b],
         [0.0, -1.0, 0.0, 0.5 * b],
         [0.0, 0.0, 1.0, 0.5 * c],
         [0.0, 0.0, -1.0, 0.5 * c],
-    ])
+    ]
 }
 
 fn ball_gap(p: &Vector, radius: f64, normal_at_centre: Vector) -> Gap {
@@ -307,7 +324,7 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 mod tests {
     use super::*;
     use crate::prism;
-    use crate::scene::Scene;
+    use crate::scene::{Faces, Scene};
     use std::vec::Vec;
 
     fn cylinder() -> Solid {
@@ -575,7 +592,7 @@ mod tests {
         let faces = box_faces([0.01; 3]);
         let cube = |moments| {
             let base = Scene::sheet_3in_sphere().projectile;
-            Solid::of(&Projectile { shape: Shape::Polyhedron, faces, moments, mass: 1.0, ..base })
+            Solid::of(&Projectile { shape: Shape::Polyhedron, faces: Faces::of(&faces), moments, mass: 1.0, ..base })
         };
         assert_eq!(of(&cube([2e-5; 3])), [true, true, true, true, false]);
         assert_eq!(of(&cube([2e-5, 3e-5, 2e-5])), [true, true, true, false, false]);
@@ -753,7 +770,13 @@ mod tests {
         // Moments of a body of unknown mass are not read.
         let faces = box_faces([0.01; 3]);
         let base = Scene::sheet_3in_sphere().projectile;
-        let body = Projectile { shape: Shape::Polyhedron, faces, moments: [1.0, 4.0, 2.0], mass: 0.0, ..base };
+        let body = Projectile {
+            shape: Shape::Polyhedron,
+            faces: Faces::of(&faces),
+            moments: [1.0, 4.0, 2.0],
+            mass: 0.0,
+            ..base
+        };
         assert_eq!(check(&body, 7.26e-4), Ok(()));
         assert_eq!(check(&Projectile { mass: 1.0, ..body }, 7.26e-4).unwrap_err().code, Code::ImpossibleMoments);
         assert_eq!(Solid::of(&body).inertia(2.0), [0.0; 3]);

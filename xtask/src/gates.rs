@@ -65,7 +65,7 @@ const UNSAFE_IN_KERNEL: [&str; 2] = ["kernel/src/bands.rs", "kernel/src/lanes.rs
 /// Unsafe blocks that the two interfaces should have at most.
 const UNSAFE_WANTED: usize = 40;
 /// What they had when this was counted first; more than that fails.
-const UNSAFE_AT_MOST: usize = 189;
+const UNSAFE_AT_MOST: usize = 182;
 
 /// Counts unsafe blocks in the source. That each has its SAFETY line is clippy's to see (`undocumented_unsafe_blocks`).
 fn unsafe_blocks() -> Outcome {
@@ -108,7 +108,7 @@ pub fn sources(folders: &[&str], ending: &str) -> Result<Vec<(String, String)>, 
 /// Stack that a call may need, bytes.
 const STACK_WANTED: u64 = 4096;
 /// What it was when this was measured first, with room for another compiler; more than that fails.
-const STACK_AT_MOST: u64 = 24_000;
+const STACK_AT_MOST: u64 = 4096;
 
 /// The deepest chain of calls from each function of the C interface.
 fn stacks(library: &Path) -> Outcome {
