@@ -426,6 +426,8 @@ impl Instance {
             }
         }
         let before = self.sums();
+        // Before the step: if it fails, what was read earlier is not the state any more.
+        self.cache = Cache::default();
         let end = match self.advance(path, ticks, early) {
             Ok(end) => end,
             Err(status) => return StepEnd::refused(status),
@@ -435,7 +437,6 @@ impl Instance {
         self.account(reached - t, dt, (before, after));
         self.kept.time = reached;
         self.kept.terminated = end.terminate;
-        self.cache = Cache::default();
         StepEnd { status, ..end }
     }
 

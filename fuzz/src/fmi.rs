@@ -339,7 +339,7 @@ impl Player<'_> {
         // The host may be off by a thousandth of its step, and by rounding.
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * t.abs();
         let sound = t.is_finite() && h.is_finite() && h > 0.0 && (t - time).abs() <= slack && t + h <= stop + slack;
-        if sound && h > 200.0 * DT {
+        if sound && (h > 200.0 * DT || t + h - time > 200.0 * DT) {
             return false; // longer steps are sound, and take as long as asked for
         }
         let (mut event, mut terminate, mut early, mut reached) = (7, 7, 7, 7.5);

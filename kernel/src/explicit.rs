@@ -75,16 +75,37 @@ impl Sim<'_> {
             #[cfg(not(feature = "implicit"))]
             Integrator::Theta(_) => return Err(Failure::NotConverged),
         }
-        self.end_pass(&gathered, target);
-        Ok(())
+        self.end_pass(&gathered, target)
     }
 
     /// The body moves; high-water marks.
-    fn end_pass(&mut self, gathered: &Gathered, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
+    fn end_pass(
+        &mut self,
+        gathered: &Gathered,
+        target: Option<(Vector, nalgebra::Quaternion<f64>)>,
+    ) -> Result<(), Failure> {
         self.move_body(target);
         let (sums, deepest) = (&mut self.state.sums, gathered.deepest);
         sums.worst_penetration = if deepest > sums.worst_penetration { deepest } else { sums.worst_penetration };
         sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
+        self.refuse_lost_body()
+    }
+
+    /// A body that is nowhere, or whose books do not fit into numbers, is told of before anyone reads it.
+    fn refuse_lost_body(&self) -> Result<(), Failure> {
+        let (body, sums) = (&self.state.body, &self.state.sums);
+        let vectors = [
+            &body.position,
+            &body.velocity,
+            &body.angular_velocity,
+            &sums.impulse,
+            &sums.angular_impulse,
+            &sums.external_impulse,
+        ];
+        let finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()))
+            && body.orientation.coords.iter().all(|x| x.is_finite())
+            && [sums.work, sums.loss, sums.external_work].iter().all(|x| x.is_finite());
+        if finite { Ok(()) } else { Err(Failure::NonFinite) }
     }
 
     /// For bands, before the sweep: the candidates of the next pass, or why there can be none. The state stays as it is.
@@ -101,8 +122,7 @@ impl Sim<'_> {
         let at_start = self.state.body;
         let target = self.prescribe_rates(end);
         self.touch(report, gathered.count, &at_start)?;
-        self.end_pass(gathered, target);
-        Ok(())
+        self.end_pass(gathered, target)
     }
 
     /// Books on its support a kick that the fixed node (i, j) does not take, in units of a pass.

@@ -339,6 +339,9 @@ impl<'a> Sim<'a> {
         }
         let force = Vector::from(self.model.pose.vector_in(force));
         let torque = Vector::from(self.model.pose.vector_in(torque));
+        // What is a number in the host's axes may be none in the sheet's.
+        crate::scene::finite3("external.force", force.into())?;
+        crate::scene::finite3("external.torque", torque.into())?;
         self.scene.symmetry.check_load(&force, &torque)?;
         self.state.force = force.component_mul(&self.scene.symmetry.force_mask());
         self.state.torque = torque.component_mul(&self.scene.symmetry.torque_mask());

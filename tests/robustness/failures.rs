@@ -86,6 +86,20 @@ fn an_overflowing_load_is_not_finite() {
     latched(&mut sim, failure, &image);
 }
 
+/// A torque that overflows the spin: told by the step itself, before anyone reads a body that is nowhere.
+#[test]
+fn an_overflowing_torque_is_not_finite_in_its_own_step() {
+    let mut scene = small_sheet(9, 50.0);
+    scene.projectile.shape = fabric::Shape::Cylinder;
+    scene.projectile.position[2] = -0.05;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let image = image_of(&sim);
+    sim.set_external_load([0.0; 3], [f64::MAX, 0.0, 0.0]).unwrap();
+    assert_eq!(sim.step(), Err(Failure::NonFinite));
+    latched(&mut sim, Failure::NonFinite, &image);
+}
+
 /// With room for one node under the projectile the second one is a failure, and the state is that of the step's start.
 #[test]
 fn too_little_contact_capacity_keeps_the_state() {

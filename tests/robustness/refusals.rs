@@ -430,3 +430,15 @@ fn read_outs_of_the_wrong_length_are_refused_and_nothing_is_written() {
         assert!(out.iter().all(|&x| x == 7.5));
     }
 }
+
+#[test]
+fn a_load_beyond_all_numbers_in_the_sheets_axes() {
+    let mut scene = base();
+    (scene.sheet.orientation, scene.projectile.orientation) = ([0.8, 0.6, 0.0, 0.0], [0.8, 0.6, 0.0, 0.0]);
+    scene.projectile.position = [0.0, 1.0, 1.0];
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let most = [f64::MAX; 3];
+    call_refused(&mut sim, Code::NotFinite, "external.force", |s| s.set_external_load(most, [0.0; 3]));
+    call_refused(&mut sim, Code::NotFinite, "external.torque", |s| s.set_external_load([0.0; 3], most));
+}
