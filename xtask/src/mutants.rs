@@ -390,7 +390,7 @@ fn build(all: &[Mutant], wanted: &[usize], suites: &[&str]) -> Result<Built, Str
     }
     let key = |k: usize| (all[k].name.clone(), hashes[all[k].file.as_str()]);
     let mut unviable: BTreeSet<usize> = wanted.iter().copied().filter(|&k| kept.contains(&key(k))).collect();
-    // Not the whole workspace: only the kernel, the tests and the C interface that one of them calls.
+    // Not the whole workspace: only the kernel, the tests and the C interface that one of them calls, which shares a file with the FMU.
     let manifest = read(top().join("Cargo.toml"))?;
     let members = manifest.lines().find(|line| line.starts_with("members")).ok_or("Cargo.toml: no members")?;
     let manifest = manifest.replace(members, r#"members = ["kernel", "capi", "tests"]"#);
@@ -401,7 +401,9 @@ fn build(all: &[Mutant], wanted: &[usize], suites: &[&str]) -> Result<Built, Str
         write(&lock, &read(top().join("Cargo.lock"))?)?;
     }
     copy(&top().join("tests"), &tree.join("tests"))?;
-    copy(&top().join("capi"), &tree.join("capi"))?;
+    for interface in ["capi", "fmu"] {
+        copy(&top().join(interface), &tree.join(interface))?;
+    }
     // A mutant that overflows for certain is no mistake of ours.
     let lints = "[lints.rust]\narithmetic_overflow = \"allow\"\nunconditional_panic = \"allow\"";
     let manifest = read(top().join("kernel/Cargo.toml"))?.replace("[lints]\nworkspace = true", lints);
