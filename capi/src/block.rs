@@ -131,12 +131,15 @@ pub unsafe fn begin(handle: *mut fk_sim, of: u32, scratch: *mut u8, length: u64)
     // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it; every bit
     // pattern is a valid f64.
     let numbers = unsafe { core::slice::from_raw_parts_mut(scratch.add(BANDS_BYTES).cast::<f64>(), count) };
-    let bands = sim.bands(numbers, of)?;
     let place = scratch.cast::<Bands<'static, 'static>>();
-    // SAFETY: as above; the handle's field is the caller's to change.
-    unsafe {
-        place.write(bands);
-        (*handle).bands = place;
+    // No `?`: it would take another copy of the bands on the stack.
+    match sim.bands(numbers, of) {
+        // SAFETY: as above; the handle's field is the caller's to change.
+        Ok(bands) => unsafe {
+            place.write(bands);
+            (*handle).bands = place;
+        },
+        Err(error) => return Err(error),
     }
     Ok(())
 }

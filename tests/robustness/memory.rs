@@ -2,6 +2,7 @@
 
 use fabric::{Code, Memory, Scene, Sim};
 use fabric_tests::{Buffers, small_sheet};
+use std::mem::MaybeUninit;
 
 fn scene() -> Scene {
     let mut scene = small_sheet(19, 200.0);
@@ -14,6 +15,23 @@ fn digest_of(memory: Memory<'_>) -> u64 {
     sim.advance(500).unwrap();
     assert!(sim.counters().failed_segments > 0);
     sim.digest()
+}
+
+/// Made in place or returned: the same simulation. A refusal leaves what the memory holds.
+#[test]
+fn a_simulation_made_in_its_place_is_the_same() {
+    let scene = scene();
+    let mut too_fast = scene;
+    too_fast.projectile.velocity[2] = 1e6;
+    let mut memory = Buffers::of(&scene);
+    memory.reals.fill(7.5);
+    let refused = Sim::new_in(&mut MaybeUninit::uninit(), &too_fast, memory.memory()).err();
+    assert_eq!(refused.map(|error| error.code), Some(Code::ProjectileTooFast));
+    assert!(memory.reals.iter().all(|&number| number == 7.5));
+    let mut place = MaybeUninit::uninit();
+    let sim = Sim::new_in(&mut place, &scene, memory.memory()).unwrap();
+    sim.advance(500).unwrap();
+    assert_eq!(sim.digest(), digest_of(Buffers::of(&scene).memory()));
 }
 
 /// Memory, bands' scratch and images of every length below what is needed, of the smallest scene there is, and of a usual one
