@@ -356,8 +356,8 @@ fn copy(from: &Path, to: &Path) -> Outcome {
         let (path, to) = (entry.path(), to.join(entry.file_name()));
         if path.is_dir() {
             copy(&path, &to)?;
-        } else if path.extension().is_some_and(|end| end == "rs" || end == "toml") {
-            write(&to, &std::fs::read_to_string(&path).map_err(fail)?)?;
+        } else if let Ok(text) = std::fs::read_to_string(&path) {
+            write(&to, &text)?;
         }
     }
     Ok(())
