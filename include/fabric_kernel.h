@@ -300,18 +300,18 @@ typedef struct fk_scene {
     double attachment_disc_radius;
     // Mean Young's modulus E of the yarn (M3), Pa, > 0. Default 140.21e9.
     double yarn_modulus_mean;
-    // Standard deviation of the modulus, Pa, >= 0. Default 2.04e9. Read for stochastic yarn only.
+    // Standard deviation of the modulus, Pa, >= 0. Default 2.04e9. Counts for stochastic yarn only.
     double yarn_modulus_sd;
     // Slope of the damage rate over the modulus (M6), 1/Pa. Default 7.91e-9.
     double yarn_damage_slope;
     // Damage rate at zero modulus (M6), dimensionless; the mean rate must be >= 3. Default -878.46.
     double yarn_damage_intercept;
-    // Standard deviation of the damage rate about M6, dimensionless, >= 0. Default 8.35. Read for stochastic yarn
+    // Standard deviation of the damage rate about M6, dimensionless, >= 0. Default 8.35. Counts for stochastic yarn
     // only.
     double yarn_damage_sd;
     // Critical stretch U_c (M5), dimensionless, in (1, 2]. Default 1.03.
     double yarn_critical_stretch;
-    // Factor A of the damage law (M5), dimensionless, > 0, with A (1 - B) in (0, 1]. Default 1.
+    // Factor A of the damage law (M5), dimensionless, > 0, with A (1 - B) in (0, 1] to rounding. Default 1.
     double yarn_damage_a;
     // Offset B of the damage law (M5), dimensionless, < 1. Default 0.
     double yarn_damage_b;
@@ -333,7 +333,7 @@ typedef struct fk_scene {
     // Centre of mass at the start, host's frame, m. No free node may lie inside the projectile. Default (0, 0,
     // -0.01905): it touches the sheet (3 in preset: (0, 0, -6.35e-3)).
     double projectile_position[3];
-    // Velocity at the start, host's axes, m/s. (Speed + spin times reach) times dt may not exceed sheet_spacing.
+    // Velocity at the start, host's axes, m/s. (Speed + spin times reach) times dt must be less than sheet_spacing.
     // Default (0, 0, 100).
     double projectile_velocity[3];
     // Orientation at the start, body to host, unit quaternion (to 1e-3). Default (1, 0, 0, 0).
@@ -357,8 +357,8 @@ typedef struct fk_scene {
     uint32_t track_detachment;
     // 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     uint32_t track_support;
-    // Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = four times the nodes that
-    // would cover the projectile's surface, or all. Default 0.
+    // Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = 1.6 times the nodes of a
+    // flat piece of sheet that wraps the projectile whole (4 times with a free sheet), or all. Default 0.
     uint32_t contact_capacity;
     // Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing. Default 12.7e-3 each. Read for a box only.
     double projectile_size[3];

@@ -1,5 +1,6 @@
 //! The caller's block: a handle at its start, then the kernel's numbers and integers.
 
+use core::mem::MaybeUninit;
 use fabric::{Bands, Code, Error, Layout, Memory, Scene, Sim};
 
 /// Alignment of a block, bytes; C asks for it with fk_memory_size.
@@ -52,12 +53,17 @@ pub unsafe fn init(memory: *mut u8, length: u64, scene: &Scene) -> Result<*mut f
         let words = reals.add(layout.reals()).cast::<u32>();
         (core::slice::from_raw_parts_mut(reals, layout.reals()), core::slice::from_raw_parts_mut(words, layout.words()))
     };
-    let sim = Sim::new(scene, Memory { reals, words })?;
     let handle = memory.cast::<fk_sim>();
-    // SAFETY: the start of the block is aligned for the handle and has room for it.
+    // SAFETY: the start of the block is aligned for the handle and has room for it. The simulation is made where it stays; then
+    // the other fields are written, which drop nothing.
     unsafe {
-        handle.write(fk_sim { magic: MAGIC, address: memory.addr(), last: None, bands: core::ptr::null_mut(), sim })
-    };
+        let place = (&raw mut (*handle).sim).cast::<MaybeUninit<Sim<'static>>>();
+        Sim::new_in(&mut *place, scene, Memory { reals, words })?;
+        (*handle).magic = MAGIC;
+        (*handle).address = memory.addr();
+        (*handle).last = None;
+        (*handle).bands = core::ptr::null_mut();
+    }
     Ok(handle)
 }
 
@@ -125,12 +131,15 @@ pub unsafe fn begin(handle: *mut fk_sim, of: u32, scratch: *mut u8, length: u64)
     // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it; every bit
     // pattern is a valid f64.
     let numbers = unsafe { core::slice::from_raw_parts_mut(scratch.add(BANDS_BYTES).cast::<f64>(), count) };
-    let bands = sim.bands(numbers, of)?;
     let place = scratch.cast::<Bands<'static, 'static>>();
-    // SAFETY: as above; the handle's field is the caller's to change.
-    unsafe {
-        place.write(bands);
-        (*handle).bands = place;
+    // No `?`: it would take another copy of the bands on the stack.
+    match sim.bands(numbers, of) {
+        // SAFETY: as above; the handle's field is the caller's to change.
+        Ok(bands) => unsafe {
+            place.write(bands);
+            (*handle).bands = place;
+        },
+        Err(error) => return Err(error),
     }
     Ok(())
 }

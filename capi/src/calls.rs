@@ -6,7 +6,7 @@
 
 use crate::block::{self, fk_sim};
 use crate::float::in_our_environment;
-use crate::sizes::{known, known_size, put, put_part, read, usable};
+use crate::sizes::{Structure, known, known_size, put, put_part, read, read_scene, usable};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, Path, Scene};
@@ -30,6 +30,17 @@ unsafe fn put_number<T>(pointer: *mut T, field: &'static str, value: T) -> Resul
     // SAFETY: not null; the caller vouches for the rest.
     unsafe { pointer.write_unaligned(value) };
     Ok(())
+}
+
+/// Writes a single number, if it is wanted.
+///
+/// # Safety
+/// `pointer` is null or writable.
+unsafe fn put_wanted<T>(pointer: *mut T, value: T) {
+    if !pointer.is_null() {
+        // SAFETY: not null; the caller vouches for the rest.
+        unsafe { pointer.write_unaligned(value) };
+    }
 }
 
 /// A caller's array.
@@ -139,7 +150,9 @@ pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64,
 pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_fault) -> i32 {
     let check = || {
         // SAFETY: the caller's structure.
-        let scene = unsafe { read(scene)? }.scene()?;
+        let scene = unsafe { read_scene(scene) };
+        // By reference, here and below: a copy of the scene would take a kilobyte of stack.
+        let scene = scene.as_ref().map_err(|error| *error)?;
         in_our_environment(|| scene.step_limits())?;
         Ok(())
     };
@@ -155,8 +168,9 @@ pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_f
 pub unsafe extern "C" fn fk_memory_size(scene: *const fk_scene, bytes: *mut u64, align: *mut u64) -> i32 {
     let answer = || {
         // SAFETY: the caller's structure.
-        let scene = unsafe { read(scene)? }.scene()?;
-        let needed = block::bytes(&in_our_environment(|| Layout::of(&scene))?)? as u64;
+        let scene = unsafe { read_scene(scene) };
+        let scene = scene.as_ref().map_err(|error| *error)?;
+        let needed = block::bytes(&in_our_environment(|| Layout::of(scene))?)? as u64;
         if align.is_null() {
             return Err(Error::plain(Code::NullPointer, "align"));
         }
@@ -194,8 +208,9 @@ pub unsafe extern "C" fn fk_init(
         }
         // SAFETY: the caller's structure and block.
         unsafe {
-            let scene = read(scene)?.scene()?;
-            let handle = in_our_environment(|| block::init(memory.cast(), bytes, &scene))?;
+            let scene = read_scene(scene);
+            let scene = scene.as_ref().map_err(|error| *error)?;
+            let handle = in_our_environment(|| block::init(memory.cast(), bytes, scene))?;
             put_number(out, "out", handle)
         }
     };
@@ -220,9 +235,19 @@ unsafe fn telling(fault: *mut fk_fault, work: impl FnOnce() -> Result<(), Error>
     let result = work();
     if let Err(error) = &result {
         // SAFETY: known() found it usable and of this size; the caller vouches for the memory.
-        unsafe { put_part(fault, size, fk_fault::of(error)) };
+        unsafe { put_fault(fault, size, error) };
     }
     status(result)
+}
+
+/// Writes why a call was refused. Not inlined: the structure must not add to the stack of the call itself.
+///
+/// # Safety
+/// As for [`put_part`].
+#[inline(never)]
+unsafe fn put_fault(fault: *mut fk_fault, size: usize, error: &Error) {
+    // SAFETY: the caller's promise.
+    unsafe { put_part(fault, size, fk_fault::of(error)) };
 }
 
 /// Runs a call that changes the simulation; after a failure it repeats the failure.
@@ -280,6 +305,32 @@ unsafe fn view_even_failed(sim: *const fk_sim, work: impl FnOnce(&fk_sim) -> Res
     status(unsafe { block::look(sim) }.and_then(|block| in_our_environment(|| work(block))))
 }
 
+/// Hands out a structure about the simulation; after a failure it repeats the failure.
+///
+/// # Safety
+/// As for [`view`]; `out` is null or points to a writable structure.
+unsafe fn get<T: Structure>(
+    sim: *const fk_sim,
+    out: *mut T,
+    work: impl FnOnce(&fabric::Sim<'static>) -> Result<T, Error>,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    unsafe { view(sim, |sim| put(out, work(sim)?)) }
+}
+
+/// Hands out a structure about the simulation, also after a failure.
+///
+/// # Safety
+/// As for [`get`].
+unsafe fn get_even_failed<T: Structure>(
+    sim: *const fk_sim,
+    out: *mut T,
+    work: impl FnOnce(&fk_sim) -> Result<T, Error>,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    unsafe { view_even_failed(sim, |block| put(out, work(block)?)) }
+}
+
 /// Back to step 0 as after fk_init, and to its bits. Clears a failure, the fault of fk_get_fault, the external load,
 /// and what fk_set_motion and fk_set_largest_stretch gave.
 /// Threads: changes. Time: a pass over the sheet. Touches: the block.
@@ -325,11 +376,9 @@ pub unsafe extern "C" fn fk_advance(sim: *mut fk_sim, steps: u64) -> i32 {
 pub unsafe extern "C" fn fk_advance_until(sim: *mut fk_sim, mask: u32, steps: u64, taken: *mut u64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
         let count = sim.advance_until(mask, steps)?;
-        if taken.is_null() {
-            return Ok(());
-        }
         // SAFETY: the caller's number.
-        unsafe { put_number(taken, "taken", count) }
+        unsafe { put_wanted(taken, count) };
+        Ok(())
     };
     // SAFETY: the caller's handle.
     unsafe { change(sim, work) }
@@ -386,8 +435,9 @@ pub unsafe extern "C" fn fk_bands_pass(sim: *const fk_sim, band: u32, last: *mut
         // SAFETY: the caller's handle and number.
         unsafe {
             let completed = in_our_environment(|| block::bands(sim)?.pass(band))?;
-            if last.is_null() { Ok(()) } else { put_number(last, "last", u32::from(completed)) }
+            put_wanted(last, u32::from(completed));
         }
+        Ok(())
     };
     status(pass())
 }
@@ -409,15 +459,9 @@ pub unsafe extern "C" fn fk_bands_progress(
             let bands = block::bands(sim)?;
             // First: the others are then at least as new.
             let completed = bands.passes();
-            if !passes.is_null() {
-                put_number(passes, "passes", completed)?;
-            }
-            if !steps.is_null() {
-                put_number(steps, "steps", bands.steps())?;
-            }
-            if !outcomes.is_null() {
-                put_number(outcomes, "outcomes", bands.outcomes())?;
-            }
+            put_wanted(passes, completed);
+            put_wanted(steps, bands.steps());
+            put_wanted(outcomes, bands.outcomes());
         }
         Ok(())
     };
@@ -451,12 +495,8 @@ pub unsafe extern "C" fn fk_get_time(sim: *const fk_sim, steps: *mut u64, second
     let work = |sim: &fabric::Sim<'static>| {
         // SAFETY: the caller's numbers, null or writable.
         unsafe {
-            if !steps.is_null() {
-                put_number(steps, "steps", sim.step_count())?;
-            }
-            if !seconds.is_null() {
-                put_number(seconds, "seconds", sim.time())?;
-            }
+            put_wanted(steps, sim.step_count());
+            put_wanted(seconds, sim.time());
         }
         Ok(())
     };
@@ -473,11 +513,10 @@ pub unsafe extern "C" fn fk_get_step_limits(sim: *const fk_sim, out: *mut fk_ste
         let limits = sim.step_limits();
         let struct_size = size_of::<fk_step_limits>() as u64;
         let value = fk_step_limits { struct_size, dt: limits.dt, dt_crit: limits.dt_crit, step_max: limits.step_max };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// What is modelled of the sheet: the lengths of the arrays below.
@@ -495,11 +534,10 @@ pub unsafe extern "C" fn fk_get_grid(sim: *const fk_sim, out: *mut fk_grid) -> i
             horizontal: horizontal as u64,
             vertical: (layout.segments() - horizontal) as u64,
         };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// The projectile: pose at the present time, rates of the half step before it (M7).
@@ -516,11 +554,10 @@ pub unsafe extern "C" fn fk_get_projectile(sim: *const fk_sim, out: *mut fk_moti
             orientation: motion.orientation,
             angular_velocity: motion.angular_velocity,
         };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// Sets the force, N, and torque about the centre of mass, N m (3 numbers each, host's axes), that act on a free body
@@ -551,14 +588,8 @@ pub unsafe extern "C" fn fk_set_external_load(sim: *mut fk_sim, force: *const f6
 /// FK_INITIAL_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_motion(sim: *mut fk_sim, positions: *const f64, velocities: *const f64, n: u64) -> i32 {
-    let work = |sim: &mut fabric::Sim<'static>| {
-        // SAFETY: the caller's arrays.
-        let (positions, velocities) =
-            unsafe { (array(positions, n, "positions")?, array(velocities, n, "velocities")?) };
-        sim.set_motion(positions, velocities)
-    };
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, work) }
+    // SAFETY: the caller's handle and arrays.
+    unsafe { change(sim, |sim| sim.set_motion(array(positions, n, "positions")?, array(velocities, n, "velocities")?)) }
 }
 
 /// Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
@@ -569,12 +600,8 @@ pub unsafe extern "C" fn fk_set_motion(sim: *mut fk_sim, positions: *const f64, 
 /// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_largest_stretch(sim: *mut fk_sim, stretches: *const f64, n: u64) -> i32 {
-    let work = |sim: &mut fabric::Sim<'static>| {
-        // SAFETY: the caller's array.
-        sim.set_largest_stretch(unsafe { array(stretches, n, "stretches")? })
-    };
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, work) }
+    // SAFETY: the caller's handle and array.
+    unsafe { change(sim, |sim| sim.set_largest_stretch(array(stretches, n, "stretches")?)) }
 }
 
 /// Contact sums (M8).
@@ -592,11 +619,10 @@ pub unsafe extern "C" fn fk_get_contact(sim: *const fk_sim, out: *mut fk_contact
             loss: contact.loss,
             force_peak: contact.force_peak,
         };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// Impulses on the supports; zero without track_support.
@@ -608,11 +634,10 @@ pub unsafe extern "C" fn fk_get_support(sim: *const fk_sim, out: *mut fk_support
         let support = sim.support()?;
         let struct_size = size_of::<fk_support>() as u64;
         let value = fk_support { struct_size, total: support.total, attachments: support.attachments };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// The energies (M15).
@@ -634,11 +659,10 @@ pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) 
             residual: energy.residual,
             halving: energy.halving,
         };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
@@ -667,11 +691,10 @@ pub unsafe extern "C" fn fk_get_fabric(sim: *const fk_sim, out: *mut fk_fabric) 
         let fabric = sim.fabric()?;
         let struct_size = size_of::<fk_fabric>() as u64;
         let value = fk_fabric { struct_size, max_deflection: fabric.max_deflection, max_stretch: fabric.max_stretch };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// Counters; also after a failure.
@@ -694,11 +717,10 @@ pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counte
             iterations: counters.iterations,
             most_iterations: counters.most_iterations,
         };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view_even_failed(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get_even_failed(sim, out, work) }
 }
 
 /// Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed;
@@ -709,11 +731,10 @@ pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counte
 pub unsafe extern "C" fn fk_get_fault(sim: *const fk_sim, out: *mut fk_fault) -> i32 {
     let work = |block: &fk_sim| {
         let value = block.last.as_ref().map_or(fk_fault::NONE, fk_fault::of);
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view_even_failed(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get_even_failed(sim, out, work) }
 }
 
 /// Outcomes latched so far: physics, not errors. Tested every 64 steps; they change nothing.
@@ -732,11 +753,10 @@ pub unsafe extern "C" fn fk_get_outcome(sim: *const fk_sim, out: *mut fk_outcome
             step: latched.map(|latch| latch.map_or(FK_NEVER, |latch| latch.step)),
             work: latched.map(|latch| latch.map_or(0.0, |latch| latch.work)),
         };
-        // SAFETY: the caller's structure.
-        unsafe { put(out, value) }
+        Ok(value)
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    // SAFETY: the caller's handle and structure.
+    unsafe { get(sim, out, work) }
 }
 
 /// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.

@@ -14,6 +14,8 @@ mod block;
 pub mod calls;
 #[path = "../../fmu/src/float.rs"]
 mod float;
+#[cfg(feature = "choose-instructions")]
+pub mod instructions;
 mod sizes;
 pub mod types;
 

@@ -22,7 +22,8 @@ impl Structure for fk_scene {
     const NAME: &'static str = "fk_scene";
     const OLDER: &'static [usize] = &[];
     fn default() -> Self {
-        fk_scene::of(&Scene::sheet_10in_cylinder())
+        const DEFAULT: Scene = Scene::sheet_10in_cylinder();
+        fk_scene::of(&DEFAULT)
     }
 }
 
@@ -87,13 +88,36 @@ pub(crate) fn usable<T: Structure>(pointer: *const T) -> Result<(), Error> {
 /// # Safety
 /// As for [`known`].
 pub(crate) unsafe fn read<T: Structure>(pointer: *const T) -> Result<T, Error> {
-    // SAFETY: the caller's promise.
-    let size = unsafe { known(pointer)? };
     let mut value = T::default();
-    // SAFETY: `size` bytes, at most those of T, are the start of a T on both sides. The size field then says `size`; nothing
-    // reads it again.
-    unsafe { core::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut value).cast::<u8>(), size) };
+    // SAFETY: the caller's promise.
+    unsafe { read_into(pointer, &mut value)? };
     Ok(value)
+}
+
+/// Reads a structure over what is there, which stays where the structure is shorter.
+///
+/// # Safety
+/// As for [`known`].
+unsafe fn read_into<T: Structure>(pointer: *const T, value: &mut T) -> Result<(), Error> {
+    // SAFETY: the caller's promise. `size` bytes, at most those of T, are the start of a T on both sides. The size field then
+    // says `size`; nothing reads it again.
+    unsafe {
+        let size = known(pointer)?;
+        core::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut *value).cast::<u8>(), size);
+    }
+    Ok(())
+}
+
+/// Reads a scene. Not inlined: the structure it goes through takes a kilobyte of stack, which is free again afterwards.
+///
+/// # Safety
+/// As for [`known`].
+#[inline(never)]
+pub(crate) unsafe fn read_scene(pointer: *const fk_scene) -> Result<Scene, Error> {
+    let mut given = <fk_scene as Structure>::default();
+    // SAFETY: the caller's promise.
+    unsafe { read_into(pointer, &mut given)? };
+    given.scene()
 }
 
 /// Writes a structure that the caller has given its size, as far as it goes. The size stays the caller's.
@@ -101,10 +125,8 @@ pub(crate) unsafe fn read<T: Structure>(pointer: *const T) -> Result<T, Error> {
 /// # Safety
 /// As for [`known`], and writable.
 pub(crate) unsafe fn put<T: Structure>(pointer: *mut T, value: T) -> Result<(), Error> {
-    // SAFETY: the caller's promise.
-    let size = unsafe { known(pointer)? };
-    // SAFETY: as above.
-    unsafe { put_part(pointer, size, value) };
+    // SAFETY: the caller's promise; the size is the one that was found.
+    unsafe { put_part(pointer, known(pointer)?, value) };
     Ok(())
 }
 

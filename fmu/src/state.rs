@@ -8,6 +8,7 @@ use crate::log::Status;
 use crate::memory;
 use crate::table::{COUNT, SLOTS, TOKEN_HASH};
 use core::ptr::{self, NonNull};
+use fabric::Sim;
 use fabric::snapshot::Hash;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
@@ -26,6 +27,8 @@ pub struct Saved {
     image: usize,
     /// Bytes there is room for.
     room: usize,
+    /// Whether the image came as bytes from the host; else `save` wrote it.
+    from_bytes: bool,
 }
 
 /// The states of an instance that its host holds; freed with it.
@@ -51,10 +54,10 @@ impl States {
         None
     }
 
-    fn add(&mut self, kept: &Kept, image: usize) -> Option<NonNull<Saved>> {
+    fn add(&mut self, kept: &Kept, image: usize, from_bytes: bool) -> Option<NonNull<Saved>> {
         let saved = memory::allocate::<Saved>(image)?;
         // SAFETY: a fresh block of the right size and alignment.
-        unsafe { saved.write(Saved { next: self.0, kept: *kept, image, room: image }) };
+        unsafe { saved.write(Saved { next: self.0, kept: *kept, image, room: image, from_bytes }) };
         self.0 = saved.as_ptr();
         Some(saved)
     }
@@ -123,10 +126,11 @@ impl Instance {
                 let state = unsafe { &mut *saved.as_ptr() };
                 state.kept = self.kept;
                 state.image = image;
+                state.from_bytes = false;
                 saved
             }
             _ => {
-                let Some(saved) = self.states.add(&self.kept, image) else { return Err(self.out_of_memory()) };
+                let Some(saved) = self.states.add(&self.kept, image, false) else { return Err(self.out_of_memory()) };
                 self.states.remove(given);
                 saved
             }
@@ -154,17 +158,19 @@ impl Instance {
     pub fn restore(&mut self, saved: *const Saved) -> Status {
         let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
         // SAFETY: found in the list, hence live; nothing else refers to it during this call.
-        let (kept, image) = unsafe { ((*saved.as_ptr()).kept, &*image_of(saved)) };
+        let (kept, from_bytes, image) =
+            unsafe { ((*saved.as_ptr()).kept, (*saved.as_ptr()).from_bytes, &*image_of(saved)) };
         if image.is_empty() {
             self.running = None;
             self.restored(&kept);
             return Status::Ok;
         }
         let scene = kept.scene();
+        let load = |sim: &mut Sim<'_>| if from_bytes { sim.load(image) } else { sim.load_kept(image) };
         let loaded = match &mut self.running {
-            Some(running) if *running.sim.scene() == scene => running.sim.load(image),
+            Some(running) if *running.sim.scene() == scene => load(&mut running.sim),
             _ => match Running::new(&scene) {
-                Ok(mut running) => running.sim.load(image).map(|()| self.running = Some(running)),
+                Ok(mut running) => load(&mut running.sim).map(|()| self.running = Some(running)),
                 Err(Trouble::Refused(error)) => Err(error),
                 Err(Trouble::OutOfMemory) => return self.out_of_memory(),
             },
@@ -241,7 +247,7 @@ impl Instance {
             return Err(self.refuse(malformed));
         }
         let image = bytes.len() - FRAME_BYTES;
-        let Some(saved) = self.states.add(&kept, image) else { return Err(self.out_of_memory()) };
+        let Some(saved) = self.states.add(&kept, image, true) else { return Err(self.out_of_memory()) };
         // SAFETY: just made; nothing else refers to its image.
         let places = unsafe { image_of(saved) };
         for (place, word) in places.as_chunks_mut::<8>().0.iter_mut().zip(at) {

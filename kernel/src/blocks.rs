@@ -42,16 +42,30 @@ pub(crate) struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
+    /// No memory.
+    pub(crate) const fn nothing() -> Blocks<'a> {
+        Blocks {
+            hot: &mut [],
+            history: &mut [],
+            yarn: &mut [],
+            marks: &mut [],
+            iterate: &mut [],
+            carry: &mut [],
+            kept: &mut [],
+            ranges: &mut [],
+            candidates: &mut [],
+            gap_rates: &mut [],
+            runs: &mut [],
+            flags: &mut [],
+            labels: &mut [],
+            candidate_nodes: &mut [],
+        }
+    }
+
+    /// Cuts memory that has been found to be enough.
     pub(crate) fn carve(memory: Memory<'a>, layout: &Layout) -> Result<Blocks<'a>, Error> {
         let Memory { reals, words } = memory;
-        let (have_reals, have_words) = (reals.len(), words.len());
-        let short = |field, have: usize, need: usize| Error::new(Code::ShortBuffer, field, have as f64, need as f64);
-        if have_reals < layout.reals() {
-            return Err(short("memory.reals", have_reals, layout.reals()));
-        }
-        if have_words < layout.words() {
-            return Err(short("memory.words", have_words, layout.words()));
-        }
+        let short = Error::new(Code::ShortBuffer, "memory.reals", reals.len() as f64, layout.reals() as f64);
         let skip = reals.as_ptr().align_offset(8 * ALIGN_REALS);
         let mut reals = Carver(reals);
         let mut words = Carver(words);
@@ -77,7 +91,7 @@ impl<'a> Blocks<'a> {
                 candidate_nodes: words.take(layout.candidates)?,
             })
         })();
-        carved.ok_or(short("memory.reals", have_reals, layout.reals()))
+        carved.ok_or(short)
     }
 }
 
@@ -252,52 +266,101 @@ impl Sim<'_> {
     /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
     /// awake rows. Clears a failure.
     pub(crate) fn rebuild_derived(&mut self) {
+        self.refill(|_, _| true);
+    }
+
+    /// [`Sim::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand. `fill` returns
+    /// whether a history of the row has changed; if not, its stiffnesses are still right.
+    pub(crate) fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
-        let mut failed = 0.0;
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let mut awake: Option<[usize; 2]> = None;
-        for j in 0..ny {
-            for i in 0..nx {
-                for axis in [Axis::Horizontal, Axis::Vertical] {
-                    let Some(segment) = self.segment(axis, i, j) else { continue };
-                    let stiffness = self.model.law.alpha(segment.damage_rate, segment.history) * segment.undamaged;
-                    let row = layout::row_mut(self.blocks.hot, chunks, j);
-                    if let Some(slot) = layout::get_mut(row, 6 + axis as usize, i) {
-                        *slot = stiffness;
-                    }
-                    if stiffness == 0.0 {
-                        failed += self.layout.segment_weight(axis, i, j);
-                    }
-                }
+        for j in 0..self.layout.nodes_y {
+            if fill(self, j) {
+                self.rebuild_stiffness(j);
             }
-            let (mut low, mut high, mut moved) = (0.0, 0.0, false);
-            for i in 0..nx {
-                let (u, v) = self.node(i, j);
-                moved |= u.iter().chain(&v).any(|&x| x != 0.0);
-                low = if u[1] < low { u[1] } else { low };
-                high = if u[1] > high { u[1] } else { high };
-            }
-            if let Some(range) = self.blocks.ranges.get_mut(j) {
-                *range = [low, high];
-            }
-            if moved {
+            if self.rebuild_range(j) {
                 awake = Some([awake.map_or(j, |[first, _]| first), j + 1]);
             }
         }
-        self.failed_segments = failed as u64;
+        self.failed_segments = self.count_failed();
         self.awake = awake.unwrap_or([0, 0]);
         #[cfg(feature = "implicit")]
         self.start_iterates();
     }
 
-    /// Failed segments of the whole sheet, counted one by one.
+    /// Stiffness of the segments that start in row j, from their histories.
+    fn rebuild_stiffness(&mut self, j: usize) {
+        let (law, model, chunks) = (self.model.law, &self.model, self.layout.chunks);
+        let critical = law.critical_excess();
+        let uniform = [model.mean_stiffness, model.mean_stiffness, model.mean_damage_rate, model.mean_damage_rate];
+        let uniform = uniform.map(|constant| [constant; CHUNK]);
+        let ends = self.ends_of_segments(j);
+        let row = layout::row_mut(self.blocks.hot, chunks, j);
+        let history = layout::row(self.blocks.history, chunks, j);
+        let yarn = layout::row(self.blocks.yarn, chunks, j);
+        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
+            let yarn = yarn.get(c).unwrap_or(&uniform);
+            for k in 0..2 {
+                let mut stiffness = yarn[k];
+                stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
+                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= critical));
+                if !whole {
+                    for ((stiffness, &damage_rate), &largest) in stiffness.iter_mut().zip(&yarn[k + 2]).zip(&history[k])
+                    {
+                        *stiffness *= law.alpha(damage_rate, largest);
+                    }
+                }
+                hot[6 + k] = stiffness;
+            }
+        }
+    }
+
+    /// Horizontal and vertical segments of row j start before these columns.
+    fn ends_of_segments(&self, j: usize) -> [usize; 2] {
+        [self.layout.x.segments(), if j < self.layout.y.segments() { self.layout.nodes_x } else { 0 }]
+    }
+
+    /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
+    fn rebuild_range(&mut self, j: usize) -> bool {
+        let row = layout::row(self.blocks.hot, self.layout.chunks, j);
+        let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
+        let mut take = |chunk: &Chunk<HOT_PLANES>| {
+            for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
+                *low = if y < *low { y } else { *low };
+                *high = if y > *high { y } else { *high };
+            }
+            moved |= chunk[..6].iter().flatten().fold(false, |moved, &x| moved | (x != 0.0));
+        };
+        let (whole, rest) = row.split_at_checked(self.layout.nodes_x / CHUNK).unwrap_or((row, &[]));
+        whole.iter().for_each(&mut take);
+        if let Some(mut last) = rest.first().copied() {
+            // Behind the last node there may be an image.
+            for plane in &mut last {
+                plane.iter_mut().skip(self.layout.nodes_x % CHUNK).for_each(|place| *place = 0.0);
+            }
+            take(&last);
+        }
+        if let Some(range) = self.blocks.ranges.get_mut(j) {
+            let least = low.iter().fold(0.0, |least, &y| if y < least { y } else { least });
+            *range = [least, high.iter().fold(0.0, |greatest, &y| if y > greatest { y } else { greatest })];
+        }
+        moved
+    }
+
+    /// Failed segments of the whole sheet.
     pub(crate) fn count_failed(&self) -> u64 {
         let mut failed = 0.0;
         for j in 0..self.layout.nodes_y {
-            for i in 0..self.layout.nodes_x {
+            let ends = self.ends_of_segments(j);
+            for (c, hot) in layout::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
-                    if self.segment(axis, i, j).is_some_and(|segment| segment.stiffness == 0.0) {
-                        failed += self.layout.segment_weight(axis, i, j);
+                    let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
+                    if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
+                        continue;
+                    }
+                    let segments = ends[axis as usize].saturating_sub(first);
+                    for (lane, _) in stiffness.iter().enumerate().take(segments).filter(|(_, k)| **k == 0.0) {
+                        failed += self.layout.segment_weight(axis, first + lane, j);
                     }
                 }
             }

@@ -254,8 +254,10 @@ pub fn solve(
 mod tests {
     use super::*;
     use crate::math;
+    use crate::pose;
     use crate::projectile::Motion;
-    use crate::scene::Scene;
+    use crate::scene::{Projectile, Scene, Shape};
+    use std::vec::Vec;
 
     fn sphere() -> (Solid, Inertia, Body) {
         let scene = Scene::sheet_3in_sphere();
@@ -312,6 +314,251 @@ mod tests {
             let gap_rate = c.approach + c.impulse / mass - c.normal.dot(&solved.velocity);
             assert!(c.impulse >= 0.0 && gap_rate > -1e-10);
             assert!(c.impulse == 0.0 || gap_rate.abs() < 1e-10);
+        }
+    }
+
+    /// Numbers from -1 to 1 without visible order.
+    fn number(k: u64) -> f64 {
+        2.0 * (crate::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    }
+
+    #[test]
+    fn the_box_of_the_search_ends_a_spacing_beyond_the_body() {
+        let (solid, _, mut body) = sphere();
+        body.position = Vector::new(0.0, 0.2, 0.0);
+        let h = 7.26e-4;
+        let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+        for (share, inside) in [(0.999, true), (1.0, true), (1.001, false)] {
+            let end = share * (solid.radius() + h);
+            assert_eq!(search.meets_row(0.2 + end, 1.0), inside);
+            assert_eq!(search.meets_row(-1.0, 0.2 - end), inside);
+        }
+        assert!(search.meets_row(-1.0, 1.0));
+        // Up to a spacing away a node is a candidate, along the axes of the box too.
+        for way in [Vector::x(), Vector::y(), Vector::z()] {
+            for (away, found) in [(1.0 - 1e-11, true), (1.0 + 1e-8, false)] {
+                let x = body.position + way * (solid.radius() + away * h);
+                assert_eq!(search.candidate(&x).is_some(), found, "{way:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn candidates_are_the_points_nearer_than_a_spacing() {
+        let (margin, q) = (1e-3, pose::normalised([0.8, 0.3, -0.2, 0.5]));
+        // A rotation matrix has the turned axes as its columns.
+        let axes = [Vector::x(), Vector::y(), Vector::z()].map(|axis| pose::rotate(&q, &axis));
+        let turned = |v: &Vector| axes[0] * v.x + axes[1] * v.y + axes[2] * v.z;
+        for shape in [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box] {
+            let projectile =
+                Projectile { shape, radius: 5e-3, length: 0.02, ..Scene::sheet_10in_cylinder().projectile };
+            let solid = Solid::of(&Projectile { size: [0.01, 0.014, 0.02], ..projectile });
+            let body = Body { position: Vector::new(0.01, -0.02, 0.03), orientation: q, ..sphere().2 };
+            let search = Search::new(&solid, &body, margin, InstructionSet::Scalar);
+            let (mut found, size) = (0, 1.2 * (solid.reach() + margin));
+            for k in 0..20_000 {
+                let r = Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * size;
+                let gap = solid.gap(&Vector::new(axes[0].dot(&r), axes[1].dot(&r), axes[2].dot(&r)));
+                let candidate = search.candidate(&(body.position + r));
+                // Beyond the corner of a box its planes are nearer than the box: what is out of reach does not count.
+                let near = gap.distance < margin && r.norm() < solid.reach() + margin;
+                assert_eq!(candidate.is_some(), near, "{shape:?} {gap:?}");
+                if let Some((distance, normal, arm)) = candidate {
+                    found += 1;
+                    let outward = turned(&gap.normal);
+                    assert!((distance - gap.distance).abs() < 1e-16 && (normal - outward).norm() < 1e-13);
+                    // The moment of a unit force along the normal.
+                    assert!((turned(&arm) - r.cross(&outward)).norm() < 1e-15);
+                }
+            }
+            assert!(found > 1000, "{found}");
+        }
+    }
+
+    #[test]
+    fn the_next_chunk_is_the_first_with_a_node_in_the_box() {
+        let (solid, _, mut body) = sphere();
+        let (h, first) = (1e-3, [-40.0, 2.0]);
+        body.position = Vector::new(0.0123, -0.004, 0.002);
+        let half = (solid.radius() + h) / h;
+        let (mut hits, mut misses) = (0, 0);
+        for k in 0..400 {
+            let row: Vec<Chunk<HOT_PLANES>> = (0..10)
+                .map(|c| {
+                    core::array::from_fn(|plane| {
+                        core::array::from_fn(|i| {
+                            [3.0, 40.0, 40.0, 0.0][plane.min(3)]
+                                * number(((k * 10 + c) * 8 + i as u64) * 8 + plane as u64)
+                        })
+                    })
+                })
+                .collect();
+            let inside = |c: usize| {
+                (0..CHUNK).any(|i| {
+                    let x = [first[0] + (c * CHUNK + i) as f64 + row[c][0][i], first[1] + row[c][1][i], row[c][2][i]];
+                    (0..3).all(|k| (x[k] - body.position[k] / h).abs() <= half)
+                })
+            };
+            for from in 0..=10 {
+                let expected = (from..10).find(|&c| inside(c));
+                if expected.is_some() {
+                    hits += 1
+                } else {
+                    misses += 1
+                }
+                for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+                    let search = Search::new(&solid, &body, h, set);
+                    assert_eq!(search.next_near(&row, from, first, h), expected, "{set:?}");
+                }
+            }
+        }
+        assert!(hits > 200 && misses > 200, "{hits} {misses}");
+    }
+
+    /// A turning rod of the mass of `nodes` nodes of a gram.
+    fn rod(nodes: f64, movable: bool) -> (Inertia, Body) {
+        let solid = Solid::of(&Scene::sheet_10in_cylinder().projectile);
+        let body = Body {
+            velocity: Vector::new(3.0, -2.0, 80.0),
+            angular_velocity: Vector::new(400.0, -700.0, 250.0),
+            ..sphere().2
+        };
+        (Inertia::of(&solid, nodes * NODE, movable), body)
+    }
+    const NODE: f64 = 1e-3;
+
+    fn armed(normal: Vector, arm: Vector, weight: f64, approach: f64) -> [f64; CANDIDATE_REALS] {
+        let mut slot = [0.0; CANDIDATE_REALS];
+        let candidate = Candidate { normal, arm, weight, approach, ..Candidate::read(&slot) };
+        candidate.write(&mut slot);
+        slot
+    }
+
+    fn close(value: f64, expected: f64, relative: f64) {
+        assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
+    }
+
+    #[test]
+    fn one_node_off_the_axis_takes_the_impulse_of_rigid_body_mechanics() {
+        let (normal, arm) = (Vector::new(0.48, -0.6, 0.64), Vector::new(4e-3, -0.011, 7e-3));
+        for (movable, turning) in [(true, true), (true, false), (false, true), (false, false)] {
+            let (inertia, mut body) = rod(5.0, movable);
+            if !turning {
+                body.angular_velocity = Vector::zeros();
+            }
+            let mut slots = [armed(normal, arm, 1.0, -7.0)];
+            let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
+            let closing = normal.dot(&body.velocity) + arm.dot(&body.angular_velocity) + 7.0;
+            let (mass, moments) = (5.0 * NODE, inertia.moments);
+            let give = if movable { 1.0 / mass + arm.component_mul(&arm).component_div(&moments).sum() } else { 0.0 };
+            let impulse = closing / (1.0 / NODE + give);
+            let found = Candidate::read(&slots[0]);
+            assert!(solved.converged && solved.sweeps <= 3 && closing > 0.0);
+            close(found.impulse, impulse, 1e-13);
+            close(found.effective_mass, 1.0 / (1.0 / NODE + give), 1e-14);
+            let taken = if movable { impulse } else { 0.0 };
+            assert!((solved.velocity - (body.velocity - normal * (taken / mass))).norm() < 1e-11);
+            let rate = body.angular_velocity - arm.component_div(&moments) * taken;
+            assert!((solved.angular_velocity - rate).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_node_and_its_images_are_one_node_with_mirror_planes() {
+        // Across the plane x = 0 a normal changes the sign of x, an arm, as every moment, those of y and z.
+        let [across_x, across_y] = [Vector::new(-1.0, 1.0, 1.0), Vector::new(1.0, -1.0, 1.0)];
+        for (mirror_x, mirror_y) in [(true, false), (false, true), (true, true)] {
+            let symmetry = Symmetry { mirror_x, mirror_y };
+            let (inertia, mut body) = rod(3.0, true);
+            body.velocity.component_mul_assign(&symmetry.force_mask());
+            body.angular_velocity.component_mul_assign(&symmetry.torque_mask());
+            let nodes = |k: u64| {
+                let normal = Vector::new(0.5 * number(4 * k), 0.5 * number(4 * k + 1), 1.0).normalize();
+                (normal, Vector::new(0.01, 0.008, 0.0) * number(4 * k + 2), 50.0 * number(4 * k + 3))
+            };
+            let (mut whole, mut part) = (Vec::new(), Vec::new());
+            for (normal, arm, approach) in (0..6).map(nodes) {
+                let mut images = Vec::from([(normal, arm)]);
+                for (mirrored, across) in [(mirror_x, across_x), (mirror_y, across_y)] {
+                    if mirrored {
+                        let more = images.iter().map(|(n, a)| (n.component_mul(&across), -a.component_mul(&across)));
+                        images.extend(more.collect::<Vec<_>>());
+                    }
+                }
+                part.push(armed(normal, arm, images.len() as f64, approach));
+                whole.extend(images.iter().map(|(normal, arm)| armed(*normal, *arm, 1.0, approach)));
+            }
+            // Alone, a node and its images are solved at once.
+            let mut alone = [part[0]];
+            assert!(solve(&mut alone, &body, &inertia, NODE, symmetry).sweeps <= 3);
+            let of_whole = solve(&mut whole, &body, &inertia, NODE, Symmetry::default());
+            let of_part = solve(&mut part, &body, &inertia, NODE, symmetry);
+            assert!(of_whole.converged && of_part.converged);
+            assert!((of_whole.velocity - of_part.velocity).norm() < 1e-9);
+            assert!((of_whole.angular_velocity - of_part.angular_velocity).norm() < 1e-7);
+            let images = whole.len() / part.len();
+            assert!(part.iter().any(|slot| slot[CANDIDATE_REALS - 1] > 0.0));
+            for (image, slot) in whole.iter().enumerate() {
+                let (impulse, expected) = (slot[CANDIDATE_REALS - 1], part[image / images][CANDIDATE_REALS - 1]);
+                assert!((impulse - expected).abs() < 1e-10 * NODE * 80.0 + 1e-14);
+            }
+        }
+    }
+
+    /// Twenty nodes of one normal, their speeds along it within `spread`, m/s, before a body of the mass of `share` nodes.
+    fn crowd(share: f64, spread: f64) -> (Vec<[f64; CANDIDATE_REALS]>, Solved, Body, Inertia) {
+        let (inertia, mut body) = rod(share, true);
+        body.angular_velocity = Vector::zeros();
+        let mut slots: Vec<_> = (0..20).map(|k| armed(Vector::z(), Vector::zeros(), 1.0, spread * number(k))).collect();
+        let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
+        (slots, solved, body, inertia)
+    }
+
+    #[test]
+    fn a_heavy_body_takes_a_crowd_along() {
+        let (slots, solved, body, inertia) = crowd(100.0, 30.0);
+        assert!(solved.converged);
+        // All stick: one velocity, that of the common momentum.
+        let momentum: f64 = slots.iter().map(|slot| NODE * Candidate::read(slot).approach).sum();
+        let common = (inertia.mass * body.velocity.z + momentum) / (inertia.mass + 20.0 * NODE);
+        close(solved.velocity.z, common, 1e-13);
+        for c in slots.iter().map(Candidate::read) {
+            assert!((c.approach + c.impulse / NODE - common).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn a_solve_given_up_is_told_and_never_adds_energy() {
+        let (slots, solved, body, inertia) = crowd(0.01, 0.01);
+        assert!(!solved.converged && solved.sweeps == MAX_SWEEPS, "{solved:?}");
+        let energy = |speed: f64, nodes: f64| 0.5 * inertia.mass * speed * speed + 0.5 * NODE * nodes;
+        let nodes = |after: f64| -> f64 {
+            let speed = |c: Candidate| c.approach + after * c.impulse / NODE;
+            slots.iter().map(|slot| speed(Candidate::read(slot)) * speed(Candidate::read(slot))).sum()
+        };
+        assert!(energy(solved.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
+    }
+
+    #[test]
+    fn one_node_on_a_sphere_is_solved_at_once() {
+        // A sphere of three nodes' mass that does not turn; alone, and with its three images behind two planes: then the body
+        // takes the impulse along z four times over.
+        let (solid, _, body) = sphere();
+        let inertia = Inertia::of(&solid, 3.0 * NODE, true);
+        let normal = Vector::new(0.48, -0.6, 0.64);
+        let planes = Symmetry { mirror_x: true, mirror_y: true };
+        for (symmetry, images, moved) in
+            [(Symmetry::default(), 1.0, normal), (planes, 4.0, Vector::new(0.0, 0.0, 0.64))]
+        {
+            let mut slots = [armed(normal, Vector::zeros(), images, -7.0)];
+            let solved = solve(&mut slots, &body, &inertia, NODE, symmetry);
+            let give = 1.0 / NODE + images * normal.dot(&moved) / (3.0 * NODE);
+            let impulse = (0.64 * 100.0 + 7.0) / give;
+            let found = Candidate::read(&slots[0]);
+            assert!(solved.converged && solved.sweeps <= 2, "{solved:?}");
+            close(found.effective_mass, 1.0 / give, 1e-14);
+            close(found.impulse, impulse, 1e-13);
+            assert!((solved.velocity - (body.velocity - moved * (images * impulse / (3.0 * NODE)))).norm() < 1e-12);
         }
     }
 }

@@ -211,3 +211,230 @@ impl Sim<'_> {
         (0.5 * (stored_before + stored_now), 0.5 * lost)
     }
 }
+
+/// The ledger, entry by entry, from positions and damage at t_{n-1} and t_n and the formulas of the model.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math;
+    use crate::scene::{AttachmentKind, Scene, Shape, Symmetry};
+    use crate::yarn::DamageLaw;
+    use crate::{Layout, Memory};
+    use std::vec::Vec;
+
+    fn close(value: f64, expected: f64, relative: f64) {
+        assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
+    }
+
+    /// Calls a function with a simulation of the scene.
+    fn with_sim<R>(scene: &Scene, act: impl FnOnce(&mut Sim<'_>) -> R) -> R {
+        let layout = Layout::of(scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        act(&mut Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).unwrap())
+    }
+
+    /// 21 x 21 nodes, four sides held, uniform yarn, the preset sphere at 60 m/s.
+    fn sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
+        scene.yarn.stochastic = false;
+        (scene.track_support, scene.projectile.velocity) = (true, [0.0, 0.0, 60.0]);
+        scene
+    }
+
+    /// A tumbling cylinder that tears drawn yarns, whose law has an offset and drops at once at the critical stretch.
+    fn cylinder() -> Scene {
+        let mut scene = sphere();
+        (scene.yarn.stochastic, scene.yarn.damage_a, scene.yarn.damage_b) = (true, 0.95, 0.02);
+        let (radius, length, tilt) = (6.35e-3, 0.0381, 0.35);
+        let body = &mut scene.projectile;
+        (body.shape, body.radius, body.length, body.mass) = (Shape::Cylinder, radius, length, 0.037);
+        let lowest = 0.5 * length * math::cos(tilt) + radius * math::sin(tilt);
+        (body.position, body.velocity) = ([0.0, 0.0, -lowest - 1e-6], [0.0, 0.0, 120.0]);
+        (body.orientation, body.angular_velocity) =
+            ([math::cos(0.5 * tilt), math::sin(0.5 * tilt), 0.0, 0.0], [300.0, -500.0, 2000.0]);
+        scene
+    }
+
+    fn positions(sim: &Sim<'_>) -> Vec<Vector> {
+        let mut flat = std::vec![0.0; 3 * sim.layout().nodes()];
+        sim.copy_positions(&mut flat).unwrap();
+        flat.as_chunks::<3>().0.iter().map(|x| Vector::from(*x)).collect()
+    }
+
+    fn damage(sim: &Sim<'_>) -> Vec<f64> {
+        let mut alpha = std::vec![0.0; sim.layout().segments()];
+        sim.copy_damage(&mut alpha).unwrap();
+        alpha
+    }
+
+    /// The nodes of every segment: horizontal row by row, then vertical.
+    fn ends(scene: &Scene) -> Vec<[usize; 2]> {
+        let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
+        let across = (0..ny).flat_map(|j| (0..nx - 1).map(move |i| [j * nx + i, j * nx + i + 1]));
+        let up = (0..ny - 1).flat_map(|j| (0..nx).map(move |i| [j * nx + i, (j + 1) * nx + i]));
+        across.chain(up).collect()
+    }
+
+    /// Strain and dissipated energy, J, of the sheet with these positions and damage.
+    fn in_yarns(scene: &Scene, x: &[Vector], alpha: &[f64]) -> (f64, f64) {
+        let (yarn, h) = (&scene.yarn, scene.sheet.spacing);
+        let law = DamageLaw {
+            critical_stretch: yarn.critical_stretch,
+            a: yarn.damage_a,
+            b: yarn.damage_b,
+            alpha_fail: yarn.alpha_fail,
+        };
+        let (mut strain, mut dissipated) = (0.0, 0.0);
+        for (k, [from, to]) in ends(scene).into_iter().enumerate() {
+            let (segment, volume) = (scene.draw_segment(k as u64).unwrap(), scene.lumped_area() * h);
+            strain += volume * segment.stored(alpha[k], (x[to] - x[from]).norm() / h);
+            dissipated += volume * law.dissipated(&segment, alpha[k]);
+        }
+        (strain, dissipated)
+    }
+
+    fn of_projectile(sim: &Sim<'_>) -> f64 {
+        let (motion, mass) = (sim.projectile().unwrap(), sim.scene().projectile.mass);
+        let (v, moments) = (Vector::from(motion.velocity), sim.model.inertia.moments);
+        let q = crate::pose::quaternion(motion.orientation);
+        let w = crate::projectile::into_body(&q, &Vector::from(motion.angular_velocity));
+        0.5 * mass * v.norm_squared() + 0.5 * w.component_mul(&moments).dot(&w)
+    }
+
+    #[test]
+    fn every_entry_is_a_sum_over_nodes_or_segments() {
+        let scene = cylinder();
+        with_sim(&scene, |sim| {
+            let (m, dt) = (scene.sheet.node_mass, sim.step_limits().dt);
+            let first = of_projectile(sim);
+            sim.set_external_load([40.0, -25.0, 300.0], [0.02, -0.03, 0.01]).unwrap();
+            let (mut x, mut alpha) = (positions(sim), damage(sim));
+            let (mut partly, mut broken) = (0, 0);
+            for n in 0..900 {
+                sim.step().unwrap();
+                let (x_now, alpha_now) = (positions(sim), damage(sim));
+                if n % 15 == 0 {
+                    let energy = sim.energy().unwrap();
+                    // The velocity is that between two positions; strain and dissipation are means of both.
+                    let kinetic: f64 = x_now.iter().zip(&x).map(|(a, b)| 0.5 * m * ((a - b) / dt).norm_squared()).sum();
+                    let (before, now) = (in_yarns(&scene, &x, &alpha), in_yarns(&scene, &x_now, &alpha_now));
+                    let (strain, dissipated) = (0.5 * (before.0 + now.0), 0.5 * (before.1 + now.1));
+                    // The sheet at rest is so but for the rounding of its positions.
+                    for (entry, sum) in
+                        [(energy.fabric_kinetic, kinetic), (energy.strain, strain), (energy.dissipated, dissipated)]
+                    {
+                        assert!((entry - sum).abs() <= 1e-9 * sum + 1e-15 * first, "{entry:e} is not {sum:e}");
+                    }
+                    close(energy.projectile_kinetic, of_projectile(sim), 1e-12);
+                    let held = kinetic + strain + dissipated + energy.contact_loss;
+                    let residual = held + energy.projectile_kinetic - energy.external_work - first;
+                    assert!((energy.residual - residual).abs() < 1e-9 * first && energy.external_work != 0.0);
+                    let balance = Vector::from(sim.momentum_residual().unwrap());
+                    assert!(balance.norm() < 1e-11 * 0.037 * 120.0);
+                    partly += alpha_now.iter().filter(|alpha| **alpha > 0.0 && **alpha < 1.0).count();
+                    broken += alpha_now.iter().filter(|alpha| **alpha == 0.0).count();
+                }
+                (x, alpha) = (x_now, alpha_now);
+            }
+            assert!(partly > 10 && broken > 10, "{partly} {broken}");
+        });
+    }
+
+    #[test]
+    fn a_prescribed_body_gives_its_work_and_its_impulse() {
+        let mut scene = cylinder();
+        scene.drive = Drive::Prescribed;
+        with_sim(&scene, |sim| {
+            sim.advance(300).unwrap();
+            let energy = sim.energy().unwrap();
+            let held = energy.fabric_kinetic + energy.strain + energy.dissipated + energy.contact_loss;
+            close(held - energy.residual, energy.contact_work, 1e-12);
+            assert!(energy.residual.abs() < 1e-2 * held, "{:e} of {held:e}", energy.residual);
+            let given = Vector::from(sim.contact().unwrap().impulse).norm();
+            assert!(Vector::from(sim.momentum_residual().unwrap()).norm() < 1e-11 * given);
+        });
+    }
+
+    /// Without the supports' share the momentum balance is open by just what they have taken.
+    #[test]
+    fn the_supports_share_closes_the_momentum_balance() {
+        let mut scene = cylinder();
+        let mut left_open = |track| {
+            scene.track_support = track;
+            with_sim(&scene, |sim| {
+                sim.advance(400).unwrap();
+                let open = Vector::from(sim.momentum_residual().unwrap());
+                (open, Vector::from(sim.support().unwrap().total))
+            })
+        };
+        let ((closed, taken), (open, _)) = (left_open(true), left_open(false));
+        assert!(taken.norm() > 1e-6 && closed.norm() < 1e-9 * taken.norm());
+        assert!((open + taken).norm() < 1e-9 * taken.norm());
+    }
+
+    #[test]
+    fn the_audit_starts_with_what_is_there() {
+        for drive in [Drive::Free, Drive::Prescribed] {
+            let mut scene = sphere();
+            (scene.drive, scene.attachment.kind) = (drive, AttachmentKind::Free);
+            with_sim(&scene, |sim| {
+                let x = positions(sim);
+                sim.set_largest_stretch(&std::vec![1.034; sim.layout().segments()]).unwrap();
+                let stretched: Vec<f64> = x.iter().flat_map(|x| [1.01 * x.x, 1.02 * x.y, x.z]).collect();
+                let speeds: Vec<f64> = x.iter().flat_map(|x| [30.0 * x.y, 10.0, 200.0 * x.x]).collect();
+                sim.set_motion(&stretched, &speeds).unwrap();
+                let energy = sim.energy().unwrap();
+                let held = energy.fabric_kinetic + energy.strain + energy.dissipated;
+                assert!(energy.fabric_kinetic > 1e-6 && energy.strain > 1e-3 && energy.dissipated > 1e-3);
+                assert!(energy.residual.abs() < 1e-12 * (held + energy.projectile_kinetic));
+                let momentum = 441.0 * scene.sheet.node_mass * 10.0;
+                assert!(Vector::from(sim.momentum_residual().unwrap()).norm() < 1e-12 * momentum);
+            });
+        }
+    }
+
+    #[test]
+    fn a_quarter_counts_for_the_whole() {
+        let mut scene = sphere();
+        let ledger = |scene: &Scene| {
+            with_sim(scene, |sim| {
+                sim.advance(250).unwrap();
+                let open = Vector::from(sim.momentum_residual().unwrap());
+                assert!(open.norm() < 1e-12 * 8.4e-3 * 60.0);
+                sim.energy().unwrap()
+            })
+        };
+        let whole = ledger(&scene);
+        scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+        let quarter = ledger(&scene);
+        close(quarter.fabric_kinetic, whole.fabric_kinetic, 1e-9);
+        close(quarter.strain, whole.strain, 1e-9);
+        close(quarter.projectile_kinetic, whole.projectile_kinetic, 1e-9);
+        assert!(whole.strain > 1e-3);
+    }
+
+    #[test]
+    fn slack_is_nearer_than_at_rest_now_and_before() {
+        let view = |axis: Axis, before: f64, now: f64| {
+            let along = |u: f64| if axis == Axis::Horizontal { [u, 0.0, 0.0] } else { [0.0, u, 0.0] };
+            let (d, d_before) = (along(now), along(before));
+            let stiffness = 1.0;
+            SegmentView { axis, stiffness, undamaged: 1.0, damage_rate: 9.0, history: 0.0, mark: 0.0, d, d_before }
+        };
+        for axis in [Axis::Horizontal, Axis::Vertical] {
+            for (before, now, slack) in [
+                (-0.1, -0.2, true),
+                (0.1, -0.2, false),
+                (-0.1, 0.2, false),
+                (0.0, -0.2, false),
+                (-0.1, 0.0, false),
+                (0.1, 0.2, false),
+            ] {
+                assert_eq!(view(axis, before, now).is_slack(), slack, "{before} {now}");
+            }
+            // U = 1.2: U^2 - 1 = 0.44.
+            close(view(axis, 0.0, 0.2).excess_now(), 0.44, 1e-15);
+        }
+    }
+}

@@ -18,7 +18,7 @@ use crate::rows::{Rows, Terms};
 use crate::scene::{AttachmentKind, Drive, Integrator, Scene, Symmetry};
 use crate::sim::Sim;
 use crate::state::Sums;
-use crate::sweep::Report;
+use crate::sweep::{Axis, Report};
 use crate::toe::MARK_INTERVAL;
 use crate::weave;
 
@@ -546,6 +546,9 @@ impl Sim<'_> {
         if self.scene.attachment.kind == AttachmentKind::Free || self.blocks.flags.iter().all(|&f| f == 0) {
             return false;
         }
+        if self.held_by_a_straight_yarn() {
+            return false;
+        }
         let Blocks { hot, labels, runs, flags, .. } = &mut self.blocks;
         let mut sets = Components::new(labels);
         for j in 0..ny {
@@ -581,6 +584,33 @@ impl Sim<'_> {
             }
         }
         true
+    }
+}
+
+impl Sim<'_> {
+    /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
+    fn held_by_a_straight_yarn(&self) -> bool {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let live = |axis: Axis, i: usize, j: usize| {
+            let row = layout::row(self.blocks.hot, chunks, j);
+            layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+        };
+        let fixed = |i: usize, j: usize| self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i));
+        let held = |i: usize, j: usize| {
+            // Left, right, down and up, as far as the yarn is whole.
+            (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+                || (i + 1..nx)
+                    .map_while(|i| live(Axis::Horizontal, i - 1, j).then_some((i, j)))
+                    .any(|(i, j)| fixed(i, j))
+                || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+                || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
+        };
+        let words = self.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
+        // At least 1, so that no division by zero has to be compiled in.
+        let nx = nx.max(1);
+        words
+            .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
+            .any(|k| held(k % nx, k / nx))
     }
 }
 

@@ -47,8 +47,30 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    pub(crate) fn of(scene: &Scene, limits: StepLimits) -> Model {
-        let solid = Solid::of(&scene.projectile);
+    /// No constants: a place for [`Model::take`].
+    pub(crate) const NOTHING: Model = Model {
+        limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
+        pass_dt: 0.0,
+        pose: Pose::IDENTITY,
+        solid: Solid::NOTHING,
+        inertia: Inertia::NOTHING,
+        law: DamageLaw { critical_stretch: 0.0, a: 0.0, b: 0.0, alpha_fail: 0.0 },
+        critical: 0.0,
+        toe: Toe::NONE,
+        node_mass: 0.0,
+        unit_speed: 0.0,
+        unit_impulse: 0.0,
+        unit_energy: 0.0,
+        segment_volume: 0.0,
+        modulus_per_stiffness: 0.0,
+        mean_stiffness: 0.0,
+        mean_damage_rate: 0.0,
+        window_steps: 1,
+    };
+
+    /// Derives the constants, where they are: a copy would take a kilobyte of stack.
+    pub(crate) fn take(&mut self, scene: &Scene, limits: StepLimits) {
+        self.solid.take(&scene.projectile);
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let law = scene.damage_law();
@@ -56,25 +78,22 @@ impl Model {
         // kk = E A_0 dt^2 / (2 m h); plies cancel.
         let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * h / (scene.sheet.yarn_area * dt * dt);
         let window = math::round(scene.force_window / dt);
-        Model {
-            limits,
-            pass_dt: dt,
-            pose: Pose::of_sheet(&scene.sheet),
-            inertia: Inertia::of(&solid, scene.projectile.mass, scene.drive == Drive::Free),
-            solid,
-            law,
-            critical: law.critical_excess(),
-            toe: Toe::of(scene.slack_toe),
-            node_mass,
-            unit_speed: h / dt,
-            unit_impulse: node_mass * h / dt,
-            unit_energy: node_mass * (h / dt) * (h / dt),
-            segment_volume: scene.lumped_area() * h,
-            modulus_per_stiffness,
-            mean_stiffness: mean.modulus / modulus_per_stiffness,
-            mean_damage_rate: mean.damage_rate,
-            window_steps: if window >= 1.0 { window as u64 } else { 1 },
-        }
+        self.limits = limits;
+        self.pass_dt = dt;
+        self.pose = Pose::of_sheet(&scene.sheet);
+        self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
+        self.law = law;
+        self.critical = law.critical_excess();
+        self.toe = Toe::of(scene.slack_toe);
+        self.node_mass = node_mass;
+        self.unit_speed = h / dt;
+        self.unit_impulse = node_mass * h / dt;
+        self.unit_energy = node_mass * (h / dt) * (h / dt);
+        self.segment_volume = scene.lumped_area() * h;
+        self.modulus_per_stiffness = modulus_per_stiffness;
+        self.mean_stiffness = mean.modulus / modulus_per_stiffness;
+        self.mean_damage_rate = mean.damage_rate;
+        self.window_steps = if window >= 1.0 { window as u64 } else { 1 };
     }
 
     /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
@@ -95,7 +114,9 @@ impl Model {
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
     pub(crate) fn too_fast(&self, speed: f64, rate: f64) -> bool {
-        let (turning, reach) = if self.solid.feels_torque() { (rate, self.solid.reach()) } else { (0.0, 0.0) };
+        // A body that does not turn may be of any size: 0 times an infinite reach is no number.
+        let turns = self.solid.feels_torque() && rate != 0.0;
+        let (turning, reach) = if turns { (rate, self.solid.reach()) } else { (0.0, 0.0) };
         let within = speed + turning * reach < self.unit_speed && self.limits.dt * turning <= 0.5;
         !within
     }
@@ -141,8 +162,36 @@ impl Model {
     }
 }
 
+/// The projectile at the start of a checked scene, in the sheet's frame.
+///
+/// # Errors
+/// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a free node.
+#[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
+pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Error> {
+    let mut model = Model::NOTHING;
+    model.take(scene, limits);
+    let motion = path::into_sheet(&model.pose, &start_motion(scene));
+    model.check_speed(&motion)?;
+    let mut body = Body::of(&motion);
+    scene.symmetry.settle(&model.solid, &mut body, scene.sheet.spacing)?;
+    refuse_overlap(scene, &model, &body)?;
+    Ok(body)
+}
+
+/// The projectile's motion at the start, host's frame.
+pub(crate) fn start_motion(scene: &Scene) -> Motion {
+    let body = &scene.projectile;
+    Motion {
+        position: body.position,
+        velocity: body.velocity,
+        orientation: body.orientation,
+        angular_velocity: body.angular_velocity,
+    }
+}
+
 /// Refuses a start in which a free node of the flat sheet lies inside the projectile.
-pub(crate) fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
+#[inline(never)] // What it needs must not add to the stack of making the model.
+fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
     let h = scene.sheet.spacing;
     let search = Search::new(&model.solid, body, h, InstructionSet::Scalar);
     for j in 0..scene.sheet.nodes_y as usize {

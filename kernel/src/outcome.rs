@@ -82,16 +82,15 @@ pub struct Watch {
     pub latched: [Option<Latch>; 4],
 }
 
-impl Default for Watch {
-    fn default() -> Watch {
-        Watch {
-            first: None,
-            checkpoint: Vector::zeros(),
-            checkpoint_work: 0.0,
-            checkpoint_impulses: 0,
-            latched: [None; 4],
-        }
-    }
+impl Watch {
+    /// Nothing so far.
+    pub const NOTHING: Watch = Watch {
+        first: None,
+        checkpoint: Vector::new(0.0, 0.0, 0.0),
+        checkpoint_work: 0.0,
+        checkpoint_impulses: 0,
+        latched: [None; 4],
+    };
 }
 
 /// What a test looks at.

@@ -55,18 +55,27 @@ pub struct Polyhedron {
 impl Polyhedron {
     /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
     pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
-        let nothing = Face { normal: Vector::zeros(), distance: 0.0 };
-        let mut body = Polyhedron {
-            faces: [nothing; MAX_FACES],
-            face_count: faces.in_use().len(),
-            vertices: [Vector::zeros(); MAX_VERTICES],
-            vertex_count: 0,
-            reach: 0.0,
-            gyration,
-        };
-        body.faces.iter_mut().zip(faces.in_use()).for_each(|(face, plane)| *face = Face::of(*plane));
-        body.find_vertices();
+        let mut body = Polyhedron::NOTHING;
+        body.take(faces.in_use(), gyration);
         body
+    }
+
+    /// No faces: a place for [`Polyhedron::take`].
+    pub(crate) const NOTHING: Polyhedron = Polyhedron {
+        faces: [Face { normal: Vector::new(0.0, 0.0, 0.0), distance: 0.0 }; MAX_FACES],
+        face_count: 0,
+        vertices: [Vector::new(0.0, 0.0, 0.0); MAX_VERTICES],
+        vertex_count: 0,
+        reach: 0.0,
+        gyration: [0.0; 3],
+    };
+
+    /// Makes a polyhedron of nothing, where it is: a copy would take a kilobyte of stack.
+    pub(crate) fn take(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+        self.faces.iter_mut().zip(planes).for_each(|(face, plane)| *face = Face::of(*plane));
+        self.face_count = planes.len();
+        self.gyration = gyration;
+        self.find_vertices();
     }
 
     fn faces(&self) -> &[Face] {
@@ -90,18 +99,24 @@ impl Polyhedron {
     }
 
     fn find_vertices(&mut self) {
-        // A copy, because vertices are added on the way.
-        let all = self.faces;
-        let faces = all.get(..self.face_count).unwrap_or(&all);
-        for (i, a) in faces.iter().enumerate() {
-            for (j, b) in faces.iter().enumerate().skip(i + 1) {
-                for c in faces.iter().skip(j + 1) {
-                    if let Some(vertex) = meeting_point(a, b, c) {
+        for i in 0..self.face_count {
+            for j in i + 1..self.face_count {
+                for k in j + 1..self.face_count {
+                    if let Some(vertex) = self.meeting_point(i, j, k) {
                         self.take_vertex(vertex);
                     }
                 }
             }
         }
+    }
+
+    /// The point on three faces' planes; None if two of them, or all three, are nearly parallel to one line.
+    fn meeting_point(&self, i: usize, j: usize, k: usize) -> Option<Vector> {
+        let (a, b, c) = (self.faces.get(i)?, self.faces.get(j)?, self.faces.get(k)?);
+        let (bc, ca, ab) = (b.normal.cross(&c.normal), c.normal.cross(&a.normal), a.normal.cross(&b.normal));
+        let volume = a.normal.dot(&bc);
+        let parallel = (-PARALLEL..=PARALLEL).contains(&volume);
+        (!parallel).then(|| (bc * a.distance + ca * b.distance + ab * c.distance) / volume)
     }
 
     /// Keeps a point where three planes meet, unless it lies outside another or is known.
@@ -206,16 +221,9 @@ impl Polyhedron {
     }
 }
 
-/// The point on three planes; None if two of them, or all three, are nearly parallel to one line.
-fn meeting_point(a: &Face, b: &Face, c: &Face) -> Option<Vector> {
-    let (bc, ca, ab) = (b.normal.cross(&c.normal), c.normal.cross(&a.normal), a.normal.cross(&b.normal));
-    let volume = a.normal.dot(&bc);
-    let parallel = (-PARALLEL..=PARALLEL).contains(&volume);
-    (!parallel).then(|| (bc * a.distance + ca * b.distance + ab * c.distance) / volume)
-}
-
 /// Refuses faces that are too few, too many, not finite, without a unit normal, not about the centre of mass, nearer to it
 /// than the node spacing, or that enclose nothing.
+#[inline(never)] // The polyhedron must not add to the stack of what is checked next.
 pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
     const FIELD: &str = "projectile.faces";
     if faces.count < 4 || faces.count as usize > MAX_FACES {
@@ -233,7 +241,8 @@ pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
             return Err(Error::new(Code::ProjectileTooSmall, FIELD, distance, spacing));
         }
     }
-    let body = Polyhedron::new(faces, [0.0; 3]);
+    let mut body = Polyhedron::NOTHING;
+    body.take(faces.in_use(), [0.0; 3]);
     if body.is_unbounded() {
         return Err(Error::plain(Code::UnboundedFaces, FIELD));
     }

@@ -16,6 +16,9 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The host's frame itself.
+    pub(crate) const IDENTITY: Pose = Pose { position: Vector::new(0.0, 0.0, 0.0), orientation: None };
+
     /// The sheet's pose in the host's frame.
     pub fn of_sheet(sheet: &Sheet) -> Pose {
         let q = sheet.orientation;

@@ -10,7 +10,7 @@
 use crate::pose::{self, Vector};
 use crate::scene::RotationRule;
 use crate::shape::Solid;
-use nalgebra::Quaternion;
+use nalgebra::{Quaternion, Vector4};
 
 /// Position, orientation and rates of a rigid body in one frame. Angular velocity in the axes of that frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +39,14 @@ pub struct Inertia {
 }
 
 impl Inertia {
+    /// No mass.
+    pub(crate) const NOTHING: Inertia = Inertia {
+        mass: 0.0,
+        moments: Vector::new(0.0, 0.0, 0.0),
+        inverse_mass: 0.0,
+        inverse_moments: Vector::new(0.0, 0.0, 0.0),
+    };
+
     /// Constants of a solid of the given mass; `movable` false for a prescribed body.
     pub fn of(solid: &Solid, mass: f64, movable: bool) -> Inertia {
         let moments = Vector::from(solid.inertia(mass));
@@ -63,6 +71,14 @@ pub struct Body {
 }
 
 impl Body {
+    /// At rest at the origin.
+    pub(crate) const AT_REST: Body = Body {
+        position: Vector::new(0.0, 0.0, 0.0),
+        orientation: Quaternion { coords: Vector4::new(0.0, 0.0, 0.0, 1.0) },
+        velocity: Vector::new(0.0, 0.0, 0.0),
+        angular_velocity: Vector::new(0.0, 0.0, 0.0),
+    };
+
     /// The body in a given motion.
     pub fn of(motion: &Motion) -> Body {
         let orientation = pose::normalised(motion.orientation);
@@ -254,5 +270,94 @@ mod tests {
         let expected = rate * spin * dt * steps as f64;
         let turns = crate::math::round(expected / core::f64::consts::TAU) * core::f64::consts::TAU;
         assert!((angle - (expected - turns)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_largest_component_by_size() {
+        for (v, size) in
+            [([-3.0, 2.0, 1.0], 3.0), ([1.0, -3.0, 2.0], 3.0), ([2.0, 1.0, 3.0], 3.0), ([0.0, -0.5, 0.25], 0.5)]
+        {
+            assert_eq!(max_component(&Vector::from(v)), size);
+        }
+        assert_eq!(max_component(&Vector::zeros()), 0.0);
+    }
+
+    #[test]
+    fn iterations_end_where_nothing_moves_any_more() {
+        // A step as long as the limit allows, dt |w| = 0.5: the equations of both rules hold to rounding.
+        // Slow or fast: what counts is the angle.
+        for speed in [1e-6, 1.0, 1e4] {
+            let (moments, w) = (Vector::new(1.0, 2.0, 3.0), Vector::new(30.0, -20.0, 34.0) * speed);
+            let dt = 0.5 / w.norm();
+            let moment = |w: &Vector| w.component_mul(&moments).cross(w).component_div(&moments);
+            let middle = midpoint_rate(&w, &moments, dt);
+            assert!((middle - w - moment(&middle) * (0.5 * dt)).norm() <= 4e-15 * w.norm());
+            for theta in [0.25, 0.5, 1.0] {
+                let end = theta_rate(&w, &moments, theta, dt);
+                let mean = moment(&w) * (1.0 - theta) + moment(&end) * theta;
+                assert!((end - w - mean * dt).norm() <= 4e-15 * w.norm(), "{theta}");
+            }
+        }
+    }
+
+    #[test]
+    fn kinetic_energy_of_translation_and_spin() {
+        let solid = Solid::Cylinder { radius: 2.0, half_length: 3.0 };
+        let inertia = Inertia::of(&solid, 12.0, true);
+        // Moments: 12 (3 4 + 36)/12 = 48 across and 12 4/2 = 24 along.
+        assert_eq!(inertia.moments, Vector::new(48.0, 48.0, 24.0));
+        let motion = Motion {
+            position: [0.0; 3],
+            velocity: [1.0, -2.0, 3.0],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            angular_velocity: [0.5, -1.0, 2.0],
+        };
+        assert_eq!(Body::of(&motion).kinetic_energy(&inertia), 0.5 * 12.0 * 14.0 + 0.5 * (12.0 + 48.0 + 96.0));
+    }
+
+    #[test]
+    fn both_rules_turn_a_body_about_a_principal_axis_at_a_steady_rate() {
+        let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
+        let inertia = Inertia::of(&solid, 0.037, true);
+        let motion = Motion {
+            position: [1.0, 2.0, 3.0],
+            velocity: [-4.0, 5.0, 6.0],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            angular_velocity: [0.0, 0.0, 50.0],
+        };
+        for rule in [RotationRule::Midpoint, RotationRule::Theta(0.5), RotationRule::Theta(1.0)] {
+            let mut body = Body::of(&motion);
+            (0..100).for_each(|_| body.drift(&solid, &inertia, rule, 1e-4));
+            assert!((body.position - Vector::new(0.96, 2.05, 3.06)).norm() < 1e-12);
+            assert_eq!(body.angular_velocity, Vector::new(0.0, 0.0, 50.0));
+            // Cayley's turn per step is 2 atan(dt w/2).
+            let angle = 100.0 * crate::math::atan2(0.5 * 1e-4 * 50.0, 1.0);
+            assert!((body.orientation.w - crate::math::cos(angle)).abs() < 1e-13);
+            assert!((body.orientation.k - crate::math::sin(angle)).abs() < 1e-13);
+        }
+    }
+
+    /// The mean of the theta rule turns the body: of a tumbling one too.
+    #[test]
+    fn the_theta_rule_turns_by_the_weighted_mean_of_the_rates() {
+        let solid = Solid::Cylinder { radius: 6.35e-3, half_length: 0.01905 };
+        let inertia = Inertia::of(&solid, 0.037, true);
+        let motion = Motion {
+            position: [0.0; 3],
+            velocity: [0.0; 3],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            angular_velocity: [40.0, 0.0, 50.0],
+        };
+        let dt = 5e-3;
+        for theta in [0.25, 0.5, 0.75] {
+            let mut body = Body::of(&motion);
+            let first = body.angular_velocity;
+            body.drift(&solid, &inertia, RotationRule::Theta(theta), dt);
+            let mean = first * (1.0 - theta) + body.angular_velocity * theta;
+            // The quaternion's vector part over its scalar part is dt/2 times the rate.
+            let q = body.orientation;
+            let rate = Vector::new(q.i, q.j, q.k) * (2.0 / (dt * q.w));
+            assert!((rate - mean).norm() < 1e-12 * mean.norm() && (body.angular_velocity - first).norm() > 1.0);
+        }
     }
 }

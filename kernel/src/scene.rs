@@ -296,8 +296,8 @@ pub struct Scene {
     pub track_detachment: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes under the projectile at once; 0 = automatic (four times the nodes that would cover
-    /// the projectile's surface).
+    /// Greatest number of nodes under the projectile at once; 0 = automatic (1.6 times the nodes of a flat piece of sheet that
+    /// wraps the projectile whole, 4 times with a free sheet).
     pub contact_capacity: u32,
 }
 
@@ -325,7 +325,7 @@ pub struct StepLimits {
 
 impl Scene {
     /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100 m/s along +z.
-    pub fn sheet_3in_sphere() -> Scene {
+    pub const fn sheet_3in_sphere() -> Scene {
         let radius = 6.35e-3;
         Scene {
             sheet: Sheet {
@@ -338,7 +338,7 @@ impl Scene {
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },
-            symmetry: Symmetry::default(),
+            symmetry: Symmetry { mirror_x: false, mirror_y: false },
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
             yarn: Yarn {
                 modulus_mean: 140.21e9,
@@ -382,7 +382,7 @@ impl Scene {
     }
 
     /// The paper's 10 in sheet: 350 x 350 nodes, two sides held, the 37 g flat-ended cylinder at its centre, 100 m/s along +z.
-    pub fn sheet_10in_cylinder() -> Scene {
+    pub const fn sheet_10in_cylinder() -> Scene {
         let small = Scene::sheet_3in_sphere();
         let length = 0.0381;
         Scene {
@@ -657,6 +657,7 @@ impl Scene {
         Ok(())
     }
 
+    #[inline(never)] // Its solid must not add to the stack of what is checked next.
     fn check_attachment(&self) -> Result<(), Error> {
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());

@@ -12,7 +12,7 @@ use crate::math;
 use crate::polyhedron::{self, Polyhedron};
 use crate::pose::Vector;
 use crate::projectile::into_body;
-use crate::scene::{self, Faces, Projectile, Shape};
+use crate::scene::{self, Projectile, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -106,25 +106,42 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
 impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
+        let mut solid = Solid::NOTHING;
+        solid.take(body);
+        solid
+    }
+
+    /// No solid: a place for [`Solid::take`].
+    pub(crate) const NOTHING: Solid = Solid::Sphere { radius: 0.0 };
+
+    /// Makes the solid of a projectile, where it is: a copy would take a kilobyte of stack.
+    pub(crate) fn take(&mut self, body: &Projectile) {
         let radius = body.radius;
         match body.shape {
-            Shape::Sphere => Solid::Sphere { radius },
-            Shape::Cylinder => Solid::Cylinder { radius, half_length: 0.5 * body.length },
+            Shape::Sphere => *self = Solid::Sphere { radius },
+            Shape::Cylinder => *self = Solid::Cylinder { radius, half_length: 0.5 * body.length },
             Shape::HemisphericalCylinder => {
                 let shank = body.length - radius;
-                Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
+                *self = Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
             }
             Shape::Box => {
                 let [a, b, c] = body.size;
                 let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
-                Solid::Polyhedron(Polyhedron::new(&box_faces(body.size), gyration))
+                self.take_polyhedron(&box_faces(body.size), gyration);
             }
             Shape::Polyhedron => {
                 // A body of unknown mass has no known moments.
                 let known = body.mass > 0.0;
                 let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
-                Solid::Polyhedron(Polyhedron::new(&body.faces, gyration))
+                self.take_polyhedron(body.faces.in_use(), gyration);
             }
+        }
+    }
+
+    fn take_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+        *self = Solid::Polyhedron(Polyhedron::NOTHING);
+        if let Solid::Polyhedron(body) = self {
+            body.take(planes, gyration);
         }
     }
 
@@ -269,15 +286,15 @@ fn nose(radius: f64, shank: f64) -> f64 {
 }
 
 /// The faces of a box in the order +x, -x, +y, -y, +z, -z.
-fn box_faces([a, b, c]: [f64; 3]) -> Faces {
-    Faces::of(&[
+fn box_faces([a, b, c]: [f64; 3]) -> [[f64; 4]; 6] {
+    [
         [1.0, 0.0, 0.0, 0.5 * a],
         [-1.0, 0.0, 0.0, 0.5 * a],
         [0.0, 1.0, 0.0, 0.5 * b],
         [0.0, -1.0, 0.0, 0.5 * b],
         [0.0, 0.0, 1.0, 0.5 * c],
         [0.0, 0.0, -1.0, 0.5 * c],
-    ])
+    ]
 }
 
 fn ball_gap(p: &Vector, radius: f64, normal_at_centre: Vector) -> Gap {
@@ -307,7 +324,7 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 mod tests {
     use super::*;
     use crate::prism;
-    use crate::scene::Scene;
+    use crate::scene::{Faces, Scene};
     use std::vec::Vec;
 
     fn cylinder() -> Solid {
@@ -374,6 +391,14 @@ mod tests {
         let half = bullet(0.01, 0.01).inertia(2.0);
         close(half[0], 83.0 / 320.0 * 2.0 * 1e-4);
         close(half[2], 0.4 * 2.0 * 1e-4);
+        // A stubby one: both parts about the flat where they meet, moved to the common centre of mass.
+        let (r, s) = (0.01_f64, 0.012_f64);
+        let Solid::HemisphericalCylinder { nose, .. } = bullet(r, r + s) else { panic!() };
+        let rod = 2.0 * s / (s + 2.0 / 3.0 * r);
+        let about_flat = rod * (0.25 * r * r + s * s / 3.0) + (2.0 - rod) * 0.4 * r * r;
+        close(nose, (rod * 0.5 * s - (2.0 - rod) * 0.375 * r) / 2.0);
+        close(bullet(r, r + s).inertia(2.0)[0], about_flat - 2.0 * nose * nose);
+        close(bullet(r, r + s).inertia(2.0)[2], (0.5 * rod + 0.4 * (2.0 - rod)) * r * r);
         // A long one is nearly a rod: m L^2/12.
         let rod = bullet(1e-3, 100.0).inertia(3.0);
         assert!((rod[0] / (3.0 * 100.0 * 100.0 / 12.0) - 1.0).abs() < 1e-4);
@@ -567,7 +592,7 @@ mod tests {
         let faces = box_faces([0.01; 3]);
         let cube = |moments| {
             let base = Scene::sheet_3in_sphere().projectile;
-            Solid::of(&Projectile { shape: Shape::Polyhedron, faces, moments, mass: 1.0, ..base })
+            Solid::of(&Projectile { shape: Shape::Polyhedron, faces: Faces::of(&faces), moments, mass: 1.0, ..base })
         };
         assert_eq!(of(&cube([2e-5; 3])), [true, true, true, true, false]);
         assert_eq!(of(&cube([2e-5, 3e-5, 2e-5])), [true, true, true, false, false]);
@@ -593,5 +618,167 @@ mod tests {
             let [a, b, c] = solid.half_extents(&Quaternion::new(0.5, -0.5, 0.1, 0.7).normalize());
             assert!(inside.iter().all(|p| p.norm() <= math::length([a, b, c])));
         }
+    }
+
+    /// The point that the support is of lies on the surface, at exactly that height.
+    #[test]
+    fn support_is_that_of_a_point_of_the_surface() {
+        for k in 0..500 {
+            let way = random_point(k, 1.0).normalize();
+            let ring = |radius: f64, z: f64| {
+                let across = math::sqrt(way.x * way.x + way.y * way.y);
+                Vector::new(radius * way.x / across, radius * way.y / across, z)
+            };
+            for solid in all() {
+                let point = match &solid {
+                    Solid::Sphere { radius } => way * *radius,
+                    Solid::Cylinder { radius, half_length } => ring(*radius, half_length.copysign(way.z)),
+                    Solid::HemisphericalCylinder { radius, nose, .. } if way.z > 0.0 => {
+                        way * *radius + Vector::new(0.0, 0.0, *nose)
+                    }
+                    Solid::HemisphericalCylinder { radius, shank, nose } => ring(*radius, nose - shank),
+                    // Its corners are tested in polyhedron.rs.
+                    Solid::Polyhedron(_) => continue,
+                };
+                assert!((solid.support(&way) - point.dot(&way)).abs() < 1e-16, "{solid:?}");
+                assert!(solid.gap(&point).distance.abs() < 1e-16);
+            }
+        }
+    }
+
+    #[test]
+    fn support_along_the_axis() {
+        let (up, down) = (Vector::new(0.0, 0.0, 1.0), Vector::new(0.0, 0.0, -1.0));
+        assert_eq!([up, down].map(|way| cylinder().support(&way)), [0.01905; 2]);
+        let solid = bullet(6e-3, 0.03);
+        let Solid::HemisphericalCylinder { nose, shank, .. } = solid else { panic!() };
+        assert_eq!([up, down].map(|way| solid.support(&way)), [nose + 6e-3, shank - nose]);
+        // Just across the axis the rim of the flat is the farthest.
+        assert!((solid.support(&Vector::new(1.0, 0.0, 0.0)) - 6e-3).abs() < 1e-18);
+    }
+
+    #[test]
+    fn extents_of_known_bodies() {
+        let close = |found: [f64; 3], expected: [f64; 3]| {
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-16), "{found:?} {expected:?}");
+        };
+        let none = Quaternion::new(1.0, 0.0, 0.0, 0.0);
+        let n = math::sqrt(0.5);
+        let (about_x, turned) = (Quaternion::new(n, n, 0.0, 0.0), Quaternion::new(0.0, 1.0, 0.0, 0.0));
+        close(cylinder().half_extents(&none), [6.35e-3, 6.35e-3, 0.01905]);
+        close(cylinder().half_extents(&about_x), [6.35e-3, 0.01905, 6.35e-3]);
+        close(cuboid([0.01, 0.016, 0.024]).half_extents(&about_x), [5e-3, 0.012, 8e-3]);
+        close(cuboid([0.01, 0.016, 0.024]).edges(), [0.01, 0.016, 0.024]);
+        close(cylinder().edges(), [0.0127, 0.0127, 0.0381]);
+        // Lop-sided: the farther end counts, whichever way up. The nose of a long bullet, the flat's rim of half a ball.
+        for (radius, length) in [(6e-3, 0.03), (0.01, 0.01)] {
+            let solid = bullet(radius, length);
+            let Solid::HemisphericalCylinder { nose, shank, .. } = solid else { panic!() };
+            let (tip, flat) = (nose + radius, shank - nose);
+            close(solid.edges(), [2.0 * radius, 2.0 * radius, length]);
+            close(solid.half_extents(&none), [radius, radius, tip.max(flat)]);
+            close(solid.half_extents(&turned), [radius, radius, tip.max(flat)]);
+            close([solid.reach(), 0.0, 0.0], [tip.max(math::sqrt(radius * radius + flat * flat)), 0.0, 0.0]);
+        }
+        close([cylinder().reach(), 0.0, 0.0], [math::sqrt(6.35e-3 * 6.35e-3 + 0.01905 * 0.01905), 0.0, 0.0]);
+        assert_eq!(
+            [cylinder().radius(), bullet(6e-3, 0.03).radius(), cuboid([0.01, 0.016, 0.024]).radius()],
+            [6.35e-3, 6e-3, 5e-3]
+        );
+        // Seen from above, a box covers a circle through its corners, a cylinder by convention that of its radius.
+        assert_eq!(cylinder().reach_in_plane(&about_x), 6.35e-3);
+        let corners = math::sqrt(5e-3 * 5e-3 + 0.012 * 0.012);
+        assert!((cuboid([0.01, 0.016, 0.024]).reach_in_plane(&about_x) - corners).abs() < 1e-16);
+        assert!(!all()[0].feels_torque() && all()[1..].iter().all(Solid::feels_torque));
+    }
+
+    #[test]
+    fn no_plane_askew_mirrors_a_body_of_revolution() {
+        for (x, y, z) in [(0.6, 0.0, 0.8), (-0.6, 0.0, 0.8), (0.0, -0.6, 0.8), (0.0, 0.6, -0.8), (-0.6, 0.0, -0.8)] {
+            let normal = Vector::new(x, y, z);
+            assert!(!cylinder().is_mirrored_by(&normal) && !bullet(6e-3, 0.03).is_mirrored_by(&normal));
+        }
+        for (x, y) in [(0.6, 0.8), (-0.6, 0.8), (-0.8, -0.6)] {
+            assert!(cylinder().is_mirrored_by(&Vector::new(x, y, 0.0)));
+            assert!(bullet(6e-3, 0.03).is_mirrored_by(&Vector::new(x, y, 0.0)));
+        }
+    }
+
+    #[test]
+    fn normals_on_the_axis_and_at_the_centre() {
+        // A long cylinder's axis: every way across is as near; the normal is one of them.
+        assert_eq!(cylinder().gap(&Vector::zeros()), Gap { distance: -6.35e-3, normal: Vector::new(1.0, 0.0, 0.0) });
+        for (z, sign) in [(0.03, 1.0), (-0.03, -1.0), (0.018, 1.0), (-0.018, -1.0)] {
+            assert_eq!(cylinder().gap(&Vector::new(0.0, 0.0, z)).normal, Vector::new(0.0, 0.0, sign));
+        }
+        assert_eq!(all()[0].gap(&Vector::zeros()).normal, Vector::new(0.0, 0.0, -1.0));
+        let solid = bullet(6e-3, 0.03);
+        let Solid::HemisphericalCylinder { nose, .. } = solid else { panic!() };
+        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose + 1e-3)).normal, Vector::new(0.0, 0.0, 1.0));
+        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose)).normal, Vector::new(1.0, 0.0, 0.0));
+        assert_eq!(solid.gap(&Vector::new(0.0, 0.0, nose - 0.025)).normal, Vector::new(0.0, 0.0, -1.0));
+    }
+
+    #[test]
+    fn each_dimension_is_accepted_at_its_limit_and_refused_below() {
+        let h = 7.26e-4;
+        let base = Projectile { radius: 0.01, length: 0.02, size: [0.01; 3], ..Scene::sheet_3in_sphere().projectile };
+        let refused = |body: Projectile, field: &str, value: f64, limit: f64| {
+            let error = check(&body, h).unwrap_err();
+            assert_eq!((error.field, error.value, error.limit), (field, value, limit));
+        };
+        for shape in [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder] {
+            assert_eq!(check(&Projectile { shape, radius: h, ..base }, h), Ok(()));
+            let less = h.next_down();
+            refused(Projectile { shape, radius: less, ..base }, "projectile.radius", less, h);
+        }
+        for shape in [Shape::Cylinder, Shape::HemisphericalCylinder] {
+            let (radius, less) = (h, (2.0 * h).next_down());
+            assert_eq!(check(&Projectile { shape, radius, length: 2.0 * h, ..base }, h), Ok(()));
+            refused(Projectile { shape, radius, length: less, ..base }, "projectile.length", less, 2.0 * h);
+        }
+        // A hemispherical cylinder is at least as long as its end; a flat-ended one may be a disc.
+        let (shape, less) = (Shape::HemisphericalCylinder, 0.01_f64.next_down());
+        assert_eq!(check(&Projectile { shape, length: 0.01, ..base }, h), Ok(()));
+        refused(Projectile { shape, length: less, ..base }, "projectile.length", less, 0.01);
+        assert_eq!(check(&Projectile { shape: Shape::Cylinder, length: less, ..base }, h), Ok(()));
+        for k in 0..3 {
+            let sized = |edge: f64| {
+                let mut body = Projectile { shape: Shape::Box, ..base };
+                body.size[k] = edge;
+                body
+            };
+            let less = (2.0 * h).next_down();
+            assert_eq!(check(&sized(2.0 * h), h), Ok(()));
+            refused(sized(less), "projectile.size", less, 2.0 * h);
+        }
+    }
+
+    #[test]
+    fn no_moment_is_greater_than_the_others_together() {
+        // A flat disc has equality; rounding of 1e-9 is let through.
+        for (k, (factor, sound)) in (0..3).flat_map(|k| {
+            [(0.5, true), (1.0, true), (1.0 + 0.5e-9, true), (1.0 + 3e-9, false), (2.0, false)].map(|case| (k, case))
+        }) {
+            let mut moments = [3.0, 3.0, 3.0];
+            (moments[k], moments[(k + 1) % 3], moments[(k + 2) % 3]) = (3.0 * factor, 2.0, 1.0);
+            // The smaller ones stay possible.
+            assert_eq!(check_moments(moments).is_ok(), sound, "{moments:?}");
+        }
+        let error = check_moments([1.0, 4.0, 2.0]).unwrap_err();
+        assert_eq!((error.code, error.value, error.limit), (Code::ImpossibleMoments, 4.0, 3.0));
+        // Moments of a body of unknown mass are not read.
+        let faces = box_faces([0.01; 3]);
+        let base = Scene::sheet_3in_sphere().projectile;
+        let body = Projectile {
+            shape: Shape::Polyhedron,
+            faces: Faces::of(&faces),
+            moments: [1.0, 4.0, 2.0],
+            mass: 0.0,
+            ..base
+        };
+        assert_eq!(check(&body, 7.26e-4), Ok(()));
+        assert_eq!(check(&Projectile { mass: 1.0, ..body }, 7.26e-4).unwrap_err().code, Code::ImpossibleMoments);
+        assert_eq!(Solid::of(&body).inertia(2.0), [0.0; 3]);
     }
 }

@@ -10,7 +10,7 @@ use crate::error::{Code, Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::{self, Layout};
 use crate::math;
-use crate::model::{Model, refuse_overlap};
+use crate::model::{Model, start_body, start_motion};
 use crate::outcome::{FirstContact, Latch, Outcome};
 use crate::path::{self, Path, Track};
 use crate::pose::Vector;
@@ -20,6 +20,10 @@ use crate::state::{COUNT_MAX, State};
 use crate::sweep::Axis;
 use crate::weave::ATTACHMENTS;
 use crate::yarn::squared_stretch_excess;
+use core::mem::MaybeUninit;
+
+/// Largest stretch that a segment may be given beforehand; its square is far from overflow.
+pub(crate) const LARGEST_STRETCH: f64 = 1e100;
 
 /// The caller's memory: lengths from [`Layout::reals`] and [`Layout::words`]; longer is fine, content does not matter.
 pub struct Memory<'a> {
@@ -28,6 +32,21 @@ pub struct Memory<'a> {
     /// Integers.
     pub words: &'a mut [u32],
 }
+
+impl Memory<'_> {
+    /// Refuses memory that is too short for a scene of these sizes.
+    fn check(&self, layout: &Layout) -> Result<(), Error> {
+        for (field, have, need) in
+            [("memory.reals", self.reals.len(), layout.reals()), ("memory.words", self.words.len(), layout.words())]
+        {
+            if have < need {
+                return Err(Error::new(Code::ShortBuffer, field, have as f64, need as f64));
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Contact read-out. Host's axes, cumulative since the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
@@ -141,33 +160,69 @@ impl<'a> Sim<'a> {
     /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step,
     /// too heavy for its energy to be a number, or overlapping a free node. Memory is not written then.
     pub fn new(scene: &Scene, memory: Memory<'a>) -> Result<Sim<'a>, Error> {
+        let mut sim = Sim::NOTHING;
+        Sim::make(scene, memory, || &mut sim)?;
+        Ok(sim)
+    }
+
+    /// [`Sim::new`] in a given place, without a copy of the simulation on the stack: that would be some four kilobytes.
+    ///
+    /// # Errors
+    /// As for [`Sim::new`]. The place is not written then.
+    pub fn new_in<'p>(
+        place: &'p mut MaybeUninit<Sim<'a>>,
+        scene: &Scene,
+        memory: Memory<'a>,
+    ) -> Result<&'p mut Sim<'a>, Error> {
+        Sim::make(scene, memory, || place.write(Sim::NOTHING))
+    }
+
+    /// What is in a place before a simulation is made there.
+    const NOTHING: Sim<'a> = Sim {
+        scene: Scene::sheet_3in_sphere(),
+        layout: Layout::NOTHING,
+        model: Model::NOTHING,
+        state: State::at_start(Body::AT_REST),
+        blocks: Blocks::nothing(),
+        failed_segments: 0,
+        failure: None,
+        awake: [0, 0],
+        skip_rest: true,
+        instructions: InstructionSet::Scalar,
+    };
+
+    /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`] is.
+    fn make<'p>(
+        scene: &Scene,
+        memory: Memory<'a>,
+        place: impl FnOnce() -> &'p mut Sim<'a>,
+    ) -> Result<&'p mut Sim<'a>, Error>
+    where
+        'a: 'p,
+    {
         let layout = Layout::of(scene)?;
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
-        let blocks = Blocks::carve(memory, &layout)?;
+        memory.check(&layout)?;
         let limits = scene.step_limits()?;
-        let model = Model::of(scene, limits);
-        let motion = path::into_sheet(&model.pose, &start_motion(scene));
-        model.check_speed(&motion)?;
-        let mut body = Body::of(&motion);
-        scene.symmetry.settle(&model.solid, &mut body, scene.sheet.spacing)?;
-        let state = State::at_start(body);
-        refuse_overlap(scene, &model, &state.body)?;
-        let mut sim = Sim {
-            scene: *scene,
-            layout,
-            model,
-            state,
-            blocks,
-            failed_segments: 0,
-            failure: None,
-            awake: [0, 0],
-            skip_rest: true,
-            instructions: InstructionSet::widest(),
-        };
-        sim.fill_model()?;
-        sim.clear_state();
-        sim.start_audit();
+        let body = start_body(scene, limits)?;
+        let sim = place();
+        sim.scene = *scene;
+        sim.layout = layout;
+        sim.model.take(scene, limits);
+        sim.state = State::at_start(body);
+        sim.instructions = InstructionSet::widest();
+        sim.fill(memory)?;
         Ok(sim)
+    }
+
+    /// Takes the memory, which has been found to be enough, and fills it.
+    #[inline(never)] // The blocks must not add to the stack of the checks.
+    fn fill(&mut self, memory: Memory<'a>) -> Result<(), Error> {
+        self.blocks = Blocks::carve(memory, &self.layout)?;
+        self.fill_model()?;
+        self.clear_state();
+        self.start_audit();
+        Ok(())
     }
 
     /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the external load.
@@ -222,6 +277,13 @@ impl<'a> Sim<'a> {
     /// # Errors
     /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite, or too fast.
     pub fn follow(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
+        self.take_path(path, steps)?;
+        Ok(self.advance(steps)?)
+    }
+
+    /// Starts a path, or goes on along it, for `steps` steps to come.
+    #[inline(never)] // It must not add to the stack of the steps.
+    fn take_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.sound()?;
         if self.scene.drive != Drive::Prescribed {
             return Err(Error::plain(Code::WrongDrive, "drive"));
@@ -245,7 +307,7 @@ impl<'a> Sim<'a> {
             self.model.check_track(&track)?;
             self.state.track = track;
         }
-        Ok(self.advance(steps)?)
+        Ok(())
     }
 
     /// The body as a path starts from it: with the rates the path before ended with, if one ended just here.
@@ -363,8 +425,8 @@ impl<'a> Sim<'a> {
         if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
             return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
         }
-        if let Some(&above) = stretches.iter().find(|&&x| x > 1e100) {
-            return Err(Error::new(Code::OutOfRange, "stretches", above, 1e100));
+        if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
+            return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
         }
         let mut stretches = stretches.iter();
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
@@ -631,15 +693,5 @@ impl<'a> Sim<'a> {
 
     fn refuse_if_started(&self) -> Result<(), Error> {
         if self.state.step == 0 { Ok(()) } else { Err(Error::plain(Code::AlreadyStarted, "")) }
-    }
-}
-
-fn start_motion(scene: &Scene) -> Motion {
-    let body = &scene.projectile;
-    Motion {
-        position: body.position,
-        velocity: body.velocity,
-        orientation: body.orientation,
-        angular_velocity: body.angular_velocity,
     }
 }

@@ -7,13 +7,20 @@
 //! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
+use crate::blocks::in_runs;
 use crate::error::{Code, Error};
-use crate::layout;
+use crate::layout::{self, CHUNK};
 use crate::pose::Vector;
 use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
-use crate::sim::Sim;
+use crate::sim::{LARGEST_STRETCH, Sim};
 use crate::state::{COUNT_MAX, Parts, State, Visitor};
+use crate::sweep::FAILED;
 use crate::toe::NO_TOE;
+use crate::yarn::squared_stretch_excess;
+
+/// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
+/// No simulation goes on from there: it fails within two steps.
+const LARGEST_MOTION: f64 = 1e100;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
@@ -229,7 +236,25 @@ impl Sim<'_> {
     /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
     /// On an error nothing has changed.
     pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
-        let malformed = |value: f64, limit: f64| Error::new(Code::ImageMalformed, "image", value, limit);
+        let body = self.body_of(image)?;
+        let mut hash = Hash::default();
+        body.iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
+        let checksum = image.last_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+        if hash.value() != checksum {
+            return Err(malformed(0.0, 0.0));
+        }
+        self.take(body)
+    }
+
+    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
+    /// happens to bytes on their way, is not looked at. Everything else is.
+    pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
+        let body = self.body_of(image)?;
+        self.take(body)
+    }
+
+    /// The words of an image before its checksum, if it is one of this scene.
+    fn body_of<'b>(&self, image: &'b [u8]) -> Result<&'b [[u8; 8]], Error> {
         let needed = self.snapshot_bytes();
         let header_bytes = image.get(..8 * HEADER_WORDS).ok_or(malformed(image.len() as f64, needed as f64))?;
         let mut header = Reader { chunks: header_bytes.as_chunks::<8>().0.iter(), sound: true };
@@ -243,30 +268,32 @@ impl Sim<'_> {
         if header.word() != words || image.len() != needed {
             return Err(malformed(image.len() as f64, needed as f64));
         }
-        let (chunks, _) = image.as_chunks::<8>();
-        let (checksum, body) = chunks.split_last().ok_or(malformed(0.0, needed as f64))?;
-        let mut hash = Hash::default();
-        body.iter().for_each(|chunk| hash.word(u64::from_le_bytes(*chunk)));
-        if hash.value() != u64::from_le_bytes(*checksum) {
-            return Err(malformed(0.0, 0.0));
-        }
+        let (_, body) = image.as_chunks::<8>().0.split_last().ok_or(malformed(0.0, needed as f64))?;
+        Ok(body)
+    }
 
+    /// Takes the state that the words of an image hold, if it is one that a simulation can have.
+    fn take(&mut self, body: &[[u8; 8]]) -> Result<(), Error> {
         // First pass: every value is one a simulation can have.
         let mut reader = Reader { chunks: body.iter(), sound: true };
         (0..HEADER_WORDS).for_each(|_| _ = reader.word());
         let mut state = self.state;
         state.visit(self.layout.parts(), &mut reader);
-        if !reader.sound || !plausible(&state) || !self.arrays_sound(&mut reader) {
+        let arrays = reader.chunks.as_slice();
+        if !reader.sound || !plausible(&state) || !self.arrays_sound(arrays) {
             return Err(Error::plain(Code::ImageInvalid, "image"));
         }
 
         // Second pass: take them.
-        let mut reader = Reader { chunks: body.iter(), sound: true };
-        (0..HEADER_WORDS).for_each(|_| _ = reader.word());
-        self.state.visit(self.layout.parts(), &mut reader);
-        self.read_arrays(&mut reader);
+        self.state = state;
         self.take_halves(self.state.halved);
-        self.rebuild_derived();
+        let mut words = arrays;
+        // After a failure nothing is taken for granted.
+        let failed = self.failure.is_some();
+        self.refill(|sim, j| sim.read_row(j, &mut words) | failed);
+        for (flags, &word) in self.blocks.flags.iter_mut().zip(words) {
+            *flags = u64::from_le_bytes(word) as u32;
+        }
         Ok(())
     }
 
@@ -310,63 +337,86 @@ impl Sim<'_> {
         self.blocks.flags.iter().for_each(|&flags| word(flags as u64));
     }
 
-    /// Reads the arrays without taking them: all finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
-    fn arrays_sound(&self, reader: &mut Reader<'_>) -> bool {
-        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+    /// Looks at the words of the arrays: motion whose energy is finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
+    fn arrays_sound(&self, mut words: &[[u8; 8]]) -> bool {
+        // A segment breaks long before: only one that was broken beforehand has such a history.
+        let largest = squared_stretch_excess(LARGEST_STRETCH);
+        let possible = -LARGEST_MOTION..=LARGEST_MOTION;
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        for j in 0..ny {
-            for i in 0..nx {
-                (0..3).for_each(|_| _ = reader.finite());
-                let fixed = self.is_fixed(i, j);
-                for _ in 0..3 {
-                    let v = reader.finite();
-                    reader.sound &= !(fixed && v != 0.0);
-                }
+        let toe = self.layout.toe;
+        let mut sound = true;
+        for (j, run) in self.blocks.runs.iter().enumerate() {
+            for i in 0..self.layout.nodes_x {
+                let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
+                let node = node.map(real);
+                let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
+                sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
+                words = rest;
                 for _ in 0..usize::from(i < across) + usize::from(j < up) {
-                    let q = reader.finite();
-                    reader.sound &= q == 0.0 || q > self.model.critical;
-                    if self.layout.toe {
-                        let mark = reader.finite();
-                        reader.sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
+                    let Some((&q, rest)) = words.split_first() else { return false };
+                    let q = real(q);
+                    sound &= (q == 0.0) | (q == FAILED) | ((q > self.model.critical) & (q <= largest));
+                    words = rest;
+                    if toe {
+                        let Some((&mark, rest)) = words.split_first() else { return false };
+                        let mark = real(mark);
+                        sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
+                        words = rest;
                     }
                 }
             }
         }
-        for _ in 0..self.blocks.flags.len() {
-            reader.sound &= reader.word() <= u32::MAX as u64;
-        }
-        reader.sound
+        sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
     }
 
-    fn read_arrays(&mut self, reader: &mut Reader<'_>) {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+    /// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
+    fn read_row(&mut self, j: usize, words: &mut &[[u8; 8]]) -> bool {
+        let mut changed = false;
+        let (nx, chunks) = (self.layout.nodes_x, self.layout.chunks);
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        let mut take = |slot: Option<&mut f64>| {
-            let value = reader.finite();
-            if let Some(slot) = slot {
-                *slot = value;
-            }
-        };
-        for j in 0..ny {
-            let row = layout::row_mut(self.blocks.hot, chunks, j);
-            let history = layout::row_mut(self.blocks.history, chunks, j);
-            let marks = layout::row_mut(self.blocks.marks, chunks, j);
-            for i in 0..nx {
-                (0..6).for_each(|plane| take(layout::get_mut(row, plane, i)));
+        let row = layout::row_mut(self.blocks.hot, chunks, j);
+        let history = layout::row_mut(self.blocks.history, chunks, j);
+        let marks = layout::row_mut(self.blocks.marks, chunks, j);
+        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
+            let mut marks = marks.get_mut(c);
+            #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+            for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
+                let i = c * CHUNK + lane;
+                let Some((node, rest)) = words.split_first_chunk::<6>() else { return true };
+                *words = rest;
+                for (plane, &word) in hot.iter_mut().zip(node) {
+                    plane[lane] = real(word);
+                }
                 for (axis, exists) in [(0, i < across), (1, j < up)] {
-                    if exists {
-                        take(layout::get_mut(history, axis, i));
+                    if !exists {
+                        continue;
                     }
-                    if exists && self.layout.toe {
-                        take(layout::get_mut(marks, axis, i));
+                    let Some((&largest, rest)) = words.split_first() else { return true };
+                    let largest = real(largest);
+                    changed |= history[axis][lane] != largest;
+                    history[axis][lane] = largest;
+                    *words = rest;
+                    if let Some(marks) = &mut marks {
+                        let Some((&mark, rest)) = words.split_first() else { return true };
+                        marks[axis][lane] = real(mark);
+                        *words = rest;
                     }
                 }
             }
         }
-        for flags in self.blocks.flags.iter_mut() {
-            *flags = reader.word() as u32;
-        }
+        changed
     }
+}
+
+/// A word of an image as a number.
+#[inline(always)]
+fn real(word: [u8; 8]) -> f64 {
+    f64::from_bits(u64::from_le_bytes(word))
+}
+
+/// Bytes that are no image, or not an unchanged one.
+fn malformed(value: f64, limit: f64) -> Error {
+    Error::new(Code::ImageMalformed, "image", value, limit)
 }
 
 /// Scalar values beyond being finite: unit quaternions and a path that covers the present step.
@@ -389,6 +439,7 @@ fn plausible(state: &State) -> bool {
 mod tests {
     use super::*;
     use crate::projectile::{Body, Motion};
+    use std::vec::Vec;
 
     struct Counter(usize);
     impl Visitor for Counter {
@@ -417,5 +468,195 @@ mod tests {
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
         }
+    }
+
+    #[test]
+    fn a_step_of_the_hash_is_a_bijection() {
+        // Words that bring the hash's product to x and to y are found with the multiplier's inverse modulo 2^64.
+        let multiplier = 0x0000_0100_0000_01b3_u64;
+        let mut inverse = 1_u64;
+        (0..6).for_each(|_| inverse = inverse.wrapping_mul(2_u64.wrapping_sub(multiplier.wrapping_mul(inverse))));
+        assert_eq!(multiplier.wrapping_mul(inverse), 1);
+        let start = Hash::default().value();
+        let hash = |product: u64| {
+            let mut hash = Hash::default();
+            hash.word(product.wrapping_mul(inverse) ^ start);
+            hash.value()
+        };
+        for k in 0..200 {
+            let x = crate::random::splitmix64(k);
+            for bit in 0..64 {
+                assert_ne!(hash(x), hash(x ^ (1 << bit)));
+                let mut words = [Hash::default(); 2];
+                words[0].word(x);
+                words[1].word(x ^ (1 << bit));
+                assert_ne!(words[0].value(), words[1].value());
+            }
+        }
+    }
+
+    #[test]
+    fn only_unit_quaternions_finite_speeds_and_paths_begun_are_plausible() {
+        let motion = Motion {
+            position: [0.0; 3],
+            velocity: [0.0; 3],
+            orientation: [0.5, -0.5, 0.5, -0.5],
+            angular_velocity: [0.0; 3],
+        };
+        let state = State::at_start(Body::of(&motion));
+        assert!(plausible(&state));
+        let quaternion = |k: usize, squared: f64| {
+            // Unequal parts; part k makes up the length.
+            let mut parts = [0.3, -0.4, 0.5, 0.6];
+            parts[k] = 0.0;
+            let others: f64 = parts.iter().map(|part| part * part).sum();
+            parts[k] = crate::math::sqrt(squared - others);
+            crate::pose::quaternion(parts)
+        };
+        for k in 0..4 {
+            for (squared, sound) in [(0.98, false), (0.991, true), (1.0, true), (1.009, true), (1.02, false)] {
+                let (mut body, mut start, mut end) = (state, state, state);
+                body.body.orientation = quaternion(k, squared);
+                start.track.start.orientation = quaternion(k, squared);
+                end.track.end.orientation = quaternion(k, squared);
+                assert_eq!([body, start, end].map(|state| plausible(&state)), [sound; 3], "{k} {squared}");
+            }
+        }
+        for (steps, first, step, sound) in [(0, 9, 5, true), (3, 4, 5, true), (3, 5, 5, true), (3, 6, 5, false)] {
+            let mut path = state;
+            (path.track.steps, path.track.first, path.step) = (steps, first, step);
+            assert_eq!(plausible(&path), sound, "{steps} {first} {step}");
+        }
+        for k in 0..3 {
+            let mut fast = state;
+            fast.body.velocity[k] = f64::INFINITY;
+            assert!(!plausible(&fast));
+        }
+    }
+
+    #[test]
+    fn every_option_has_a_fingerprint_of_its_own() {
+        let print = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::sheet_3in_sphere();
+            scene.yarn.stochastic = false;
+            change(&mut scene);
+            fingerprint(&scene, 1e-7)
+        };
+        let mirror = |mirror_x, mirror_y| move |s: &mut Scene| s.symmetry = Symmetry { mirror_x, mirror_y };
+        let theta = |theta, tolerance, max_iterations| {
+            let rule = crate::scene::ThetaRule { theta, tolerance, max_iterations };
+            move |s: &mut Scene| s.integrator = Integrator::Theta(rule)
+        };
+        let prints = [
+            print(&|_| ()),
+            print(&|s| s.yarn.stochastic = true),
+            print(&|s| (s.yarn.stochastic, s.yarn.draw) = (true, Draw::Yarn)),
+            print(&mirror(true, false)),
+            print(&mirror(false, true)),
+            print(&mirror(true, true)),
+            print(&theta(0.5, 1e-10, 500)),
+            print(&theta(1.0, 1e-10, 500)),
+            print(&theta(0.5, 1e-9, 500)),
+            print(&theta(0.5, 1e-10, 400)),
+            print(&|s| s.step_after_failure = StepAfterFailure::Half),
+            print(&|s| s.slack_toe = 0.01),
+            print(&|s| s.slack_toe = 0.02),
+            print(&|s| s.rotation_rule = RotationRule::Theta(0.5)),
+            print(&|s| s.rotation_rule = RotationRule::Theta(1.0)),
+            print(&|s| s.track_detachment = !s.track_detachment),
+            print(&|s| s.track_support = !s.track_support),
+            print(&|s| s.seed += 1),
+            print(&|s| s.sheet.nodes_x += 1),
+            print(&|s| s.sheet.nodes_y += 1),
+            print(&|s| s.projectile.mass *= 2.0),
+            print(&|s| s.projectile.shape = Shape::Cylinder),
+            print(&|s| s.projectile.shape = Shape::Box),
+        ];
+        for (k, print) in prints.iter().enumerate() {
+            assert!(!prints[..k].contains(print), "{k}");
+        }
+        // What is not used does not count.
+        assert_eq!(print(&|s| s.yarn.draw = Draw::Yarn), prints[0]);
+    }
+
+    /// An image with one word changed and its checksum made anew.
+    fn forged(image: &[u8], at: usize, word: u64) -> Vec<u8> {
+        let mut image = image.to_vec();
+        image[8 * at..8 * at + 8].copy_from_slice(&word.to_le_bytes());
+        let body = image.len() - 8;
+        let mut hash = Hash::default();
+        image[..body].as_chunks::<8>().0.iter().for_each(|chunk| hash.word(u64::from_le_bytes(*chunk)));
+        image[body..].copy_from_slice(&hash.value().to_le_bytes());
+        image
+    }
+
+    #[test]
+    fn each_word_of_an_image_is_taken_where_a_simulation_can_have_it_and_refused_elsewhere() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (5, 4);
+        (scene.yarn.stochastic, scene.track_detachment, scene.slack_toe) = (false, true, 0.02);
+        scene.attachment.kind = crate::scene::AttachmentKind::TwoSides;
+        let layout = crate::Layout::of(&scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        let mut sim = Sim::new(&scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap();
+        let mut image = std::vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        let (critical, first) = (sim.model.critical, sim.digest());
+        let mut check = |at: usize, word: u64, sound: bool| {
+            let forged = forged(&image, at, word);
+            let found = sim.load(&forged);
+            assert_eq!(
+                found,
+                if sound { Ok(()) } else { Err(Error::plain(Code::ImageInvalid, "image")) },
+                "{at} {word:x}"
+            );
+            if sound {
+                let mut saved = std::vec![0; forged.len()];
+                sim.save(&mut saved).unwrap();
+                assert!(saved == forged, "what was taken comes out again: {at} {word:x}");
+                assert_eq!(sim.digest() == first, forged == image, "digests tell states apart: {at} {word:x}");
+            }
+        };
+        // The step count, and the nodes in order: three displacements, three velocities, and for each segment that starts
+        // there its history and its mark.
+        for at in HEADER_WORDS..frame_words(layout.parts()) - 1 {
+            check(at, f64::NAN.to_bits(), false);
+        }
+        check(HEADER_WORDS, COUNT_MAX, true);
+        check(HEADER_WORDS, COUNT_MAX + 1, false);
+        let mut at = frame_words(layout.parts()) - 1;
+        for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
+            for k in 0..6 {
+                check(at + k, f64::NAN.to_bits(), false);
+                check(at + k, f64::INFINITY.to_bits(), false);
+                // Left and right side are fixed: they may be elsewhere, but not move.
+                check(at + k, 1e-3_f64.to_bits(), k < 3 || (1..4).contains(&i));
+            }
+            at += 6;
+            for _ in 0..usize::from(i < 4) + usize::from(j < 3) {
+                for (q, sound) in [(0.0, true), (critical, false), (critical.next_up(), true), (-0.1, false)] {
+                    check(at, q.to_bits(), sound);
+                }
+                check(at, f64::NAN.to_bits(), false);
+                for (mark, sound) in [(NO_TOE, true), (0.0, true), (-1.0, true), (-0.5, true)] {
+                    check(at + 1, mark.to_bits(), sound);
+                }
+                for mark in [1e-9, -1.0 - 1e-9, f64::NAN] {
+                    check(at + 1, mark.to_bits(), mark == NO_TOE);
+                }
+                at += 2;
+            }
+        }
+        // One word of flags for 20 nodes, and the checksum.
+        check(at, u64::from(u32::MAX), true);
+        check(at, u64::from(u32::MAX) + 1, false);
+        assert_eq!(8 * (at + 2), image.len());
+        // The last bit of a number, a count or a flag is seen by the digest, unless it follows from the rest.
+        let seen = (HEADER_WORDS..frame_words(layout.parts()) - 1).filter(|&at| {
+            let word = image[8 * at..8 * at + 8].try_into().map_or(0, u64::from_le_bytes);
+            sim.load(&forged(&image, at, word ^ 1)).unwrap();
+            sim.digest() != first
+        });
+        assert!(seen.count() > STATE_WORDS / 2);
     }
 }

@@ -54,32 +54,33 @@ pub struct Sums {
     pub first_momentum: Vector,
 }
 
-impl Default for Sums {
-    fn default() -> Sums {
-        Sums {
-            impulse: Vector::zeros(),
-            angular_impulse: Vector::zeros(),
-            work: 0.0,
-            loss: 0.0,
-            external_impulse: Vector::zeros(),
-            external_work: 0.0,
-            support: [Vector::zeros(); ATTACHMENTS],
-            window: Vector::zeros(),
-            force_peak: 0.0,
-            worst_penetration: 0.0,
-            impulses: 0,
-            contacts: 0,
-            unconverged: 0,
-            most_sweeps: 0,
-            most_candidates: 0,
-            iterations: 0,
-            most_iterations: 0,
-            halving_energy: 0.0,
-            first_energy: 0.0,
-            first_momentum: Vector::zeros(),
-        }
-    }
+impl Sums {
+    /// Nothing so far.
+    pub const NOTHING: Sums = Sums {
+        impulse: ZERO,
+        angular_impulse: ZERO,
+        work: 0.0,
+        loss: 0.0,
+        external_impulse: ZERO,
+        external_work: 0.0,
+        support: [ZERO; ATTACHMENTS],
+        window: ZERO,
+        force_peak: 0.0,
+        worst_penetration: 0.0,
+        impulses: 0,
+        contacts: 0,
+        unconverged: 0,
+        most_sweeps: 0,
+        most_candidates: 0,
+        iterations: 0,
+        most_iterations: 0,
+        halving_energy: 0.0,
+        first_energy: 0.0,
+        first_momentum: ZERO,
+    };
 }
+
+const ZERO: Vector = Vector::new(0.0, 0.0, 0.0);
 
 /// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums cannot overflow.
 pub const COUNT_MAX: u64 = 1 << 53;
@@ -116,16 +117,16 @@ pub struct State {
 
 impl State {
     /// The state at rest before the first step.
-    pub fn at_start(body: Body) -> State {
+    pub const fn at_start(body: Body) -> State {
         State {
             step: 0,
             body,
-            force: Vector::zeros(),
-            torque: Vector::zeros(),
+            force: ZERO,
+            torque: ZERO,
             halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
-            sums: Sums::default(),
-            watch: Watch::default(),
+            sums: Sums::NOTHING,
+            watch: Watch::NOTHING,
         }
     }
 

@@ -30,6 +30,9 @@ pub struct Toe {
 }
 
 impl Toe {
+    /// No toe.
+    pub(crate) const NONE: Toe = Toe { width: 0.0, slope: 0.0 };
+
     /// A toe of the width eps, or none.
     pub fn of(width: f64) -> Toe {
         Toe { width, slope: if width > 0.0 { 0.5 / width } else { 0.0 } }

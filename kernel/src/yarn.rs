@@ -240,4 +240,27 @@ mod tests {
             .sum();
         close(YARN.stored(alpha, largest) + LAW.dissipated(&YARN, alpha), work, 1e-7);
     }
+
+    #[test]
+    fn limits_of_the_law() {
+        // A value at alpha_fail itself is cut, the next above is not.
+        let excess = squared_stretch_excess(1.035);
+        let alpha = LAW.alpha(YARN.damage_rate, excess);
+        assert_eq!(DamageLaw { alpha_fail: alpha, ..LAW }.alpha(YARN.damage_rate, excess), 0.0);
+        assert_eq!(DamageLaw { alpha_fail: alpha.next_down(), ..LAW }.alpha(YARN.damage_rate, excess), alpha);
+        // Without offset and cut it ends where exp(-lambda s) leaves the normal numbers, 1022 ln 2 on.
+        let endless = DamageLaw { alpha_fail: 0.0, ..LAW };
+        close(endless.failure_stretch(100.0), 1.03 + 1022.0 * core::f64::consts::LN_2 / 100.0, 1e-14);
+        // With an offset: exp(-lambda s) = B + alpha_fail/A.
+        let law = DamageLaw { a: 0.8, b: 0.1, alpha_fail: 0.04, ..LAW };
+        close(law.failure_stretch(100.0), 1.03 - math::ln(0.15) / 100.0, 1e-14);
+    }
+
+    #[test]
+    fn nothing_pulls_at_or_below_the_length_at_rest() {
+        for stretch in [1.0, 0.9] {
+            assert_eq!((YARN.stress(1.0, stretch), YARN.stored(1.0, stretch)), (0.0, 0.0));
+        }
+        assert_eq!(LAW.dissipated(&YARN, 1.0), 0.0);
+    }
 }

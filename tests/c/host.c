@@ -192,6 +192,50 @@ static void bad_memory(void)
     free_block(b);
 }
 
+/* Blocks, images and scratch of every length below what is needed, of the smallest sheet, and at every address beside an
+ * aligned one: refused, and no byte written, inside or beside it. */
+static void short_buffers(void)
+{
+    enum { ROOM = 1 << 14 };
+    static unsigned char all[ROOM + 128], image[ROOM];
+    unsigned char *start = all + (64 - (uintptr_t)all % 64);
+    fk_scene scene = small_scene();
+    block b;
+    fk_sim *sim = NULL, *none = NULL;
+    uint64_t bytes = 0, align = 0, n, tried = 0, before;
+    scene.sheet_nodes_x = scene.sheet_nodes_y = 2;
+    CHECK(fk_memory_size(&scene, &bytes, &align) == FK_OK && bytes < ROOM);
+    memset(all, GUARD_BYTE, sizeof all);
+    memset(image, GUARD_BYTE, sizeof image);
+#define UNWRITTEN(place) ((place)[0] == GUARD_BYTE && memcmp(place, (place) + 1, sizeof(place) - 1) == 0)
+    for (n = 0; n < bytes; n++, tried++)
+        CHECK(fk_init(start, n, &scene, &none, NULL) == FK_SHORT_BUFFER && none == NULL && UNWRITTEN(all));
+    for (n = 1; n < align; n++, tried++)
+        CHECK(fk_init(start + n, bytes, &scene, &none, NULL) == FK_MISALIGNED && none == NULL && UNWRITTEN(all));
+
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL) == FK_OK);
+    before = digest_of(sim);
+    CHECK(fk_bands_size(sim, 2, &bytes) == FK_OK && bytes < ROOM);
+    for (n = 0; n < bytes; n++, tried++)
+        CHECK(fk_bands_begin(sim, 2, start, n) == FK_SHORT_BUFFER && UNWRITTEN(all));
+    for (n = 1; n < align; n++, tried++)
+        CHECK(fk_bands_begin(sim, 2, start + n, bytes) == FK_MISALIGNED && UNWRITTEN(all));
+    CHECK(fk_state_size(sim, &bytes) == FK_OK && bytes < ROOM);
+    for (n = 0; n < bytes; n++, tried++)
+        CHECK(fk_state_save(sim, image, n) == FK_SHORT_BUFFER && UNWRITTEN(image));
+    /* An image may lie at any address. */
+    for (n = 0; n < 8; n++) {
+        memset(image, GUARD_BYTE, sizeof image);
+        CHECK(fk_state_save(sim, image + n, bytes) == FK_OK);
+        CHECK((n == 0 || image[n - 1] == GUARD_BYTE) && image[n + bytes] == GUARD_BYTE);
+        CHECK(fk_state_load(sim, image + n, bytes) == FK_OK);
+    }
+    CHECK(digest_of(sim) == before);
+    fprintf(stderr, "figure 10: %u short or misaligned buffers in C, %u refused with nothing written\n", (unsigned)tried, (unsigned)tried);
+    free_block(b);
+}
+
 static fk_fault fault;
 
 /* Checks one refused scene: its status, its field, and that nothing was written. */
@@ -730,6 +774,7 @@ int main(void)
     digest = straight_run();
     the_same_bits(digest);
     bad_memory();
+    short_buffers();
     bad_scenes();
     bad_faults();
     read_outs();

@@ -17,6 +17,7 @@ class Archive(unittest.TestCase):
         for version, archive in ARCHIVES.items():
             with self.subTest(version=version):
                 self.assertEqual(validate_fmu(str(archive)), [])
+        print("\nfigure 25: FMPy's validator: 0 errors", flush=True)
 
     def test_entries(self):
         for version, archive in ARCHIVES.items():

@@ -31,7 +31,7 @@ class Calls(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder:
                 program = build(SOURCES / f"calls{version}.c", version, folder, "-g")
                 run = subprocess.run([*under, program, token], capture_output=True, text=True)
-            print(f"\n  FMI {version}.0: {run.stdout.strip()}", end=" ")
+            print(f"\nfigure 24: FMI {version}.0: {run.stdout.strip()}", flush=True)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
     def test_every_call_in_every_state(self):

@@ -61,7 +61,10 @@ class Importers(unittest.TestCase):
         self.assertGreaterEqual(len(found), 12)
         for name, values in found.items():
             self.assertEqual(values, expected, name)
-        print(f"\n  {len(found)} runs, contact work {expected[0]!r} J", end=" ")
+        print(f"\n  {len(found)} runs, contact work {expected[0]!r} J")
+        hosts = sorted({name for name, *_ in found})
+        verdict = "" if "ecospy" in hosts else "NOT REACHED: "
+        print(f"figure 25: {verdict}the same bits in {', '.join(hosts)}", flush=True)
 
 
 if __name__ == "__main__":

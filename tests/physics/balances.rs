@@ -18,15 +18,18 @@ fn a_free_sheet_keeps_momentum() {
     let first = scale(scene.projectile.velocity, mass);
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
+    let mut worst: f64 = 0.0;
     for _ in 0..30 {
         sim.advance(100).unwrap();
         let fabric = velocities(&sim).iter().fold([0.0; 3], |sum, v| add(sum, scale(*v, m)));
         let motion = sim.projectile().unwrap();
         let total = add(fabric, scale(motion.velocity, mass));
-        assert!(length(sub(total, first)) < 1e-12 * length(first));
+        worst = worst.max(length(sub(total, first)) / length(first));
         assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * length(first));
         assert_eq!(motion.angular_velocity, [0.0; 3], "a frictionless sphere never turns");
     }
+    println!("figure 17: free sheet and sphere: {worst:.1e}");
+    assert!(worst < 1e-12, "{worst:e}");
 }
 
 /// Angular momentum of a free sheet and a tumbling cylinder about the origin is constant to rounding too: impulses are equal
@@ -41,6 +44,7 @@ fn a_free_sheet_and_a_cylinder_keep_angular_momentum() {
     sim.advance(2000).unwrap();
     let given = length(sim.contact().unwrap().angular_impulse);
     let off = length(sub(angular_momentum(&sim), first)) / given;
+    println!("figure 17: free sheet and cylinder, angular momentum over what was exchanged: {off:.1e}");
     assert!(given > 1e-7 && off < 1e-12, "{off:e} of {given:e} N m s");
 }
 
@@ -68,18 +72,21 @@ fn supports_take_what_projectile_and_sheet_lose() {
         let first = scale(scene.projectile.velocity, mass);
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);
+        let mut worst: f64 = 0.0;
         for _ in 0..40 {
             sim.advance(100).unwrap();
             let fabric = half_step_momentum(&mut sim, m);
             let support = sim.support().unwrap();
             let total = add(add(fabric, scale(sim.projectile().unwrap().velocity, mass)), support.total);
             let off = length(sub(total, first)) / length(first);
+            worst = worst.max(off);
             assert!(off < 1e-12, "{kind:?}: {off:e}");
             assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * length(first));
             let sum = support.attachments.into_iter().fold([0.0; 3], add);
             assert!(length(sub(sum, support.total)) <= 1e-15 * length(support.total));
         }
         assert!(sim.counters().failed_segments > 0);
+        println!("figure 17: {kind:?}, supports counted, through failure: {worst:.1e}");
     }
 }
 
@@ -179,6 +186,7 @@ fn work_energy_identity_of_every_step_with_a_sphere_through_failure() {
     let mut scene = small_sheet(21, 120.0);
     scene.yarn.stochastic = true;
     let worst = work_energy_identity(&scene, 700);
+    println!("figure 16b: sphere through failure: {worst:.1e}");
     assert!(worst < 1e-12, "{worst:e}");
 }
 
@@ -187,5 +195,6 @@ fn work_energy_identity_of_every_step_with_a_turning_cylinder() {
     let mut scene = tilted_cylinder(21, 0.35, 80.0);
     scene.projectile.angular_velocity = [300.0, -500.0, 2000.0];
     let worst = work_energy_identity(&scene, 700);
+    println!("figure 16b: turning cylinder: {worst:.1e}");
     assert!(worst < 1e-12, "{worst:e}");
 }

@@ -8,6 +8,7 @@ mod convergence;
 mod frames;
 mod free_flight;
 mod halving;
+mod ledger;
 mod long_yarn;
 mod oscillator;
 mod outcomes;

@@ -41,6 +41,8 @@ fn the_tumbling_body_follows_the_jacobi_functions() {
         let (coarse, fine) = (rate(&drifted(1.0 / 1024.0, 1024 * t)), rate(&drifted(1.0 / 2048.0, 2048 * t)));
         let ratio = length(sub(coarse, exact)) / length(sub(fine, exact));
         assert!((ratio - 4.0).abs() < 0.02, "order 2 at t = {t}: {ratio}");
+        let off = (0..3).map(|k| ((4.0 * fine[k] - coarse[k]) / 3.0 - exact[k]).abs()).fold(0.0, f64::max);
+        println!("figure 19: tumbling body at t = {t}, off the Jacobi functions by {off:.0e} (allowed 2e-11)");
         for k in 0..3 {
             let extrapolated = (4.0 * fine[k] - coarse[k]) / 3.0;
             assert!((extrapolated - exact[k]).abs() < 2e-11, "t = {t}: {extrapolated} {}", exact[k]);
@@ -64,6 +66,7 @@ fn spatial_angular_momentum_is_kept_over_ten_thousand_steps() {
     let q = body.orientation;
     let momentum = turn([q.w, q.i, q.j, q.k], [w[0], 2.0 * w[1], 3.0 * w[2]]);
     let drift = length(sub(momentum, [1.0, 0.0, 3.0])) / 10f64.sqrt();
+    println!("figure 19: rigid body tumbling 10000 steps, angular momentum off by {drift:.0e} (allowed 1e-13)");
     assert!(drift < 1e-13, "drift {drift:e}");
     let energy = w[0] * w[0] + 2.0 * w[1] * w[1] + 3.0 * w[2] * w[2];
     assert!((energy / 4.0 - 1.0).abs() < 1e-13);

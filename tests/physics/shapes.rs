@@ -102,6 +102,7 @@ fn supports_take_what_any_body_and_the_sheet_lose() {
 fn work_energy_identity_of_every_step_with_any_body() {
     for body in bodies() {
         let worst = work_energy_identity(&oblique(body, AttachmentKind::FourSides), 500);
+        println!("figure 16b: {:?}: {worst:.1e}", body.shape);
         assert!(worst < 1e-12, "{worst:e} {:?}", body.shape);
     }
 }

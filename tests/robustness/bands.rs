@@ -1,9 +1,7 @@
 //! Row bands: whatever the cut, the order of the bands and the threads, the bits are those of plain steps, through failure; a
 //! band out of turn is refused and changes nothing.
 
-#[path = "../golden/scenes.rs"]
-mod golden;
-
+use crate::golden;
 use fabric::{
     AttachmentKind, Bands, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry, bands::MAX_BANDS,
 };

@@ -2,11 +2,17 @@
 //! that no input makes the kernel panic or lose its state in silence.
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
+mod allocation;
 mod bands;
+mod codes;
 mod extremes;
 mod failures;
+#[path = "../golden/scenes.rs"]
+mod golden;
+mod inputs;
 mod invariance;
 mod memory;
+mod poison;
 mod random_scenes;
 mod refusals;
 mod snapshots;

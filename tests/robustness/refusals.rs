@@ -1,8 +1,8 @@
-//! Every refusal: its code, the field it names, and that nothing was written.
+//! Refusals that take more than one number (`inputs.rs` tries each by itself): the code, the field it names, and that nothing
+//! was written. Then those of calls on a living simulation.
 
 use fabric::{
-    AttachmentKind, Code, Drive, Error, Faces, Integrator, Layout, Memory, Motion, Path, RotationRule, Scene, Shape,
-    Sim, StepCheck, ThetaRule, TimeStep,
+    AttachmentKind, Code, Drive, Error, Faces, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
 };
 use fabric_tests::{Buffers, positions, small_sheet};
 
@@ -48,144 +48,6 @@ fn cube(scene: &mut Scene) {
 
 /// A change of one field.
 type Change = fn(&mut Scene, f64);
-
-/// Every real field of a scene, by the name that errors use.
-#[rustfmt::skip]
-const REAL_FIELDS: [(&str, Change); 42] = [
-    ("sheet.spacing", |s, x| s.sheet.spacing = x),
-    ("sheet.node_mass", |s, x| s.sheet.node_mass = x),
-    ("sheet.yarn_area", |s, x| s.sheet.yarn_area = x),
-    ("sheet.position", |s, x| s.sheet.position[0] = x),
-    ("sheet.position", |s, x| s.sheet.position[2] = x),
-    ("sheet.orientation", |s, x| s.sheet.orientation[0] = x),
-    ("sheet.orientation", |s, x| s.sheet.orientation[3] = x),
-    ("yarn.modulus_mean", |s, x| s.yarn.modulus_mean = x),
-    ("yarn.modulus_sd", |s, x| s.yarn.modulus_sd = x),
-    ("yarn.damage_slope", |s, x| s.yarn.damage_slope = x),
-    ("yarn.damage_intercept", |s, x| s.yarn.damage_intercept = x),
-    ("yarn.damage_sd", |s, x| s.yarn.damage_sd = x),
-    ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x),
-    ("yarn.damage_a", |s, x| s.yarn.damage_a = x),
-    ("yarn.damage_b", |s, x| s.yarn.damage_b = x),
-    ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x),
-    ("projectile.radius", |s, x| s.projectile.radius = x),
-    ("projectile.length", |s, x| { s.projectile.shape = Shape::Cylinder; s.projectile.length = x; }),
-    ("projectile.radius", |s, x| { s.projectile.shape = Shape::HemisphericalCylinder; s.projectile.radius = x; }),
-    ("projectile.length", |s, x| { s.projectile.shape = Shape::HemisphericalCylinder; s.projectile.length = x; }),
-    ("projectile.size", |s, x| { s.projectile.shape = Shape::Box; s.projectile.size[0] = x; }),
-    ("projectile.size", |s, x| { s.projectile.shape = Shape::Box; s.projectile.size[2] = x; }),
-    ("projectile.faces", |s, x| { cube(s); s.projectile.faces.planes[0][3] = x; }),
-    ("projectile.faces", |s, x| { cube(s); s.projectile.faces.planes[5][3] = x; }),
-    ("projectile.moments", |s, x| { cube(s); s.projectile.moments[0] = x; }),
-    ("projectile.moments", |s, x| { cube(s); s.projectile.moments[2] = x; }),
-    ("projectile.mass", |s, x| s.projectile.mass = x),
-    ("projectile.position", |s, x| s.projectile.position[0] = x),
-    ("projectile.position", |s, x| s.projectile.position[1] = x),
-    ("projectile.position", |s, x| s.projectile.position[2] = x),
-    ("projectile.velocity", |s, x| s.projectile.velocity[0] = x),
-    ("projectile.velocity", |s, x| s.projectile.velocity[2] = x),
-    ("projectile.orientation", |s, x| s.projectile.orientation[0] = x),
-    ("projectile.orientation", |s, x| s.projectile.orientation[2] = x),
-    ("projectile.angular_velocity", |s, x| s.projectile.angular_velocity[0] = x),
-    ("projectile.angular_velocity", |s, x| s.projectile.angular_velocity[2] = x),
-    ("attachment.disc_inset", |s, x| { s.attachment.kind = AttachmentKind::FourCorners; s.attachment.disc_inset = x; }),
-    ("attachment.disc_radius", |s, x| { s.attachment.kind = AttachmentKind::FourCorners; s.attachment.disc_radius = x; }),
-    ("dt", |s, x| s.time_step = TimeStep::Seconds(x)),
-    ("step_fraction", |s, x| s.time_step = TimeStep::Fraction(x)),
-    ("slack_toe", |s, x| s.slack_toe = x),
-    ("force_window", |s, x| s.force_window = x),
-];
-
-#[test]
-fn not_finite_numbers_are_refused_in_every_field() {
-    for (field, change) in REAL_FIELDS {
-        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let mut scene = base();
-            change(&mut scene, value);
-            refused(&scene, Code::NotFinite, field);
-        }
-    }
-}
-
-#[test]
-fn numbers_that_must_be_positive_are_refused_at_zero_and_below() {
-    let must = [
-        "sheet.spacing",
-        "sheet.node_mass",
-        "sheet.yarn_area",
-        "yarn.modulus_mean",
-        "yarn.damage_a",
-        "projectile.radius",
-        "projectile.length",
-        "projectile.size",
-        "projectile.faces",
-        "projectile.moments",
-        "projectile.mass",
-        "attachment.disc_radius",
-        "dt",
-        "step_fraction",
-        "force_window",
-    ];
-    for (field, change) in REAL_FIELDS.iter().filter(|(field, _)| must.contains(field)) {
-        for value in [0.0, -0.0, -1.0, -f64::MIN_POSITIVE] {
-            let mut scene = base();
-            change(&mut scene, value);
-            let error = refused(&scene, Code::NotPositive, field);
-            assert_eq!(error.value.to_bits(), value.to_bits());
-        }
-    }
-}
-
-#[test]
-fn numbers_out_of_their_range_are_refused() {
-    let cases: [(&str, Change, f64); 16] = [
-        ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x, 1.0),
-        ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x, 0.5),
-        ("yarn.critical_stretch", |s, x| s.yarn.critical_stretch = x, 2.1),
-        ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x, -1e-9),
-        ("yarn.alpha_fail", |s, x| s.yarn.alpha_fail = x, 1.0),
-        ("yarn.damage_b", |s, x| s.yarn.damage_b = x, 1.0),
-        ("yarn.damage_b", |s, x| s.yarn.damage_b = x, 1.5),
-        // A (1 - B) > 1.
-        ("yarn.damage_a", |s, x| s.yarn.damage_a = x, 1.001),
-        ("yarn.damage_a", |s, x| s.yarn.damage_b = x, -0.01),
-        ("yarn.modulus_sd", |s, x| s.yarn.modulus_sd = x, -1.0),
-        ("yarn.damage_sd", |s, x| s.yarn.damage_sd = x, -1.0),
-        ("step_fraction", |s, x| s.time_step = TimeStep::Fraction(x), 0.500_001),
-        ("sheet.nodes_x", |s, x| s.sheet.nodes_x = x as u32, 1.0),
-        ("sheet.nodes_y", |s, x| s.sheet.nodes_y = x as u32, 0.0),
-        ("sheet.plies", |s, x| s.sheet.plies = x as u32, 0.0),
-        ("sheet.plies", |s, x| s.sheet.plies = x as u32, 1001.0),
-    ];
-    for (field, change, value) in cases {
-        let mut scene = base();
-        change(&mut scene, value);
-        refused(&scene, Code::OutOfRange, field);
-    }
-    let mut scene = base();
-    scene.attachment.kind = AttachmentKind::FourCorners;
-    scene.attachment.disc_inset = -1e-9;
-    refused(&scene, Code::OutOfRange, "attachment.disc_inset");
-}
-
-#[test]
-fn settings_of_the_theta_rule_are_checked() {
-    let by_theta = |theta, tolerance, max_iterations| {
-        let mut scene = base();
-        scene.integrator = Integrator::Theta(ThetaRule { theta, tolerance, max_iterations });
-        scene
-    };
-    for theta in [0.499, 1.001, -1.0] {
-        refused(&by_theta(theta, 1e-10, 10), Code::OutOfRange, "integrator.theta");
-        let mut scene = base();
-        scene.rotation_rule = RotationRule::Theta(theta);
-        refused(&scene, Code::OutOfRange, "rotation_rule.theta");
-    }
-    refused(&by_theta(f64::NAN, 1e-10, 10), Code::NotFinite, "integrator.theta");
-    refused(&by_theta(0.5, 0.0, 10), Code::NotPositive, "integrator.tolerance");
-    refused(&by_theta(0.5, f64::INFINITY, 10), Code::NotFinite, "integrator.tolerance");
-    refused(&by_theta(0.5, 1e-10, 0), Code::OutOfRange, "integrator.max_iterations");
-}
 
 #[test]
 fn each_special_refusal_has_its_own_code() {

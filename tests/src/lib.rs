@@ -3,6 +3,7 @@
 
 use fabric::{AttachmentKind, Layout, Memory, Scene, Sim};
 
+pub mod inputs;
 pub mod reference;
 
 /// Memory of one simulation.

@@ -14,9 +14,6 @@ pub struct Options {
     /// Only compare the committed model descriptions with the table of variables.
     #[arg(long)]
     pub check: bool,
-    /// Only link the library so that a panic which any exported function could reach is a link error.
-    #[arg(long)]
-    pub gate: bool,
     /// Which platforms the archives hold: all whose tools are installed, or only this one.
     #[arg(long, value_enum, default_value_t)]
     pub targets: Targets,
@@ -44,10 +41,7 @@ pub fn run(options: &Options) -> Outcome {
             }
         }
     }
-    if options.gate {
-        tools::panic_gate("fmu-lib")?;
-    }
-    if options.check || options.gate {
+    if options.check {
         return Ok(());
     }
     for (name, text) in &descriptions {

@@ -61,7 +61,7 @@ pub fn into(prefix: &Path) -> Outcome {
 }
 
 /// Builds both libraries as they ship. A warning of the compiler or the linker is an error.
-fn build() -> Result<PathBuf, String> {
+pub fn build() -> Result<PathBuf, String> {
     let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
         .args(["build", "--profile", "ship", "--package", "capi-lib", "--features", "bare"])
         .current_dir(top())

@@ -99,6 +99,9 @@ pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Libra
     for library in &built {
         let (exported, said) = check(library).map_err(|what| format!("{}: {what}", library.path.display()))?;
         println!("  {}: {said}", library.platform.fmi2);
+        if library.platform.extension == "so" {
+            println!("figure 26: {}: {}", library.platform.fmi2, said.rsplit(' ').next().unwrap_or_default());
+        }
         if !functions.is_empty() && functions != exported {
             return Err(format!("{} does not export what the others do", library.path.display()));
         }
@@ -118,7 +121,7 @@ pub fn host() -> Result<&'static Platform, String> {
 
 /// A compiler for a target.
 #[derive(Clone, PartialEq)]
-struct Compiler {
+pub struct Compiler {
     cargo: OsString,
     /// Only where it is not the one that this cargo comes with.
     rustc: Option<PathBuf>,
@@ -126,8 +129,28 @@ struct Compiler {
     build_core: bool,
 }
 
+impl Compiler {
+    /// Cargo, told to use this compiler; options that the kind of compiler needs come with [`Compiler::options`].
+    pub fn command(&self) -> Command {
+        let mut command = Command::new(&self.cargo);
+        if let Some(rustc) = &self.rustc {
+            command.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
+        }
+        if self.build_core {
+            // Not stable: this variable allows it, for these libraries only.
+            command.env("RUSTC_BOOTSTRAP", "1");
+        }
+        command
+    }
+
+    /// Options behind cargo's subcommand.
+    pub fn options(&self) -> &'static [&'static str] {
+        if self.build_core { &["-Zbuild-std=core"] } else { &[] }
+    }
+}
+
 /// The compiler that built this program, for this platform.
-fn own() -> Compiler {
+pub fn own() -> Compiler {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     Compiler { cargo, rustc: None, build_core: false }
 }
@@ -139,11 +162,14 @@ fn compiler(platform: &Platform) -> Result<Compiler, String> {
     if Command::new(linker).arg("--version").output().is_err() {
         return Err(format!("{linker} is missing (Debian: {package})"));
     }
+    compiler_for(platform.triple)
+}
+
+/// The same for any target, whatever links for it.
+pub fn compiler_for(triple: &str) -> Result<Compiler, String> {
     let ours = std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from);
     let printed = |rustc: &Path, arguments: &[&str]| output(rustc, arguments).map(|text| text.trim().to_string());
-    if printed(&ours, &["--print", "target-libdir", "--target", platform.triple])
-        .is_ok_and(|at| Path::new(&at).exists())
-    {
+    if printed(&ours, &["--print", "target-libdir", "--target", triple]).is_ok_and(|at| Path::new(&at).exists()) {
         return Ok(own());
     }
     let system = PathBuf::from("/usr/bin/rustc");
@@ -156,9 +182,8 @@ fn compiler(platform: &Platform) -> Result<Compiler, String> {
         }
     }
     Err(format!(
-        "no Rust {MINIMUM} or newer has the target {} or the source of its core library (`rustup target add`; Debian: rustc-web \
-         cargo-web rust-web-src)",
-        platform.triple
+        "no Rust {MINIMUM} or newer has the target {triple} or the source of its core library (`rustup target add {triple}`; \
+         Debian: rustc-web cargo-web rust-web-src)"
     ))
 }
 
@@ -174,18 +199,12 @@ fn version(text: &str) -> Option<(u32, u32)> {
 
 /// Builds the library in its shipped form, for this platform if `others` names none.
 fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platform]) -> Outcome {
-    let mut command = Command::new(&compiler.cargo);
+    let mut command = compiler.command();
     command
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])
-        .args(place);
-    command.current_dir(source);
-    if let Some(rustc) = &compiler.rustc {
-        command.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
-    }
-    if compiler.build_core {
-        // Not stable: this variable allows it, for these libraries only.
-        command.arg("-Zbuild-std=core").env("RUSTC_BOOTSTRAP", "1");
-    }
+        .args(place)
+        .args(compiler.options())
+        .current_dir(source);
     for platform in others {
         command.args(["--target", platform.triple]);
         let variable = |what: &str| format!("CARGO_TARGET_{}_{what}", platform.triple.to_uppercase().replace('-', "_"));
@@ -202,7 +221,7 @@ fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platfo
 }
 
 /// What a library of ours may ask of Linux, besides the weak names of the linker's start-up code.
-const FROM_LINUX: [&str; 7] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"];
+pub const FROM_LINUX: [&str; 7] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"];
 /// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics excepted.
 const FROM_WINDOWS: [&str; 2] = ["KERNEL32.dll", "msvcrt.dll"];
 const MATHEMATICS: [&str; 12] =

@@ -6,9 +6,9 @@ use std::time::Instant;
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Options {
-    /// Run only the steps whose name contains this text.
+    /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
-    only: Option<String>,
+    only: Vec<String>,
 }
 
 /// A named step.
@@ -21,12 +21,15 @@ const TEST: &[Step] = &[
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro,fabric-kernel/implicit"])
     }),
-    ("kernel without its features", || cargo(&["test", "--quiet", "--package", "fabric-kernel"])),
+    ("every set of features", crate::gates::every_feature_set),
+    ("gates on the libraries", crate::gates::run),
     ("documentation", documentation),
+    ("reliability page", crate::figures::check),
     ("C header", crate::chosts::header_check),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
+    ("digests on other targets", crate::digests::short),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
@@ -46,6 +49,8 @@ const VERIFY: &[Step] = &[
             ..Default::default()
         })
     }),
+    ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
+    ("deliberate changes of the digests", crate::controls::run),
     ("ensembles against the prototype's numbers", || {
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
@@ -73,7 +78,7 @@ fn documentation() -> Outcome {
 
 /// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
-    let wanted = |name: &str| options.only.as_ref().is_none_or(|text| name.contains(text.as_str()));
+    let wanted = |name: &str| options.only.is_empty() || options.only.iter().any(|text| name.contains(text.as_str()));
     steps(TEST.iter().filter(|(name, _)| wanted(name)))
 }
 
@@ -109,10 +114,10 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
     Ok(())
 }
 
-/// Compares the committed model descriptions, links the panic gate, builds both FMUs for every platform there are tools for, and
+/// Compares the committed model descriptions, builds both FMUs for every platform there are tools for, and
 /// runs the FMPy tests.
 fn fmu() -> Outcome {
-    crate::fmu::run(&crate::fmu::Options { check: true, gate: true, ..Default::default() })?;
+    crate::fmu::run(&crate::fmu::Options { check: true, ..Default::default() })?;
     crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
     let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
     study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;

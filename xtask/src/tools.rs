@@ -49,26 +49,6 @@ pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Resul
     }
 }
 
-/// Links a library in which the panic handler calls a function that does not exist: it links only if no panic can be
-/// reached from any exported function.
-pub fn panic_gate(package: &str) -> Outcome {
-    let folder = target().join("gate");
-    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
-        .args(["--features", "gate", "--target-dir"])
-        .arg(&folder)
-        .env("RUSTFLAGS", "-Clink-arg=-Wl,-z,defs -Clink-arg=-lc")
-        .current_dir(top())
-        .status()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
-    if status.success() {
-        println!("  {package}: no panic can be reached");
-        Ok(())
-    } else {
-        Err(format!("a panic can be reached in {package} (the linker names the function that needs it)"))
-    }
-}
-
 /// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
 pub fn python() -> Result<PathBuf, String> {
     python_with("requirements.txt")

@@ -5,6 +5,8 @@
 #![no_std]
 
 pub use fabric_capi::calls;
+#[cfg(feature = "choose-instructions")]
+pub use fabric_capi::instructions;
 
 // Without `bare` the standard library brings the one panic handler that every program needs.
 #[cfg(not(feature = "bare"))]

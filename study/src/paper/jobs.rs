@@ -1,6 +1,6 @@
 //! The runs: each is done once and kept as a line of runs.jsonl, keyed by what it computes.
 
-use super::plan::{Effort, Point, Sheet, Yarn};
+use super::plan::{Effort, LARGE_QUICK_STEPS, Point, Sheet, Yarn};
 use super::sheets;
 use crate::machine::Clock;
 use crate::memory::Buffers;
@@ -145,7 +145,12 @@ impl Point {
             (Sheet::Small, _) => 100_000,
             (Sheet::Large, _) => 120_000,
         };
-        let step_limit = if effort == Effort::Smoke { 5_000 } else { step_limit };
+        let step_limit = match (effort, self.sheet) {
+            (Effort::Smoke, _) => 5_000,
+            // One run at the corners would take a third of all the time: that the sheet is torn off is seen before.
+            (Effort::Quick, Sheet::Large) => LARGE_QUICK_STEPS,
+            _ => step_limit,
+        };
         Job { scene: self.scene(effort, k), step_limit, name: format!("{}, run {}", self.name(), k + 1), pictures }
     }
 }

@@ -108,6 +108,8 @@ pub enum Effort {
     Smoke,
 }
 
+/// Most steps of a run on the 10 in sheet in the short form.
+pub const LARGE_QUICK_STEPS: u64 = 80_000;
 /// Nodes along a side of the tiny sheets.
 const SMOKE_NODES: u32 = 35;
 
@@ -170,7 +172,7 @@ impl Effort {
         };
         let shape = match self {
             Effort::Full => return None,
-            Effort::Quick => "".to_string(),
+            Effort::Quick => format!("Runs on the 10 in sheet end after {LARGE_QUICK_STEPS} steps at the latest. "),
             Effort::Smoke => {
                 format!(
                     "A smoke test: sheets of {SMOKE_NODES} x {SMOKE_NODES} nodes; nothing here says anything about the paper. "

@@ -1,0 +1,203 @@
+//! The yarn law against itself in 256 bits: largest rounding errors over random laws and stretches, and at the edges.
+//!
+//! Method: the reference takes the same doubles and evaluates the formulas of `yarn.rs` with 256 bits, rounded correctly. An ulp
+//! is the distance of neighbouring doubles at the exact value. alpha falls as exp(-lambda U): what one ulp of the stretch makes of
+//! it is lambda times as much, so alpha's error is also told in ulp of the stretch.
+#![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
+
+use dashu_float::FBig;
+use dashu_float::round::mode::HalfEven;
+use fabric::yarn::{DamageLaw, Segment, squared_stretch_excess};
+
+type Exact = FBig<HalfEven, 2>;
+
+/// A double in 256 bits.
+fn exact(x: f64) -> Exact {
+    Exact::try_from(x).expect("finite").with_precision(256).value()
+}
+
+/// Distance of neighbouring doubles at |x|.
+fn ulp(x: f64) -> f64 {
+    let x = x.abs();
+    x.next_up() - x
+}
+
+/// Error of a computed value, in its own unit.
+fn error(computed: f64, reference: &Exact) -> f64 {
+    (exact(computed) - reference).to_f64().value().abs()
+}
+
+/// Error in ulp of the exact value.
+fn ulps(computed: f64, reference: &Exact) -> f64 {
+    error(computed, reference) / ulp(reference.to_f64().value())
+}
+
+/// Random numbers in [0, 1): the generator SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+/// A law within the accepted ranges; every second one is the preset's.
+fn law(random: &mut Random, k: u32) -> (DamageLaw, Segment) {
+    if k.is_multiple_of(2) {
+        let law = DamageLaw { critical_stretch: 1.03, a: 1.0, b: 0.0, alpha_fail: 0.01 };
+        return (law, Segment { modulus: random.between(130e9, 150e9), damage_rate: 230.6 });
+    }
+    let b = random.between(0.0, 0.5);
+    let law = DamageLaw {
+        critical_stretch: random.between(1.005, 1.2),
+        a: random.between(0.5, 1.0) / (1.0 - b),
+        b,
+        alpha_fail: random.between(0.0, 0.1),
+    };
+    (law, Segment { modulus: random.between(1e9, 300e9), damage_rate: random.between(3.0, 1000.0) })
+}
+
+/// alpha of a law at the largest excess q = U^2 - 1 beyond the critical one, before it is cut.
+fn exact_alpha(law: &DamageLaw, rate: f64, excess: f64) -> Exact {
+    let stretch = (exact(1.0) + exact(excess)).sqrt();
+    let decay = (-exact(rate) * (stretch - exact(law.critical_stretch))).exp();
+    exact(law.a) * (decay - exact(law.b))
+}
+
+/// Energy dissipated while alpha fell to a value above `alpha_fail`, J/m^3: the integrals of s^k lambda exp(-lambda s).
+fn exact_dissipated(law: &DamageLaw, segment: &Segment, alpha: f64) -> Exact {
+    let (half, rate, uc) =
+        (exact(0.5) * exact(segment.modulus), exact(segment.damage_rate), exact(law.critical_stretch));
+    let decay = exact(alpha) / exact(law.a) + exact(law.b);
+    let u = -decay.ln() / &rate;
+    let excess = &uc * &uc - exact(1.0);
+    let first = exact(law.a) * (exact(1.0) - exact(law.b));
+    let quarter = exact(0.25) * &excess * &excess;
+    let drop = if first < exact(1.0) { &half * (exact(1.0) - &first) * &quarter } else { exact(0.0) };
+    let c = [quarter, &uc * &excess, exact(0.5) * (exact(3.0) * &uc * &uc - exact(1.0)), uc, exact(0.25)];
+    let mut integral = exact(1.0) - &decay;
+    let (mut sum, mut power) = (&c[0] * &integral, exact(1.0));
+    for (k, coefficient) in c.iter().enumerate().skip(1) {
+        power *= &u;
+        integral = exact(k as f64) / &rate * integral - &power * &decay;
+        sum += coefficient * &integral;
+    }
+    drop + half * exact(law.a) * sum
+}
+
+/// Largest errors found.
+#[derive(Default)]
+struct Worst {
+    points: u32,
+    /// Of alpha, ulp, with the preset's law.
+    alpha: f64,
+    /// Of alpha, in ulp of the stretch, what one ulp of alpha itself makes left out.
+    in_stretch: f64,
+    /// Of the force, ulp.
+    force: f64,
+    /// Points where one of the two has failed and the other has not.
+    at_cut: u32,
+}
+
+impl Worst {
+    fn point(&mut self, law: &DamageLaw, segment: &Segment, stretch: f64) {
+        let (rate, excess) = (segment.damage_rate, squared_stretch_excess(stretch));
+        let alpha = law.alpha(rate, excess);
+        if excess > law.critical_excess() {
+            let reference = exact_alpha(law, rate, excess);
+            let value = reference.to_f64().value();
+            if alpha > 0.0 && value > law.alpha_fail {
+                let off = error(alpha, &reference);
+                if law.b == 0.0 {
+                    self.alpha = self.alpha.max(off / ulp(value));
+                }
+                // d alpha/dU = -lambda (alpha + A B).
+                let slope = rate * (value + law.a * law.b);
+                self.in_stretch =
+                    self.in_stretch.max((off - 2.0 * ulp(value) - ulp(law.a)).max(0.0) / slope / ulp(stretch));
+            } else if (alpha > 0.0) != (value > law.alpha_fail) {
+                assert!((value - law.alpha_fail).abs() < 1e-12, "alpha {alpha} instead of {value}");
+                self.at_cut += 1;
+            }
+        } else {
+            assert_eq!(alpha, 1.0);
+        }
+        // The force at this alpha.
+        let area = 1.075e-7;
+        let force = segment.force(area, alpha, stretch);
+        if force > 0.0 {
+            let strain = exact(0.5) * (exact(stretch) * exact(stretch) - exact(1.0));
+            let reference = exact(area) * exact(stretch) * exact(alpha) * exact(segment.modulus) * strain;
+            self.force = self.force.max(ulps(force, &reference));
+        } else {
+            assert!(alpha == 0.0 || stretch <= 1.0, "no force at {stretch}");
+        }
+        self.points += 1;
+    }
+}
+
+const RANDOM_POINTS: u32 = 100_000;
+
+#[test]
+fn the_law_is_that_of_256_bits_to_rounding() {
+    let mut random = Random(20);
+    let mut worst = Worst::default();
+    for k in 0..RANDOM_POINTS {
+        let (law, segment) = law(&mut random, k);
+        let failure = law.failure_stretch(segment.damage_rate);
+        let stretch = match k % 8 {
+            0 => random.between(0.9, law.critical_stretch),
+            _ => random.between(law.critical_stretch, failure),
+        };
+        worst.point(&law, &segment, stretch);
+    }
+    for k in 0..1000 {
+        // Both sides of where yarn goes slack, of the critical stretch and of failure, and far beyond.
+        let (law, segment) = law(&mut random, k);
+        for edge in [1.0, law.critical_stretch, law.failure_stretch(segment.damage_rate)] {
+            for stretch in [edge.next_down(), edge, edge.next_up(), edge.next_up().next_up()] {
+                worst.point(&law, &segment, stretch);
+            }
+        }
+        worst.point(&law, &segment, 2.0);
+        worst.point(&law, &segment, 1e3);
+    }
+    let Worst { points, alpha, in_stretch, force, at_cut } = worst;
+    println!(
+        "figure 20: {points} points: alpha within {alpha:.0} ulp with the preset law, with any within what {in_stretch:.2} ulp of the \
+         stretch make, 2 of its own aside; force at that alpha within {force:.1} ulp; {at_cut} points at failure where rounding decides"
+    );
+    assert!(points >= 100_000 && in_stretch <= 2.0 && force <= 4.0);
+}
+
+#[test]
+fn dissipated_energy_is_that_of_256_bits() {
+    let mut random = Random(21);
+    let (mut absolute, mut relative) = (0.0f64, 0.0f64);
+    const POINTS: u32 = 10_000;
+    for k in 0..POINTS {
+        let (law, segment) = law(&mut random, k);
+        let highest = law.a * (1.0 - law.b);
+        let alpha = random.between(law.alpha_fail.max(1e-3), highest);
+        let (computed, reference) = (law.dissipated(&segment, alpha), exact_dissipated(&law, &segment, alpha));
+        let whole = law.dissipated(&segment, 0.0);
+        absolute = absolute.max(error(computed, &reference) / whole);
+        // Where a tenth of the damage is done the value itself is a fair scale.
+        if alpha < 0.9 * highest {
+            relative = relative.max(error(computed, &reference) / reference.to_f64().value());
+        }
+    }
+    println!(
+        "figure 20: dissipated energy at {POINTS} points within {absolute:.1e} of the yarn's whole work, {relative:.1e} of itself once a \
+         tenth of alpha is gone"
+    );
+    assert!(absolute < 1e-11, "{absolute:e}");
+}

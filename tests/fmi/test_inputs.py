@@ -1,0 +1,166 @@
+"""The cases of tests/inputs/cases that an FMU's parameters and inputs can express: each refused with its exact words, or accepted.
+
+An FMU has limits of its own for choices and counts, and for Real parameters that the scene does not read: min and max of the
+model description. A case beyond them that the kernel would not refuse, or not so soon, must be refused as out of range.
+"""
+
+import math
+import pathlib
+import struct
+import unittest
+
+from host import DISCARD, ERROR, HOST_DRIVEN, SHEET_3IN_SPHERE, SMALL, WARNING, Host, opened
+
+FILE = pathlib.Path(__file__).parents[1] / "inputs" / "cases"
+# Larger sheets would take the memory.
+NODES = 100
+# What the kernel's scene does not have; other tests try it.
+OWN = {"preset", "log.level", "stop_on_event", "projectile.acceleration", "external.force", "external.torque"}
+
+
+def number(bits):
+    return struct.unpack(">d", bytes.fromhex(bits))[0]
+
+
+def read():
+    """Words of the codes, the changes that make each sound scene, and the cases."""
+    texts, bases, cases = {0: ""}, {}, []
+    for line in FILE.read_text().splitlines():
+        kind, *words = line.split()
+        if kind == "text":
+            texts[int(words[0])] = line.split(maxsplit=2)[2]
+        elif kind == "set":
+            bases.setdefault(words[0], []).append((words[1], number(words[3])))
+        elif kind == "case":
+            base, name, _, bits, code, field = words
+            cases.append((base, name, number(bits), int(code), field))
+    return texts, bases, cases
+
+
+def limits(variable):
+    """Least and greatest value of the model description."""
+    if variable.type == "Enumeration":
+        numbers = [int(item.value) for item in variable.declaredType.items]
+        return min(numbers), max(numbers)
+    least, greatest = (getattr(variable, end) or getattr(variable.declaredType, end, None) for end in ("min", "max"))
+    return float(least or "-inf"), float(greatest or "inf")
+
+
+class Inputs(unittest.TestCase):
+    def test_every_case_is_answered_exactly(self):
+        texts, bases, cases = read()
+        for version in (2, 3):
+            host = Host(version)
+            names, references, tried, wrong = set(), {}, 0, []
+            for base, name, value, code, field in cases:
+                sets = [(self.called(n), v) for n, v in bases[base] if n != "step_kind"]
+                name = self.called(name)
+                variable = self.variable(host, name)
+                if variable is None or any(self.variable(host, n) is None for n, _ in sets):
+                    continue
+                if ("step_kind", 0.0) in bases[base] or not self.expressible(variable, value):
+                    continue
+                if name.startswith("sheet.nodes") and code == 0 and value > NODES:
+                    continue
+                names.add(name.split("[")[0])
+                tried += 1
+                words = f"{self.called(field)}: {texts[code]}" if code else ""
+                least, greatest = limits(variable)
+                inside = math.isfinite(value) and least <= value <= greatest
+                if not inside and (variable.type not in ("Real", "Float64") or (code == 0 and variable.causality == "parameter")):
+                    words = f"{name.split('[')[0]}: out of range"
+                said = self.answer(host, sets, name, value, references)
+                if not (said.startswith(words) if words else said == ""):
+                    wrong.append(f"FMI {version} {base} {name} = {value}: {said!r}, not {words!r}")
+            host.close()
+            print(f"figure 8: {tried} cases in FMI {version}.0, {tried - len(wrong)} exact")
+            self.assertEqual(wrong, [])
+            self.assertGreater(tried, 400)
+            adjustable = {v.name.split("[")[0] for v in host.variables.values() if v.causality in ("parameter", "input")}
+            self.assertEqual(adjustable - names, OWN)
+
+    @staticmethod
+    def called(name):
+        """The FMU's name of a number of the scene."""
+        return "mode" if name == "drive" else name
+
+    @staticmethod
+    def variable(host, name):
+        elements = host._elements(name.split("[")[0]) if "][" not in name else []
+        return elements[0] if elements else None
+
+    @staticmethod
+    def expressible(variable, value):
+        if variable.type == "Boolean":
+            return value in (0.0, 1.0)
+        return variable.type in ("Real", "Float64") or value < 2**31
+
+    def put(self, host, name, value):
+        """Status of setting a number, one element of an array if it has an index; and what it was."""
+        name, _, index = name.partition("[")
+        variable = self.variable(host, name)
+        whole = host.get(name)
+        if index:
+            changed = list(whole)
+            changed[int(index[:-1])] = value
+        else:
+            changed = value if variable.type in ("Real", "Float64") else bool(value) if variable.type == "Boolean" else int(value)
+        return host.try_set(name, changed), whole
+
+    def start(self, host, sets):
+        """A new life of the instance, with these numbers set."""
+        host.fmu.reset()
+        host.log.clear()
+        host.begin({"preset": SHEET_3IN_SPHERE})
+        for name, value in sets:
+            self.assertLessEqual(self.put(host, name, value)[0], WARNING, (name, value, host.log))
+
+    def answer(self, host, sets, name, value, references):
+        """What the FMU says about a number, nothing if it takes it. A refused one must leave no trace."""
+        self.start(host, sets)
+        status, good = self.put(host, name, value)
+        if status <= WARNING:
+            status = host.attempt(host.fmu.exitInitializationMode)
+        if status <= WARNING:
+            return ""
+        self.assertEqual((status, len(host.log)), (ERROR, 1), host.log)
+        said = host.log[0][2]
+        # With the number put right the state is that of an instance that never saw it.
+        array = name.split("[")[0]
+        self.assertEqual(host.try_set(array, good), 0)
+        self.assertLessEqual(host.attempt(host.fmu.exitInitializationMode), WARNING, host.log)
+        image, key = host.image(), (tuple(sets), array)
+        if key not in references:
+            self.start(host, sets)
+            self.assertEqual(host.try_set(array, good), 0)
+            self.assertLessEqual(host.attempt(host.fmu.exitInitializationMode), WARNING)
+            references[key] = host.image()
+        self.assertEqual(image, references[key], (name, value))
+        return said
+
+    def test_inputs_that_are_no_numbers_are_discarded(self):
+        motion = ["position", "velocity", "orientation", "angular_velocity", "acceleration"]
+        inputs = {0: ["external.force", "external.torque"], HOST_DRIVEN: [f"projectile.{name}" for name in motion]}
+        tried = 0
+        for version in (2, 3):
+            for mode, names in inputs.items():
+                host = Host(version, {**SMALL, "mode": mode}).run(0, 3, 1e-6)
+                for name in names:
+                    good = host.get(name)
+                    self.assertEqual(host.try_set(name, good), 0)
+                    before = host.image()
+                    for element in range(len(good)):
+                        for bad in (math.nan, math.inf, -math.inf):
+                            host.log.clear()
+                            self.assertEqual(host.try_set(name, [bad if k == element else x for k, x in enumerate(good)]), 0)
+                            self.assertEqual(host.step(3e-6, 1e-6), DISCARD, (name, element, bad))
+                            self.assertTrue(host.said(name), host.log)
+                            self.assertEqual(host.try_set(name, good), 0)
+                            self.assertEqual(host.image(), before)
+                            tried += 1
+                host.close()
+        print(f"figure 8: {tried} inputs in FMI, {tried} discarded")
+
+
+if __name__ == "__main__":
+    unittest.main()

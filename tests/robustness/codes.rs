@@ -1,0 +1,367 @@
+//! Every code, failure, outcome and status comes out of a call, in Rust and in C. The matches have no arm for "others": a new
+//! one does not compile before it is produced here.
+
+use fabric::snapshot::Hash;
+use fabric::{
+    Code, Drive, Error, Failure, Integrator, Memory, Motion, Outcome, Path, Scene, Sim, Status, Symmetry, ThetaRule,
+};
+use fabric_capi::calls::*;
+use fabric_capi::fk_sim;
+use fabric_capi::types::*;
+use fabric_tests::inputs::{self, Expected};
+use fabric_tests::{Buffers, small_sheet};
+use std::collections::HashSet;
+use std::ptr::null_mut;
+
+/// The first scene of the table of inputs that is refused with this code.
+fn refused_scene(code: Code) -> Scene {
+    let refused = |case: &inputs::Case| {
+        let mut scene = inputs::scene(case.base);
+        let wanted = matches!(case.expected, Expected::Refused(with, _) if with == code);
+        (wanted && inputs::assign(&mut scene, case.name, case.value)).then_some(scene)
+    };
+    inputs::cases().iter().find_map(refused).expect("a case")
+}
+
+/// Why a scene is refused, given memory enough for every one of the table that is refused.
+fn constructed(scene: &Scene) -> Error {
+    let (mut reals, mut words) = (vec![0.0; 60_000], vec![0; 20_000]);
+    Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).err().expect("refused")
+}
+
+fn theta(max_iterations: u32) -> Scene {
+    let mut scene = small_sheet(9, 50.0);
+    scene.integrator = Integrator::Theta(ThetaRule { max_iterations, ..ThetaRule::default() });
+    scene
+}
+
+fn prescribed() -> Scene {
+    Scene { drive: Drive::Prescribed, ..small_sheet(9, 50.0) }
+}
+
+fn crowded() -> Scene {
+    Scene { contact_capacity: 1, ..small_sheet(21, 100.0) }
+}
+
+fn no_path() -> Path {
+    let end = Motion {
+        position: [0.0; 3],
+        velocity: [0.0; 3],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        angular_velocity: [0.0; 3],
+    };
+    Path { first: 0, steps: 0, end }
+}
+
+/// Velocities of a sheet of 9 x 9, one of which overflows.
+fn wild() -> Vec<f64> {
+    let mut velocities = vec![0.0; 3 * 81];
+    velocities[3 * 40] = 1e200;
+    velocities
+}
+
+/// The image of another scene.
+fn foreign_image() -> Vec<u8> {
+    let scene = Scene { seed: 77, ..small_sheet(9, 50.0) };
+    let mut memory = Buffers::of(&scene);
+    let sim = memory.sim(&scene);
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).expect("sound");
+    image
+}
+
+/// An image of the scene whose step count is impossible, with the right checksum.
+fn forged_image() -> Vec<u8> {
+    let scene = small_sheet(9, 50.0);
+    let mut memory = Buffers::of(&scene);
+    let sim = memory.sim(&scene);
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).expect("sound");
+    image[8 * 4..8 * 5].fill(0xff);
+    let end = image.len() - 8;
+    let mut hash = Hash::default();
+    image[..end].as_chunks::<8>().0.iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
+    image[end..].copy_from_slice(&hash.value().to_le_bytes());
+    image
+}
+
+/// Where a code that no build with every feature gives is produced: the test and the file it is in.
+const NOT_BUILT: (&str, &str) =
+    ("fn a_build_without_the_theta_rule_refuses_it()", include_str!("../../kernel/src/scene.rs"));
+
+/// The error of a call on a simulation of 9 x 9, or of another scene.
+fn called(scene: &Scene, call: impl FnOnce(&mut Sim<'_>) -> Result<(), Error>) -> Option<Code> {
+    let mut memory = Buffers::of(scene);
+    let mut sim = memory.sim(scene);
+    Some(call(&mut sim).expect_err("refused").code)
+}
+
+/// What a call in Rust gives; None for codes that only C has (bare pointers, numbers for choices) or no build like this.
+fn in_rust(code: Code) -> Option<Code> {
+    let sheet = small_sheet(9, 50.0);
+    match code {
+        Code::NullPointer | Code::Misaligned | Code::MovedBlock | Code::StructSize | Code::UnknownChoice => None,
+        Code::NotBuilt => None,
+        Code::NotFinite
+        | Code::NotPositive
+        | Code::OutOfRange
+        | Code::BadQuaternion
+        | Code::TooManyNodes
+        | Code::StepTooLarge
+        | Code::StepLimitUnusable
+        | Code::DamageRateTooSmall
+        | Code::ProjectileTooLight
+        | Code::ProjectileTooSmall
+        | Code::ProjectileTooFast
+        | Code::InitialOverlap
+        | Code::DiscsOverlap
+        | Code::DiscTouchesProjectile
+        | Code::BadNormal
+        | Code::UnboundedFaces
+        | Code::ImpossibleMoments
+        | Code::NotSymmetric => Some(constructed(&refused_scene(code)).code),
+        Code::ShortBuffer => called(&sheet, |sim| sim.save(&mut [])),
+        Code::WrongLength => called(&sheet, |sim| sim.copy_positions(&mut [])),
+        Code::WrongDrive => called(&sheet, |sim| sim.follow(&no_path(), 1)),
+        Code::BadPath => called(&prescribed(), |sim| sim.follow(&no_path(), 1)),
+        Code::AlreadyStarted => called(&sheet, |sim| {
+            sim.step()?;
+            sim.set_motion(&wild(), &wild())
+        }),
+        Code::ImageMalformed => called(&sheet, |sim| sim.load(&[0; 64])),
+        Code::ImageOfAnotherScene => called(&sheet, |sim| sim.load(&foreign_image())),
+        Code::ImageInvalid => called(&sheet, |sim| sim.load(&forged_image())),
+        Code::BandOutOfTurn => called(&sheet, |sim| {
+            let mut scratch = vec![0.0; sim.layout().band_reals(2)?];
+            let bands = sim.bands(&mut scratch, 2)?;
+            bands.pass(0)?;
+            bands.pass(0).map(|_| ())
+        }),
+        Code::NotInBands => called(&theta(500), |sim| sim.layout().band_reals(2).map(|_| ())),
+        Code::NonFinite | Code::ContactCapacity | Code::TooFast | Code::NotConverged => {
+            let failure = [Failure::NonFinite, Failure::ContactCapacity, Failure::TooFast, Failure::NotConverged];
+            failure.into_iter().find(|failure| failure.code() == code).map(|failure| failed(failure).code())
+        }
+    }
+}
+
+/// Runs into a failure.
+fn failed(failure: Failure) -> Failure {
+    let run = |scene: &Scene, prepare: &dyn Fn(&mut Sim<'_>)| {
+        let mut memory = Buffers::of(scene);
+        let mut sim = memory.sim(scene);
+        prepare(&mut sim);
+        sim.advance(20_000).expect_err("fails")
+    };
+    match failure {
+        Failure::NonFinite => run(&small_sheet(9, 50.0), &|sim| {
+            let mut x = vec![0.0; 3 * 81];
+            sim.copy_positions(&mut x).expect("sound");
+            sim.set_motion(&x, &wild()).expect("accepted");
+        }),
+        Failure::ContactCapacity => run(&crowded(), &|_| ()),
+        Failure::TooFast => run(&small_sheet(9, 50.0), &|sim| {
+            sim.set_external_load([0.0, 0.0, 1e12], [0.0; 3]).expect("accepted");
+        }),
+        Failure::NotConverged => run(&theta(1), &|_| ()),
+    }
+}
+
+// ---- C ---------------------------------------------------------------------------------------------------------------
+
+/// A cache line, so that vectors of it are aligned as blocks must be.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Line([u8; 64]);
+
+/// A simulation in C: the block and its handle.
+struct InC {
+    _block: Vec<Line>,
+    sim: *mut fk_sim,
+}
+
+fn in_c_of(scene: &Scene) -> InC {
+    let structure = fk_scene::of(scene);
+    let (mut bytes, mut align, mut sim) = (0, 0, null_mut());
+    // SAFETY: structures and numbers of this function; the block is as long and aligned as asked for and kept with the handle.
+    unsafe {
+        assert_eq!(fk_memory_size(&structure, &mut bytes, &mut align), FK_OK);
+        let mut block = vec![Line([0; 64]); bytes as usize / 64 + 1];
+        assert_eq!(fk_init(block.as_mut_ptr().cast(), bytes, &structure, &mut sim, null_mut()), FK_OK);
+        InC { _block: block, sim }
+    }
+}
+
+/// What fk_init says about a scene.
+fn init(structure: &fk_scene) -> i32 {
+    let (mut block, mut sim) = (vec![Line([0; 64]); 10_000], null_mut());
+    // SAFETY: a structure and a block of this function.
+    unsafe { fk_init(block.as_mut_ptr().cast(), 640_000, structure, &mut sim, null_mut()) }
+}
+
+/// What a call in C gives.
+fn in_c(code: Code) -> i32 {
+    let sheet = small_sheet(9, 50.0);
+    let plain = fk_scene::of(&sheet);
+    let load = |image: Vec<u8>| {
+        let host = in_c_of(&sheet);
+        // SAFETY: the handle's block is in `host`; the image is as long as said.
+        unsafe { fk_state_load(host.sim, image.as_ptr(), image.len() as u64) }
+    };
+    let follow = |scene: &Scene| {
+        let host = in_c_of(scene);
+        let path = fk_path {
+            struct_size: size_of::<fk_path>() as u64,
+            first: 0,
+            steps: 0,
+            end: fk_motion {
+                struct_size: size_of::<fk_motion>() as u64,
+                position: [0.0; 3],
+                velocity: [0.0; 3],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+                angular_velocity: [0.0; 3],
+            },
+        };
+        // SAFETY: the handle's block is in `host`; a structure of this function.
+        unsafe { fk_follow(host.sim, &path, 1) }
+    };
+    // SAFETY: of all calls below: handles whose blocks are kept beside them, structures and arrays of this function, and null.
+    unsafe {
+        match code {
+            Code::NullPointer => fk_step(null_mut()),
+            Code::ShortBuffer => fk_init([Line([0; 64])].as_mut_ptr().cast(), 64, &plain, &mut null_mut(), null_mut()),
+            Code::Misaligned => {
+                let mut block = vec![Line([0; 64]); 10_000];
+                let start = block.as_mut_ptr().cast::<u8>().add(8);
+                fk_init(start.cast(), 630_000, &plain, &mut null_mut(), null_mut())
+            }
+            Code::MovedBlock => fk_step(vec![Line([0; 64]); 10_000].as_mut_ptr().cast()),
+            Code::StructSize => init(&fk_scene { struct_size: 8, ..plain }),
+            Code::UnknownChoice => init(&fk_scene { drive: 9, ..plain }),
+            Code::NotBuilt => {
+                assert!(NOT_BUILT.1.contains(NOT_BUILT.0));
+                FK_NOT_BUILT
+            }
+            Code::NotFinite
+            | Code::NotPositive
+            | Code::OutOfRange
+            | Code::BadQuaternion
+            | Code::TooManyNodes
+            | Code::StepTooLarge
+            | Code::StepLimitUnusable
+            | Code::DamageRateTooSmall
+            | Code::ProjectileTooLight
+            | Code::ProjectileTooSmall
+            | Code::ProjectileTooFast
+            | Code::InitialOverlap
+            | Code::DiscsOverlap
+            | Code::DiscTouchesProjectile
+            | Code::BadNormal
+            | Code::UnboundedFaces
+            | Code::ImpossibleMoments
+            | Code::NotSymmetric => init(&fk_scene::of(&refused_scene(code))),
+            Code::WrongLength => fk_copy_positions(in_c_of(&sheet).sim, [0.0].as_mut_ptr(), 1),
+            Code::WrongDrive => follow(&sheet),
+            Code::BadPath => follow(&prescribed()),
+            Code::AlreadyStarted => {
+                let host = in_c_of(&sheet);
+                assert_eq!(fk_step(host.sim), FK_OK);
+                fk_set_motion(host.sim, wild().as_ptr(), wild().as_ptr(), 3 * 81)
+            }
+            Code::ImageMalformed => load(vec![0; 64]),
+            Code::ImageOfAnotherScene => load(foreign_image()),
+            Code::ImageInvalid => load(forged_image()),
+            Code::BandOutOfTurn => fk_bands_end(in_c_of(&sheet).sim),
+            Code::NotInBands => fk_bands_size(in_c_of(&theta(500)).sim, 2, &mut 0),
+            Code::NonFinite => {
+                let (host, mut x) = (in_c_of(&sheet), vec![0.0; 3 * 81]);
+                assert_eq!(fk_copy_positions(host.sim, x.as_mut_ptr(), 3 * 81), FK_OK);
+                assert_eq!(fk_set_motion(host.sim, x.as_ptr(), wild().as_ptr(), 3 * 81), FK_OK);
+                fk_advance(host.sim, 10)
+            }
+            Code::ContactCapacity => fk_advance(in_c_of(&crowded()).sim, 20_000),
+            Code::TooFast => {
+                let (host, force) = (in_c_of(&sheet), [0.0, 0.0, 1e12]);
+                assert_eq!(fk_set_external_load(host.sim, force.as_ptr(), [0.0; 3].as_ptr()), FK_OK);
+                fk_advance(host.sim, 20_000)
+            }
+            Code::NotConverged => fk_advance(in_c_of(&theta(1)).sim, 20_000),
+        }
+    }
+}
+
+#[test]
+fn every_code_comes_out_of_a_call() {
+    let mut rust = 0;
+    for code in Code::ALL {
+        if let Some(produced) = in_rust(code) {
+            assert_eq!(produced, code);
+            rust += 1;
+        }
+        assert_eq!(in_c(code), code.number(), "{code:?}");
+    }
+    let all = Code::ALL.len();
+    assert_eq!(Code::ALL.iter().collect::<HashSet<_>>().len(), all);
+    println!(
+        "figure 9: {all} of {all} codes produced, {rust} in Rust, {} in C, 1 in a build without its feature",
+        all - 1
+    );
+}
+
+/// Runs into an outcome.
+fn reached(outcome: Outcome) -> Scene {
+    match outcome {
+        Outcome::Arrested => small_sheet(41, 20.0),
+        Outcome::Exited => small_sheet(41, 250.0),
+        // A small sheet, whose middle tears off its edge.
+        Outcome::Detached => {
+            let mut scene = small_sheet(21, 250.0);
+            scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+            scene
+        }
+        Outcome::Passed => {
+            let mut scene = small_sheet(5, 100.0);
+            scene.projectile.position[0] = 0.05;
+            scene
+        }
+    }
+}
+
+/// The name of a status, to count those met.
+fn named(status: Status) -> &'static str {
+    match status {
+        Status::Flight => "flight",
+        Status::Contact => "contact",
+        Status::Arrested => "arrested",
+        Status::Detached => "detached",
+        Status::Exited => "exited",
+        Status::Passed => "passed",
+        Status::Faulted => "faulted",
+    }
+}
+
+#[test]
+fn every_failure_outcome_and_status_is_reached() {
+    let failures = [Failure::NonFinite, Failure::ContactCapacity, Failure::TooFast, Failure::NotConverged];
+    failures.into_iter().for_each(|failure| assert_eq!(failed(failure), failure));
+
+    let mut statuses = HashSet::new();
+    for outcome in Outcome::ALL {
+        let scene = reached(outcome);
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        while sim.outcomes().mask & outcome.bit() == 0 && sim.step_count() < 60_000 {
+            statuses.insert(named(sim.outcomes().status));
+            sim.advance(16).expect("sound");
+        }
+        assert!(sim.outcomes().mask & outcome.bit() != 0, "{}", outcome.name());
+        assert!(sim.outcomes().latched[outcome as usize].is_some());
+        statuses.insert(named(sim.outcomes().status));
+    }
+    let mut memory = Buffers::of(&crowded());
+    let mut sim = memory.sim(&crowded());
+    sim.advance(20_000).expect_err("fails");
+    statuses.insert(named(sim.outcomes().status));
+    println!("figure 9: 4 of 4 failures, 4 of 4 outcomes, {} of 7 statuses reached", statuses.len());
+    assert_eq!(statuses.len(), 7, "{statuses:?}");
+}

@@ -1,0 +1,72 @@
+//! The cases of bad input, each with its exact code and field (`fabric_tests::inputs`), through the Rust interface. The C host
+//! and the FMI tests go through the same cases as tests/inputs lists them.
+
+use fabric::{Layout, Memory, Scene, Sim};
+use fabric_tests::inputs::{self, Expected};
+
+/// Larger sheets are checked, but not made.
+const NODES: u32 = 100;
+
+/// What the kernel says. A refusal must come from the constructor with its memory untouched, and from [`Scene::check`] and
+/// [`Scene::step_limits`] alike if they look at what is wrong.
+fn said(scene: &Scene, reals: &mut [f64], words: &mut [u32]) -> Expected {
+    let early = Layout::of(scene).err();
+    let early = early.map(|error| Expected::Refused(error.code, error.field));
+    if scene.sheet.nodes_x.max(scene.sheet.nodes_y) > NODES {
+        return early.unwrap_or(Expected::Accepted);
+    }
+    match Sim::new(scene, Memory { reals, words }) {
+        Ok(mut sim) => {
+            assert!(early.is_none());
+            // Whatever comes of it is told, and nothing panics.
+            let advanced = sim.advance(3);
+            assert_eq!(advanced.err(), sim.failure());
+            reals.fill(7.5);
+            words.fill(75);
+            Expected::Accepted
+        }
+        Err(error) => {
+            assert!(reals.iter().all(|&x| x == 7.5) && words.iter().all(|&x| x == 75), "memory was written");
+            assert!(error.text().starts_with(error.field));
+            let refused = Expected::Refused(error.code, error.field);
+            assert!(early.is_none_or(|early| early == refused));
+            refused
+        }
+    }
+}
+
+#[test]
+fn every_case_is_answered_exactly() {
+    let (mut reals, mut words) = (vec![7.5; 40_000], vec![75; 8_000]);
+    let (mut cases, mut wrong) = (0, Vec::new());
+    for case in inputs::cases() {
+        let mut scene = inputs::scene(case.base);
+        if !inputs::assign(&mut scene, case.name, case.value) {
+            continue;
+        }
+        cases += 1;
+        let said = said(&scene, &mut reals, &mut words);
+        if said != case.expected {
+            wrong.push(format!("{} {} = {:e}: {said:?}, not {:?}", case.base, case.name, case.value, case.expected));
+        }
+    }
+    println!("figure 8: {cases} cases in Rust, {} exact", cases - wrong.len());
+    assert!(wrong.is_empty(), "{} of {cases}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(cases >= 500);
+}
+
+#[test]
+fn every_number_of_a_scene_has_a_row() {
+    let cases = inputs::cases();
+    for name in inputs::names(&Scene::sheet_3in_sphere()) {
+        let of_it = |case: &&inputs::Case| case.name.split('[').next() == Some(name);
+        let accepted = cases.iter().filter(of_it).filter(|case| case.expected == Expected::Accepted).count();
+        assert!(cases.iter().filter(of_it).count() >= 3 && accepted >= 1, "{name}");
+    }
+}
+
+#[test]
+fn the_committed_list_is_that_of_the_table() {
+    let committed = include_str!("../inputs/cases");
+    assert!(committed == inputs::listed(), "run `cargo run -p fabric-tests --bin inputs` and read what changes");
+}

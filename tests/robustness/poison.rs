@@ -1,0 +1,83 @@
+//! A poisoned state never goes on in silence. The one way to put a number into a state that no simulation has is an image with
+//! its checksum made right: NaN, infinities, impossible histories and motion whose energy would not be finite are refused by
+//! load, so nothing of them is ever read out or stepped.
+
+use crate::golden;
+use crate::snapshots::forged;
+use fabric::{Code, Scene, Sim};
+use fabric_tests::{Buffers, small_sheet};
+
+/// What is poisoned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Entry {
+    Displacement,
+    Velocity,
+    History,
+}
+
+/// Words of the image that hold each entry of each node: (node, entry, word).
+fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
+    let layout = sim.layout();
+    let (nx, ny) = (layout.nodes_x, layout.nodes_y);
+    let (across, up) = (layout.x.segments(), layout.y.segments());
+    let marks = if layout.toe { 2 } else { 1 };
+    let flags = if layout.track_detachment { layout.nodes().div_ceil(32) } else { 0 };
+    let mut word = image.len() / 8 - 1 - flags - 6 * layout.nodes() - marks * layout.segments();
+    let mut entries = Vec::new();
+    for k in 0..nx * ny {
+        for entry in [Entry::Displacement, Entry::Velocity] {
+            (0..3).for_each(|component| entries.push((k, entry, word + component)));
+            word += 3;
+        }
+        for exists in [k % nx < across, k / nx < up] {
+            if exists {
+                entries.push((k, Entry::History, word));
+                word += marks;
+            }
+        }
+    }
+    assert_eq!(word + flags + 1, image.len() / 8);
+    entries
+}
+
+#[test]
+fn a_poisoned_state_is_refused() {
+    let mut stochastic = small_sheet(13, 250.0);
+    stochastic.yarn.stochastic = true;
+    let toe = Scene { slack_toe: 0.02, ..small_sheet(13, 250.0) };
+    let mut theta = golden::drawn_yarns_by_the_theta_rule();
+    (theta.sheet.nodes_x, theta.sheet.nodes_y) = (17, 13);
+    let (mut tried, mut refused) = (0, 0);
+    let mut taken = Vec::new();
+    for (name, scene, steps) in [("stochastic", stochastic, 60), ("toe", toe, 400), ("theta", theta, 60)] {
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.advance(steps).unwrap();
+        while sim.counters().contacts == 0 {
+            assert!(sim.step_count() < 2 * steps);
+            sim.step().unwrap();
+        }
+        let mut image = vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        let before = sim.digest();
+        // First, last and middle node, and all others: some are fixed, some in contact, some have failed segments.
+        for (node, entry, word) in entries(&sim, &image) {
+            for poison in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
+                tried += 1;
+                match sim.load(&forged(&image, word, poison.to_bits())) {
+                    Err(error) => {
+                        assert_eq!(error.code, Code::ImageInvalid);
+                        assert_eq!(sim.digest(), before, "the state is untouched");
+                        refused += 1;
+                    }
+                    Ok(()) => {
+                        taken.push(format!("{name}: {entry:?} of node {node}: {poison:e}"));
+                        sim.load(&image).unwrap();
+                    }
+                }
+            }
+        }
+    }
+    println!("figure 21: {tried} poisoned entries, {refused} refused by load, {} taken", taken.len());
+    assert!(taken.is_empty(), "{} of {tried}:\n{}", taken.len(), taken[..taken.len().min(30)].join("\n"));
+}

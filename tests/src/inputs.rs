@@ -1,0 +1,568 @@
+//! What a scene may hold: one table of every number of a scene, the ranges its documentation gives, and what is said outside
+//! of them. From it come the cases of bad input that the kernel, the C interface and the FMUs are tried with (`cases`).
+//!
+//! The table is written from the documentation of the fields, not from the checks. Where a number that is good by itself makes
+//! another one bad (a heavy node, a light projectile) the row says so.
+
+use fabric::Code::{self, *};
+use fabric::{
+    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, Projectile, RotationRule, Scene, Shape, Sheet,
+    StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+    scene::{MAX_NODES_PER_SIDE, PAPER_SPACING, STEP_WITH_TOE},
+};
+
+/// What is expected of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// It is sound.
+    Accepted,
+    /// It is refused with this code, and this field named.
+    Refused(Code, &'static str),
+}
+use Expected::{Accepted, Refused};
+
+/// How far along the number line an expectation holds.
+#[derive(Clone, Copy)]
+enum Up {
+    /// To numbers less than this.
+    Below(f64),
+    /// To this number.
+    To(f64),
+    /// To somewhere here: a limit that another field sets and that is known only roughly. No number near it is tried.
+    About(f64),
+    /// To the end.
+    End,
+}
+use Up::{About, Below, End, To};
+
+/// What is tried.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// A real number: also NaN and both infinities, which are refused.
+    Real,
+    /// A real number that is not read: anything goes.
+    NotRead,
+    /// A count or a choice.
+    Count,
+}
+
+/// One number of a scene, or several alike.
+struct Row {
+    base: &'static str,
+    names: &'static [&'static str],
+    kind: Kind,
+    /// What is expected along the number line, from minus infinity on.
+    line: Vec<(Up, Expected)>,
+    /// Numbers tried besides the usual ones and the limits.
+    also: &'static [f64],
+}
+
+/// One change of a sound scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// The scene's name.
+    pub base: &'static str,
+    /// The number that is changed, as in `Scene`, components with their index: `sheet.position[1]`.
+    pub name: &'static str,
+    /// What it becomes.
+    pub value: f64,
+    /// What is expected.
+    pub expected: Expected,
+}
+
+/// Half the edge of the cube.
+const EDGE: f64 = 6.35e-3;
+
+/// The sound scenes: the preset 3 in scene with these changes, and those of `START` before.
+#[rustfmt::skip]
+const BASES: &[(&str, &[(&str, f64)])] = &[
+    ("sphere", &[]),
+    ("uniform", &[("yarn.stochastic", 0.0)]),
+    ("wide", &[("yarn.critical_stretch", 1.1)]),
+    ("cylinder", &[("projectile.shape", 1.0), ("projectile.length", 0.0127)]),
+    ("bullet", &[("projectile.shape", 2.0), ("projectile.length", 0.0127), ("projectile.position[2]", -0.02)]),
+    ("box", &[("projectile.shape", 3.0), ("projectile.size[0]", 0.0127), ("projectile.size[1]", 0.0127), ("projectile.size[2]", 0.0127)]),
+    ("cube", &[
+        ("projectile.shape", 4.0), ("projectile.faces.count", 6.0),
+        ("projectile.faces[0][0]", 1.0), ("projectile.faces[0][3]", EDGE), ("projectile.faces[1][0]", -1.0), ("projectile.faces[1][3]", EDGE),
+        ("projectile.faces[2][1]", 1.0), ("projectile.faces[2][3]", EDGE), ("projectile.faces[3][1]", -1.0), ("projectile.faces[3][3]", EDGE),
+        ("projectile.faces[4][2]", 1.0), ("projectile.faces[4][3]", EDGE), ("projectile.faces[5][2]", -1.0), ("projectile.faces[5][3]", EDGE),
+        ("projectile.moments[0]", 2e-7), ("projectile.moments[1]", 2e-7), ("projectile.moments[2]", 2e-7),
+    ]),
+    ("corners", &[
+        ("sheet.nodes_x", 23.0), ("sheet.nodes_y", 23.0), ("projectile.radius", 3e-3),
+        ("attachment.kind", 2.0), ("attachment.disc_inset", 1e-3), ("attachment.disc_radius", 8e-4),
+    ]),
+    ("prescribed", &[("drive", 1.0)]),
+    ("fraction", &[("step_kind", 0.0), ("step_fraction", 0.4)]),
+    ("toe", &[("step_kind", 0.0), ("step_fraction", 0.4), ("slack_toe", 0.02)]),
+    ("unchecked", &[("step_kind", 0.0), ("step_fraction", 0.4), ("step_check", 1.0)]),
+    ("theta", &[("integrator", 1.0)]),
+    ("turning", &[("rotation_rule", 1.0)]),
+];
+
+/// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
+const START: &[(&str, f64)] = &[
+    ("sheet.nodes_x", 9.0),
+    ("sheet.nodes_y", 9.0),
+    ("projectile.position[2]", -7e-3),
+    ("step_kind", 1.0),
+    ("dt", 5e-9),
+];
+
+/// Numbers tried of every real field.
+const REALS: [f64; 9] = [0.0, -0.0, 5e-324, -5e-324, f64::MIN_POSITIVE, 1.0, -1.0, f64::MAX, -f64::MAX];
+
+/// Largest and smallest numbers of a quaternion's scalar alone: its length may be off by less than 1e-3, and these decimals
+/// lie just inside and just outside of it.
+const TURN: [(Up, Expected); 5] = [
+    (Below(-1.001), Refused(BadQuaternion, "")),
+    (Below(-0.999), Accepted),
+    (To(0.999), Refused(BadQuaternion, "")),
+    (To(1.001), Accepted),
+    (End, Refused(BadQuaternion, "")),
+];
+
+/// The table. An empty field in an expectation means the row's own.
+#[rustfmt::skip]
+fn rows() -> Vec<Row> {
+    let h = PAPER_SPACING;
+    let overlap = Refused(InitialOverlap, "projectile.position");
+    let too_fast = Refused(ProjectileTooFast, "projectile.velocity");
+    let too_heavy = Refused(OutOfRange, "projectile.mass");
+    let no_limit = Refused(StepLimitUnusable, "sheet.node_mass");
+    let no_step = Refused(StepLimitUnusable, "dt");
+    let too_long = Refused(StepTooLarge, "dt");
+    let weak = Refused(DamageRateTooSmall, "yarn.damage_intercept");
+    let own = |code| Refused(code, "");
+    let not_positive = (To(0.0), own(NotPositive));
+    let negative = (Below(0.0), own(OutOfRange));
+    let rest = (End, Accepted);
+    let beyond = (End, own(OutOfRange));
+    let real = |base, names: &'static [&'static str], line: &[(Up, Expected)], also| Row { base, names, kind: Kind::Real, line: line.to_vec(), also };
+    let not_read = |base, names: &'static [&'static str]| Row { base, names, kind: Kind::NotRead, line: vec![rest], also: &[] };
+    let count = |base, names: &'static [&'static str], line: &[(Up, Expected)], also| Row { base, names, kind: Kind::Count, line: line.to_vec(), also };
+    let choice = |base, names: &'static [&'static str], last: f64| Row {
+        base, names, kind: Kind::Count, line: vec![(To(last), Accepted), (End, own(UnknownChoice))], also: &[],
+    };
+    let most = f64::from(MAX_NODES_PER_SIDE);
+    let step_max = scene("sphere").step_limits().expect("sound").step_max;
+    let fastest = h / 5e-9;
+    let rounding = 1.0 + 4.0 * f64::EPSILON;
+    let turned = [(About(-0.0447), own(BadQuaternion)), (About(0.0447), Accepted), (End, own(BadQuaternion))];
+    let at_least_two = [not_positive, (Below(2.0 * h), own(ProjectileTooSmall))];
+    let theta = [(Below(0.5), own(OutOfRange)), (To(1.0), Accepted), beyond];
+    let line = |first: &[(Up, Expected)], then: &[(Up, Expected)]| [first, then].concat();
+    vec![
+        // ---- Sheet. A small node or spacing, a thick or stiff yarn, make the stable step smaller, and at last no number.
+        count("sphere", &["sheet.nodes_x", "sheet.nodes_y"], &[(Below(2.0), own(OutOfRange)), (To(most), Accepted), (End, own(TooManyNodes))], &[17.0]),
+        real("sphere", &["sheet.spacing"], &[not_positive, (About(1e-296), no_limit), (About(3e-5), too_long), (To(6.35e-3), Accepted), (End, Refused(ProjectileTooSmall, "projectile.radius"))], &[1e-300, 1e-6, 1e-3]),
+        real("sphere", &["sheet.node_mass"], &[not_positive, (About(1e-299), no_limit), (About(3e-9), too_long), (To(8.4e-3), Accepted), (End, Refused(ProjectileTooLight, "projectile.mass"))], &[1e-20, 1e-6]),
+        real("sphere", &["sheet.yarn_area"], &[not_positive, (About(1e-315), no_step), (About(3e-6), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e-8, 1e-5]),
+        count("sphere", &["sheet.plies"], &[(Below(1.0), own(OutOfRange)), (To(1000.0), Accepted), beyond], &[]),
+        real("sphere", &["sheet.position[0]", "sheet.position[1]"], &[rest], &[1e-4]),
+        real("sphere", &["sheet.position[2]"], &[(About(-13.35e-3), Accepted), (About(-0.65e-3), overlap), rest], &[-7e-3, -1e-3, 1e-4]),
+        real("sphere", &["sheet.orientation[0]"], &TURN, &[]),
+        real("sphere", &["sheet.orientation[1]", "sheet.orientation[2]", "sheet.orientation[3]"], &turned, &[0.04, -0.05]),
+        // ---- Yarn. The mean damage rate, slope E + intercept, is at least 3.
+        real("sphere", &["yarn.modulus_mean"], &[not_positive, (About(1.1143e11), weak), (About(3e12), Accepted), (About(1e290), too_long), (End, no_limit)], &[1.1e11, 1.2e11, 5e12]),
+        real("sphere", &["yarn.modulus_sd"], &[negative, (About(1e11), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e9, 1e20]),
+        real("uniform", &["yarn.modulus_sd", "yarn.damage_sd"], &[negative, rest], &[]),
+        real("sphere", &["yarn.damage_slope"], &[(About(-1e297), own(NotFinite)), (About(6.2867e-9), weak), (About(1e297), Accepted), (End, own(NotFinite))], &[6.2e-9, 6.3e-9]),
+        real("sphere", &["yarn.damage_intercept"], &[(Below(3.0 - 7.91e-9 * 140.21e9), weak), rest], &[]),
+        real("sphere", &["yarn.damage_sd"], &[negative, rest], &[]),
+        real("sphere", &["yarn.critical_stretch"], &[(To(1.0), own(OutOfRange)), (To(2.0), Accepted), beyond], &[]),
+        real("sphere", &["yarn.damage_a"], &[not_positive, (To(rounding), Accepted), beyond], &[]),
+        real("sphere", &["yarn.damage_b"], &[(About(-1e-15), Refused(OutOfRange, "yarn.damage_a")), (Below(1.0), Accepted), beyond], &[0.5, -0.01]),
+        real("sphere", &["yarn.alpha_fail"], &[negative, (Below(1.0), Accepted), beyond], &[]),
+        choice("sphere", &["yarn.stochastic", "yarn.draw"], 1.0),
+        count("sphere", &["seed"], &[rest], &[9_007_199_254_740_992.0, 18_446_744_073_709_549_568.0]),
+        count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
+        choice("uniform", &["symmetry.mirror_x", "symmetry.mirror_y"], 1.0),
+        // ---- Attachment.
+        choice("corners", &["attachment.kind"], 3.0),
+        real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),
+        real("corners", &["attachment.disc_radius"], &[not_positive, (About(6.87e-3), Accepted), (About(6.98e-3), own(DiscTouchesProjectile)), (End, own(DiscsOverlap))], &[6e-3, 6.9e-3, 8e-3]),
+        not_read("sphere", &["attachment.disc_inset", "attachment.disc_radius"]),
+        // ---- Projectile. No free node inside it at the start; its kinetic energy at any speed is a number.
+        count("bullet", &["projectile.shape"], &[(To(3.0), Accepted), (To(4.0), Refused(OutOfRange, "projectile.faces")), (End, own(UnknownChoice))], &[]),
+        real("sphere", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(7e-3), Accepted), (About(1e150), overlap), (End, too_heavy)], &[6.9e-3, 7.1e-3]),
+        real("cylinder", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(1e150), Accepted), (End, too_heavy)], &[]),
+        real("cylinder", &["projectile.length"], &line(&at_least_two, &[(About(0.014), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.0139, 0.0141]),
+        real("bullet", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (To(0.0127), Accepted), (End, Refused(OutOfRange, "projectile.length"))], &[]),
+        real("bullet", &["projectile.length"], &line(&at_least_two, &[(Below(6.35e-3), own(OutOfRange)), (About(0.03), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.02, 0.06]),
+        not_read("sphere", &["projectile.length", "projectile.size[0]", "projectile.size[1]", "projectile.size[2]", "projectile.moments[0]", "projectile.moments[1]", "projectile.moments[2]", "projectile.faces[0][0]", "projectile.faces[15][3]"]),
+        not_read("box", &["projectile.radius", "projectile.length", "projectile.faces[0][0]", "projectile.moments[0]"]),
+        not_read("cube", &["projectile.radius", "projectile.length", "projectile.size[1]", "projectile.faces[6][0]", "projectile.faces[15][3]"]),
+        real("box", &["projectile.size[0]", "projectile.size[1]"], &line(&at_least_two, &[(About(1e150), Accepted), (End, too_heavy)]), &[]),
+        real("box", &["projectile.size[2]"], &line(&at_least_two, &[(About(0.014), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.0139, 0.0141]),
+        count("cube", &["projectile.faces.count"], &[(Below(4.0), own(OutOfRange)), (To(5.0), Refused(UnboundedFaces, "projectile.faces")), (To(6.0), Accepted), (To(16.0), Refused(BadNormal, "projectile.faces")), beyond], &[]),
+        real("cube", &["projectile.faces[0][3]", "projectile.faces[3][3]", "projectile.faces[5][3]"], &[not_positive, (Below(h), own(ProjectileTooSmall)), rest], &[]),
+        real("cube", &["projectile.faces[4][3]"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(7e-3), Accepted), (End, overlap)], &[]),
+        real("cube", &["projectile.faces[0][0]", "projectile.faces[2][1]"], &[(About(-1.000001), own(BadNormal)), (About(-0.999999), own(UnboundedFaces)), (About(0.999999), own(BadNormal)), (About(1.000001), Accepted), (End, own(BadNormal))], &[0.99999, 0.9999995, 1.0000005, 1.00001]),
+        real("cube", &["projectile.faces[0][1]", "projectile.faces[4][0]", "projectile.faces[5][1]"], &[(About(-0.001414), own(BadNormal)), (About(0.001414), Accepted), (End, own(BadNormal))], &[0.0014, -0.0014, 0.0015]),
+        real("cube", &["projectile.moments[0]", "projectile.moments[1]", "projectile.moments[2]"], &[not_positive, (About(4e-7), Accepted), (End, own(ImpossibleMoments))], &[3.9e-7, 4.1e-7]),
+        real("sphere", &["projectile.mass"], &[not_positive, (Below(6.52e-8), own(ProjectileTooLight)), (About(1e297), Accepted), (End, own(OutOfRange))], &[]),
+        real("prescribed", &["projectile.mass"], &[(Below(0.0), own(NotPositive)), (To(0.0), Accepted), (Below(6.52e-8), own(ProjectileTooLight)), (About(1e297), Accepted), (End, own(OutOfRange))], &[]),
+        real("sphere", &["projectile.position[0]", "projectile.position[1]"], &[rest], &[1e-4]),
+        real("sphere", &["projectile.position[2]"], &[(About(-6.35e-3), Accepted), (About(6.35e-3), overlap), rest], &[-6.36e-3, -6.34e-3, 6.34e-3, 6.36e-3]),
+        real("sphere", &["projectile.velocity[0]", "projectile.velocity[1]"], &[(About(-fastest), too_fast), (About(fastest), Accepted), (End, too_fast)], &[-1.4e5, 1.4e5, 1.5e5]),
+        real("sphere", &["projectile.velocity[2]"], &[(To(-fastest), too_fast), (Below(fastest), Accepted), (End, too_fast)], &[]),
+        real("sphere", &["projectile.orientation[0]"], &TURN, &[]),
+        real("sphere", &["projectile.orientation[1]", "projectile.orientation[2]", "projectile.orientation[3]"], &turned, &[0.04, -0.05]),
+        real("sphere", &["projectile.angular_velocity[0]", "projectile.angular_velocity[1]", "projectile.angular_velocity[2]"], &[(About(-1e150), too_heavy), (About(1e150), Accepted), (End, too_heavy)], &[]),
+        real("cylinder", &["projectile.angular_velocity[0]", "projectile.angular_velocity[1]", "projectile.angular_velocity[2]"], &[(About(-1.6e7), too_fast), (About(1.6e7), Accepted), (End, too_fast)], &[1e7, -1e7, 2e7]),
+        choice("sphere", &["drive"], 1.0),
+        // ---- Step, integrator and the rest.
+        count("fraction", &["step_kind"], &[(To(0.0), Accepted), (To(1.0), too_long), (End, own(UnknownChoice))], &[]),
+        real("sphere", &["dt"], &[not_positive, (About(1e-50), no_step), (To(step_max), Accepted), (End, own(StepTooLarge))], &[1e-52, 1e-30]),
+        real("fraction", &["step_fraction"], &[not_positive, (About(1e-43), no_step), (To(0.5), Accepted), beyond], &[1e-30]),
+        real("toe", &["step_fraction"], &[not_positive, (About(1e-43), no_step), (To(STEP_WITH_TOE * 0.5), Accepted), beyond], &[1e-30]),
+        real("unchecked", &["step_fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
+        choice("sphere", &["step_check"], 1.0),
+        choice("sphere", &["integrator", "rotation_rule", "step_after_failure"], 1.0),
+        count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), own(OutOfRange)), (End, own(UnknownChoice))], &[]),
+        real("theta", &["integrator.theta"], &theta, &[]),
+        real("turning", &["rotation_rule.theta"], &theta, &[]),
+        real("theta", &["integrator.tolerance"], &[not_positive, rest], &[]),
+        count("theta", &["integrator.max_iterations"], &[(Below(1.0), own(OutOfRange)), rest], &[]),
+        not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta"]),
+        real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
+        real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
+        real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("sphere", &["force_window"], &[not_positive, rest], &[]),
+        choice("sphere", &["track_detachment", "track_support"], 1.0),
+        count("sphere", &["contact_capacity"], &[rest], &[]),
+    ]
+}
+
+/// Every case.
+pub fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for row in rows() {
+        let limits = row.line.iter().filter_map(|(up, _)| match up {
+            Below(limit) | To(limit) => Some(*limit),
+            About(_) | End => None,
+        });
+        let mut values: Vec<f64> = match row.kind {
+            Kind::Real => limits.flat_map(|x| [x.next_down(), x, x.next_up()]).chain(REALS).collect(),
+            Kind::NotRead => REALS.to_vec(),
+            Kind::Count => limits.flat_map(|x| [x - 1.0, x, x + 1.0]).chain([0.0, 1.0, f64::from(u32::MAX)]).collect(),
+        };
+        values.extend(row.also);
+        if row.kind != Kind::Count {
+            values.extend([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
+        }
+        for name in row.names {
+            let mut seen = Vec::new();
+            for &value in &values {
+                if seen.contains(&value.to_bits()) || (row.kind == Kind::Count && value < 0.0) {
+                    continue;
+                }
+                seen.push(value.to_bits());
+                let expected = if row.kind == Kind::Real && !value.is_finite() {
+                    Refused(NotFinite, "")
+                } else {
+                    along(&row.line, value)
+                };
+                let expected = match expected {
+                    Refused(code, "") => Refused(code, field_of(name)),
+                    other => other,
+                };
+                cases.push(Case { base: row.base, name, value, expected });
+            }
+        }
+    }
+    cases
+}
+
+/// What is expected at a value.
+fn along(line: &[(Up, Expected)], value: f64) -> Expected {
+    let within = |up: &Up| match up {
+        Below(limit) => value < *limit,
+        To(limit) => value <= *limit,
+        About(limit) => value < *limit,
+        End => true,
+    };
+    line.iter().find(|(up, _)| within(up)).map_or(Accepted, |(_, expected)| *expected)
+}
+
+/// The field that an error names: without indices, and all of the faces together.
+fn field_of(name: &'static str) -> &'static str {
+    let field = name.split('[').next().unwrap_or(name);
+    if field == "projectile.faces.count" { "projectile.faces" } else { field }
+}
+
+/// A sound scene by its name.
+///
+/// # Panics
+/// If there is none.
+pub fn scene(base: &str) -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    for (name, value) in assignments(base) {
+        assert!(assign(&mut scene, name, value), "{name} = {value}");
+    }
+    scene
+}
+
+/// What makes a sound scene of the preset 3 in scene.
+fn assignments(base: &str) -> impl Iterator<Item = (&'static str, f64)> {
+    let (_, changes) = BASES.iter().find(|(name, _)| *name == base).expect("a sound scene");
+    START.iter().chain(*changes).copied()
+}
+
+/// Gives a number of a scene a value. false if a `Scene` cannot hold it: an unknown choice, or a setting of what is not in use.
+///
+/// # Panics
+/// If there is no such number.
+pub fn assign(scene: &mut Scene, name: &str, value: f64) -> bool {
+    let (field, index) = name.split_once('[').unwrap_or((name, "0]"));
+    let (k, l) = index.split_once("][").unwrap_or((index, "0]"));
+    let number = |text: &str| text.trim_end_matches(']').parse::<usize>().expect("an index");
+    let (k, l) = (number(k), number(l));
+    let flag = |place: &mut bool| {
+        *place = value == 1.0;
+        value <= 1.0
+    };
+    let (sheet, yarn, body) = (&mut scene.sheet, &mut scene.yarn, &mut scene.projectile);
+    match field {
+        "sheet.nodes_x" => sheet.nodes_x = value as u32,
+        "sheet.nodes_y" => sheet.nodes_y = value as u32,
+        "sheet.spacing" => sheet.spacing = value,
+        "sheet.node_mass" => sheet.node_mass = value,
+        "sheet.yarn_area" => sheet.yarn_area = value,
+        "sheet.plies" => sheet.plies = value as u32,
+        "sheet.position" => sheet.position[k] = value,
+        "sheet.orientation" => sheet.orientation[k] = value,
+        "symmetry.mirror_x" => return flag(&mut scene.symmetry.mirror_x),
+        "symmetry.mirror_y" => return flag(&mut scene.symmetry.mirror_y),
+        "attachment.kind" => {
+            use AttachmentKind::{FourCorners, FourSides, Free, TwoSides};
+            return choose(&mut scene.attachment.kind, &[TwoSides, FourSides, FourCorners, Free], value);
+        }
+        "attachment.disc_inset" => scene.attachment.disc_inset = value,
+        "attachment.disc_radius" => scene.attachment.disc_radius = value,
+        "yarn.modulus_mean" => yarn.modulus_mean = value,
+        "yarn.modulus_sd" => yarn.modulus_sd = value,
+        "yarn.damage_slope" => yarn.damage_slope = value,
+        "yarn.damage_intercept" => yarn.damage_intercept = value,
+        "yarn.damage_sd" => yarn.damage_sd = value,
+        "yarn.critical_stretch" => yarn.critical_stretch = value,
+        "yarn.damage_a" => yarn.damage_a = value,
+        "yarn.damage_b" => yarn.damage_b = value,
+        "yarn.alpha_fail" => yarn.alpha_fail = value,
+        "yarn.stochastic" => return flag(&mut yarn.stochastic),
+        "yarn.draw" => return choose(&mut yarn.draw, &[Draw::Segment, Draw::Yarn], value),
+        "projectile.shape" => {
+            use Shape::{Box, Cylinder, HemisphericalCylinder, Polyhedron, Sphere};
+            return choose(&mut body.shape, &[Sphere, Cylinder, HemisphericalCylinder, Box, Polyhedron], value);
+        }
+        "projectile.radius" => body.radius = value,
+        "projectile.length" => body.length = value,
+        "projectile.size" => body.size[k] = value,
+        "projectile.faces.count" => body.faces.count = value as u32,
+        "projectile.faces" => body.faces.planes[k][l] = value,
+        "projectile.moments" => body.moments[k] = value,
+        "projectile.mass" => body.mass = value,
+        "projectile.position" => body.position[k] = value,
+        "projectile.velocity" => body.velocity[k] = value,
+        "projectile.orientation" => body.orientation[k] = value,
+        "projectile.angular_velocity" => body.angular_velocity[k] = value,
+        "drive" => return choose(&mut scene.drive, &[Drive::Free, Drive::Prescribed], value),
+        "seed" => scene.seed = value as u64,
+        "step_kind" => {
+            let (TimeStep::Fraction(step) | TimeStep::Seconds(step)) = scene.time_step;
+            return choose(&mut scene.time_step, &[TimeStep::Fraction(step), TimeStep::Seconds(step)], value);
+        }
+        "dt" => scene.time_step = TimeStep::Seconds(value),
+        "step_fraction" => scene.time_step = TimeStep::Fraction(value),
+        "step_check" => return choose(&mut scene.step_check, &[StepCheck::Refuse, StepCheck::None], value),
+        "integrator" => {
+            let all = [Integrator::Verlet, Integrator::Theta(ThetaRule::default())];
+            return choose(&mut scene.integrator, &all, value);
+        }
+        "integrator.theta" | "integrator.tolerance" | "integrator.max_iterations" => {
+            let Integrator::Theta(rule) = &mut scene.integrator else { return false };
+            match field {
+                "integrator.theta" => rule.theta = value,
+                "integrator.tolerance" => rule.tolerance = value,
+                _ => rule.max_iterations = value as u32,
+            }
+        }
+        "step_after_failure" => {
+            let all = [StepAfterFailure::Keep, StepAfterFailure::Half];
+            return choose(&mut scene.step_after_failure, &all, value);
+        }
+        "slack_toe" => scene.slack_toe = value,
+        "rotation_rule" => {
+            return choose(&mut scene.rotation_rule, &[RotationRule::Midpoint, RotationRule::Theta(0.5)], value);
+        }
+        "rotation_rule.theta" => {
+            let RotationRule::Theta(theta) = &mut scene.rotation_rule else { return false };
+            *theta = value;
+        }
+        "force_window" => scene.force_window = value,
+        "track_detachment" => return flag(&mut scene.track_detachment),
+        "track_support" => return flag(&mut scene.track_support),
+        "contact_capacity" => scene.contact_capacity = value as u32,
+        other => panic!("{other} is no number of a scene"),
+    }
+    true
+}
+
+fn choose<T: Copy>(place: &mut T, choices: &[T], value: f64) -> bool {
+    choices.get(value as usize).is_some_and(|choice| {
+        *place = *choice;
+        true
+    })
+}
+
+/// The names of all numbers of a scene, without indices. Takes a scene to pieces without leaving any out, so that a new field
+/// does not compile until it is named here; a test asks that every name has a row.
+pub fn names(scene: &Scene) -> Vec<&'static str> {
+    let Scene {
+        sheet:
+            Sheet { nodes_x: _, nodes_y: _, spacing: _, node_mass: _, yarn_area: _, plies: _, position: _, orientation: _ },
+        symmetry: Symmetry { mirror_x: _, mirror_y: _ },
+        attachment: Attachment { kind: _, disc_inset: _, disc_radius: _ },
+        yarn:
+            Yarn {
+                modulus_mean: _,
+                modulus_sd: _,
+                damage_slope: _,
+                damage_intercept: _,
+                damage_sd: _,
+                critical_stretch: _,
+                damage_a: _,
+                damage_b: _,
+                alpha_fail: _,
+                stochastic: _,
+                draw: _,
+            },
+        projectile:
+            Projectile {
+                shape: _,
+                radius: _,
+                length: _,
+                size: _,
+                faces: Faces { count: _, planes: _ },
+                moments: _,
+                mass: _,
+                position: _,
+                velocity: _,
+                orientation: _,
+                angular_velocity: _,
+            },
+        drive: _,
+        seed: _,
+        time_step: TimeStep::Fraction(_) | TimeStep::Seconds(_),
+        step_check: _,
+        integrator: Integrator::Verlet | Integrator::Theta(ThetaRule { theta: _, tolerance: _, max_iterations: _ }),
+        step_after_failure: _,
+        slack_toe: _,
+        rotation_rule: RotationRule::Midpoint | RotationRule::Theta(_),
+        force_window: _,
+        track_detachment: _,
+        track_support: _,
+        contact_capacity: _,
+    } = scene;
+    vec![
+        "sheet.nodes_x",
+        "sheet.nodes_y",
+        "sheet.spacing",
+        "sheet.node_mass",
+        "sheet.yarn_area",
+        "sheet.plies",
+        "sheet.position",
+        "sheet.orientation",
+        "symmetry.mirror_x",
+        "symmetry.mirror_y",
+        "attachment.kind",
+        "attachment.disc_inset",
+        "attachment.disc_radius",
+        "yarn.modulus_mean",
+        "yarn.modulus_sd",
+        "yarn.damage_slope",
+        "yarn.damage_intercept",
+        "yarn.damage_sd",
+        "yarn.critical_stretch",
+        "yarn.damage_a",
+        "yarn.damage_b",
+        "yarn.alpha_fail",
+        "yarn.stochastic",
+        "yarn.draw",
+        "projectile.shape",
+        "projectile.radius",
+        "projectile.length",
+        "projectile.size",
+        "projectile.faces.count",
+        "projectile.faces",
+        "projectile.moments",
+        "projectile.mass",
+        "projectile.position",
+        "projectile.velocity",
+        "projectile.orientation",
+        "projectile.angular_velocity",
+        "drive",
+        "seed",
+        "dt",
+        "step_fraction",
+        "step_check",
+        "integrator",
+        "integrator.theta",
+        "integrator.tolerance",
+        "integrator.max_iterations",
+        "step_after_failure",
+        "slack_toe",
+        "rotation_rule",
+        "rotation_rule.theta",
+        "force_window",
+        "track_detachment",
+        "track_support",
+        "contact_capacity",
+    ]
+}
+
+/// The cases as the text that the C host and the FMI tests read: tests/inputs. Lines of
+///
+/// - `text CODE WORDS`: what a code is called,
+/// - `set BASE NAME MEMBER BITS`: a change of the preset that makes a sound scene,
+/// - `case BASE NAME MEMBER BITS CODE FIELD`: a change of that scene, and what is expected (0 and `-` if it is accepted).
+///
+/// MEMBER is the place in `fk_scene`, BITS are those of the value as an f64.
+pub fn listed() -> String {
+    use std::fmt::Write;
+    let mut text = String::from(
+        "# Written by `cargo run -p fabric-tests --bin inputs`: do not edit. tests/src/inputs.rs says what it is.\n",
+    );
+    let mut line = |line: std::fmt::Arguments<'_>| writeln!(text, "{line}").expect("a string takes all");
+    for code in Code::ALL {
+        line(format_args!("text {} {}", code.number(), code.text().to_str().expect("plain")));
+    }
+    for (base, _) in BASES {
+        for (name, value) in assignments(base) {
+            line(format_args!("set {base} {name} {} {:016x}", member(name), value.to_bits()));
+        }
+    }
+    for Case { base, name, value, expected } in cases() {
+        let (code, field) = match expected {
+            Accepted => (0, "-"),
+            Refused(code, field) => (code.number(), field),
+        };
+        line(format_args!("case {base} {name} {} {:016x} {code} {field}", member(name), value.to_bits()));
+    }
+    text
+}
+
+/// The place of a number in `fk_scene`.
+fn member(name: &str) -> String {
+    match name {
+        "dt" | "step_fraction" => "step_value".into(),
+        "projectile.faces.count" => "projectile_face_count".into(),
+        "integrator.theta" => "theta".into(),
+        "integrator.tolerance" | "integrator.max_iterations" => name.replace("integrator.", "theta_"),
+        "rotation_rule.theta" => "rotation_theta".into(),
+        "symmetry.mirror_x" | "symmetry.mirror_y" => name.replace("symmetry.", ""),
+        other => other.replace('.', "_"),
+    }
+}

@@ -1,0 +1,667 @@
+//! `cargo xtask digests`: the same scenes (tests/digests/scenes.h) by the same library on every target, compared in bits with
+//! tests/golden/digests.
+
+use crate::platforms::{self, Compiler};
+use crate::tools::{Outcome, output, target, top};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Options of `cargo xtask digests`.
+#[derive(clap::Args, Default)]
+pub struct Options {
+    /// Run only these (comma-separated names of the table); one that cannot run is then an error.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub targets: Vec<String>,
+    /// Leave out those of --targets that cannot run here, and say why.
+    #[arg(long)]
+    pub only_available: bool,
+    /// Instead: change the kernel on purpose, one thing at a time, and see that each change is noticed.
+    #[arg(long, conflicts_with_all = ["targets", "only_available"])]
+    controls: bool,
+}
+
+/// One target.
+struct Target {
+    /// Name in the table and for --targets.
+    name: &'static str,
+    library: Library,
+    /// C compiler and its Debian package.
+    compiler: [&'static str; 2],
+    /// Options for the C compiler.
+    options: &'static [&'static str],
+    /// Files besides digests.c that make the program.
+    sources: &'static [&'static str],
+    runner: Runner,
+}
+
+/// The library that a target links.
+#[derive(Clone, Copy, PartialEq)]
+enum Library {
+    /// As it ships for this machine.
+    Shipped,
+    /// For this machine, with the function that chooses vector instructions.
+    Choosing,
+    /// As it ships, for a target of Rust with options of its own.
+    Of(&'static str, &'static str),
+}
+
+/// What runs a target's program.
+#[derive(Clone, Copy)]
+enum Runner {
+    /// This machine, an x86-64 with Linux.
+    Machine,
+    /// The same if its processor has a feature, by the name that Linux gives it.
+    MachineWith(&'static str),
+    /// This machine where it can, else an emulator.
+    MachineOr([&'static str; 2]),
+    /// An emulator of Linux programs and its Debian package.
+    Linux([&'static str; 2]),
+    /// QEMU's board with a Cortex-M7.
+    Board,
+    /// Node.
+    Node,
+    /// Wine.
+    Wine,
+}
+
+const HOSTED: &[&str] = &["tests/digests/hosted.c"];
+const BOARD: &[&str] = &["tests/digests/cortex_m7.c", "examples/cortex-m7/board.c"];
+const BOARD_OPTIONS: &[&str] = &[
+    "-mcpu=cortex-m7",
+    "-mthumb",
+    "-mfpu=fpv5-d16",
+    "-mfloat-abi=hard",
+    "-ffreestanding",
+    "-nostdlib",
+    "-Iexamples/cortex-m7",
+    "-Texamples/cortex-m7/an500.ld",
+    "-Wl,--gc-sections,--no-warn-execstack",
+];
+const FREESTANDING: &[&str] = &[
+    "-ffreestanding",
+    "-nostdlib",
+    "-static",
+    "-fno-builtin",
+    "-fno-stack-protector",
+    "-fno-tree-loop-distribute-patterns",
+    "-Wl,--gc-sections",
+];
+/// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
+const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
+const GCC: [&str; 2] = ["gcc", "gcc libc6-dev"];
+const ARM: [&str; 2] = ["arm-none-eabi-gcc", "gcc-arm-none-eabi"];
+
+/// Every target.
+const TARGETS: [Target; 12] = [
+    Target {
+        name: "x86-64-scalar",
+        library: Library::Choosing,
+        compiler: GCC,
+        options: &["-DINSTRUCTIONS=0"],
+        sources: HOSTED,
+        runner: Runner::Machine,
+    },
+    Target {
+        name: "x86-64-sse2",
+        library: Library::Choosing,
+        compiler: GCC,
+        options: &["-DINSTRUCTIONS=1"],
+        sources: HOSTED,
+        runner: Runner::Machine,
+    },
+    Target {
+        name: "x86-64-avx2",
+        library: Library::Choosing,
+        compiler: GCC,
+        options: &["-DINSTRUCTIONS=2"],
+        sources: HOSTED,
+        runner: Runner::MachineWith("avx2"),
+    },
+    Target {
+        name: "x86-64-avx512",
+        library: Library::Choosing,
+        compiler: GCC,
+        options: &["-DINSTRUCTIONS=3"],
+        sources: HOSTED,
+        runner: Runner::MachineWith("avx512f"),
+    },
+    Target {
+        name: "x86-64-freestanding",
+        library: Library::Shipped,
+        compiler: GCC,
+        options: FREESTANDING,
+        sources: &["tests/digests/freestanding.c", "tests/digests/memory.c"],
+        runner: Runner::Machine,
+    },
+    Target {
+        name: "i686",
+        library: Library::Of("i686-unknown-linux-gnu", ""),
+        compiler: ["i686-linux-gnu-gcc", "gcc-i686-linux-gnu libc6-dev-i386-cross"],
+        options: &["-static"],
+        sources: HOSTED,
+        runner: Runner::MachineOr(["qemu-i386-static", "qemu-user-static"]),
+    },
+    Target {
+        name: "aarch64",
+        library: Library::Of("aarch64-unknown-linux-gnu", ""),
+        compiler: ["aarch64-linux-gnu-gcc", "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"],
+        options: &["-static"],
+        sources: HOSTED,
+        runner: Runner::Linux(["qemu-aarch64-static", "qemu-user-static"]),
+    },
+    Target {
+        name: "riscv64",
+        library: Library::Of("riscv64gc-unknown-linux-gnu", ""),
+        compiler: ["riscv64-linux-gnu-gcc", "gcc-riscv64-linux-gnu libc6-dev-riscv64-cross"],
+        options: &["-static", "-no-pie"],
+        sources: HOSTED,
+        runner: Runner::Linux(["qemu-riscv64-static", "qemu-user-static"]),
+    },
+    Target {
+        name: "cortex-m7-soft",
+        library: Library::Of("thumbv7em-none-eabihf", ""),
+        compiler: ARM,
+        options: BOARD_OPTIONS,
+        sources: BOARD,
+        runner: Runner::Board,
+    },
+    Target {
+        name: "cortex-m7-hard",
+        library: Library::Of("thumbv7em-none-eabihf", HARD),
+        compiler: ARM,
+        options: BOARD_OPTIONS,
+        sources: BOARD,
+        runner: Runner::Board,
+    },
+    Target {
+        name: "wasm32",
+        library: Library::Of("wasm32-unknown-unknown", ""),
+        compiler: ["clang", "clang"],
+        options: &["--target=wasm32", "-ffreestanding"],
+        sources: &[],
+        runner: Runner::Node,
+    },
+    Target {
+        name: "win64",
+        library: Library::Of("x86_64-pc-windows-gnu", ""),
+        compiler: ["x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64"],
+        options: &[],
+        sources: HOSTED,
+        runner: Runner::Wine,
+    },
+];
+
+/// `cargo xtask test`: some of the targets, those of them that can run here.
+pub fn short() -> Outcome {
+    let targets = WITH_EVERY_CHANGE.map(str::to_string).to_vec();
+    run(&Options { targets, only_available: true, controls: false })
+}
+
+/// Those that run with every change: 32 bits, a machine without an operating system and one without a processor. The tests of the
+/// kernel compare the instruction sets of x86-64.
+const WITH_EVERY_CHANGE: [&str; 4] = ["x86-64-freestanding", "i686", "cortex-m7-hard", "wasm32"];
+
+/// What became of a target.
+enum Fate {
+    /// Cannot run here; why, and what would help.
+    Skipped(String),
+    /// What it printed, what ran it, and for how long.
+    Ran { lines: Vec<(String, String)>, by: String, seconds: f64 },
+}
+
+/// Builds, runs and compares; prints the table. Any difference is an error.
+pub fn run(options: &Options) -> Outcome {
+    if options.controls {
+        return crate::controls::run();
+    }
+    let wanted =
+        |target: &&Target| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
+    if let Some(unknown) = options.targets.iter().find(|name| TARGETS.iter().all(|target| target.name != *name)) {
+        let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
+        return Err(format!("there is no target {unknown}; there are {}", names.join(", ")));
+    }
+    let pins = pins()?;
+    let targets: Vec<&Target> = TARGETS.iter().filter(wanted).collect();
+    let libraries = build(&targets)?;
+    let mut results = Vec::new();
+    for target in targets {
+        let result = match ready(target) {
+            Ok(()) => tried(target, &libraries).map_err(|what| format!("{}: {what}", target.name))?,
+            Err(reason) => Fate::Skipped(reason),
+        };
+        results.push((target.name, result));
+    }
+    report(&pins, &results)?;
+    let firmware = match libraries.iter().find(|built| built.library == FIRMWARE) {
+        Some(built) => Some(firmware(&built.path)?),
+        None => {
+            println!("examples/cortex-m7: skipped with cortex-m7-hard");
+            None
+        }
+    };
+    let skipped = results.iter().find(|(_, result)| matches!(result, Fate::Skipped(_)));
+    if let (Some((name, _)), false, false) = (skipped, options.targets.is_empty(), options.only_available) {
+        return Err(format!("{name} was asked for and cannot run here"));
+    }
+    if skipped.is_some() && results.iter().all(|(_, fate)| matches!(fate, Fate::Skipped(_))) {
+        println!("no target could run: nothing was compared");
+    }
+    if options.targets.is_empty() { record(&pins, &results, firmware.as_deref()) } else { Ok(()) }
+}
+
+/// The library that the firmware of examples/cortex-m7 links.
+const FIRMWARE: Library = Library::Of("thumbv7em-none-eabihf", HARD);
+
+/// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine.
+/// Returns a line about it.
+fn firmware(library: &Path) -> Result<String, String> {
+    if first_found(&["make", "gcc"]).is_none() {
+        return Err("make or gcc is missing".into());
+    }
+    let folder = target().join("digests").join("programs");
+    let make = |what: &[&str]| {
+        let mut command = Command::new("make");
+        command.args(["--silent", "-f", "examples/cortex-m7/Makefile"]).args(what).current_dir(top());
+        command.arg(format!("LIBRARY={}", library.display())).arg(format!("BUILD={}", folder.display()));
+        output_within(&mut command, Duration::from_secs(900))
+    };
+    make(&["--always-make"])?;
+    let board = make(&["run"])?;
+    let here = folder.join("firmware-here.exe");
+    let sources = ["examples/cortex-m7/main.c", "tests/digests/board_hosted.c"];
+    let mut compiler = Command::new("gcc");
+    compiler.args(["-O2", "-std=c11", "-Iinclude", "-Iexamples/cortex-m7"]).args(sources).current_dir(top());
+    finish(compiler.arg(build_one(Library::Shipped)?).arg("-o").arg(&here))?;
+    let here = output_within(&mut Command::new(&here), Duration::from_secs(60))?;
+    let sizes = output("arm-none-eabi-size", &[&folder.join("firmware.elf").to_string_lossy()])?;
+    let sizes: Vec<u64> =
+        sizes.lines().nth(1).unwrap_or_default().split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [text, data, bss, ..] = sizes[..] else { return Err("arm-none-eabi-size printed no sizes".into()) };
+    let digest = |printed: &str| lines(printed).into_iter().find(|(name, _)| name == "digest");
+    if digest(&board).is_none() || digest(&board) != digest(&here) {
+        return Err(format!("examples/cortex-m7 prints\n{board}and on this machine\n{here}"));
+    }
+    let counted = board.lines().last().unwrap_or_default();
+    let said = format!("digest as on this machine, flash {} bytes, RAM {} bytes, {counted}", text + data, data + bss);
+    println!("examples/cortex-m7: {said}");
+    Ok(said)
+}
+
+/// Whether everything that a target needs is here; if not, what is missing and how to get it.
+fn ready(target: &Target) -> Result<(), String> {
+    let machine = cfg!(all(target_arch = "x86_64", target_os = "linux"));
+    if !machine && !matches!(target.library, Library::Of(..)) {
+        return Err("this machine is not an x86-64 with Linux".into());
+    }
+    if let Runner::MachineWith(feature) = target.runner
+        && !has(feature)
+    {
+        return Err(format!("the processor of this machine has no {feature}"));
+    }
+    let [compiler, package] = target.compiler;
+    first_found(&[compiler]).ok_or(format!("{compiler} is missing (Debian: {package})"))?;
+    let (programs, package): (&[&str], &str) = match &target.runner {
+        Runner::Machine | Runner::MachineWith(_) => (&[], ""),
+        Runner::MachineOr(_) if machine => (&[], ""),
+        Runner::MachineOr([program, package]) | Runner::Linux([program, package]) => (&[*program], *package),
+        Runner::Board => (&["qemu-system-arm"], "qemu-system-arm"),
+        Runner::Node => (&["node"], "nodejs"),
+        Runner::Wine => (&WINE, "wine64"),
+    };
+    if !programs.is_empty() {
+        first_found(programs).ok_or(format!("{} is missing (Debian: {package})", programs[0]))?;
+    }
+    if matches!(target.runner, Runner::Node) {
+        wasm_linker()?;
+    }
+    match target.library {
+        Library::Of(triple, _) => platforms::compiler_for(triple).map(|_| ()),
+        Library::Shipped | Library::Choosing => Ok(()),
+    }
+}
+
+/// Whether this machine's processor has some instructions.
+fn has(feature: &str) -> bool {
+    let list = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    list.lines()
+        .find(|line| line.starts_with("flags"))
+        .is_some_and(|line| line.split_whitespace().any(|word| word == feature))
+}
+
+/// Debian does not put it in the path.
+const WINE: [&str; 3] = ["wine64", "wine", "/usr/lib/wine/wine64"];
+
+/// The first program of a list that is here.
+fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
+    programs.iter().copied().find(|program| {
+        Command::new(program).arg("--version").stdin(Stdio::null()).output().is_ok_and(|output| output.status.success())
+    })
+}
+
+/// The linker for WebAssembly: LLVM's, or the one that rustup's compilers have.
+fn wasm_linker() -> Result<Command, String> {
+    if let Some(program) = first_found(&["wasm-ld"]) {
+        return Ok(Command::new(program));
+    }
+    let of_rust = output("rustc", &["--print", "sysroot"]).ok().and_then(|sysroot| {
+        let machines = std::fs::read_dir(Path::new(sysroot.trim()).join("lib/rustlib")).ok()?;
+        machines.flatten().map(|machine| machine.path().join("bin/rust-lld")).find(|path| path.exists())
+    });
+    let mut command =
+        Command::new(of_rust.ok_or("wasm-ld is missing (Debian: lld; or the rustc of rustup, which has rust-lld)")?);
+    command.args(["-flavor", "wasm"]);
+    Ok(command)
+}
+
+/// A built library.
+struct Built {
+    library: Library,
+    path: PathBuf,
+}
+
+/// Builds the libraries of all targets that can run, two at a time. Each has a folder of its own, so the builds do not wait for
+/// one another.
+fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
+    let mut wanted = Vec::new();
+    for target in targets {
+        if ready(target).is_ok() && !wanted.contains(&target.library) {
+            wanted.push(target.library);
+        }
+    }
+    let waiting = Mutex::new(wanted.into_iter());
+    let done = Mutex::new(Vec::new());
+    let worker = || {
+        loop {
+            let Some(library) = waiting.lock().ok().and_then(|mut waiting| waiting.next()) else { return };
+            let path = build_one(library);
+            if let Ok(mut done) = done.lock() {
+                done.push(path.map(|path| Built { library, path }));
+            }
+        }
+    };
+    std::thread::scope(|scope| (0..2).for_each(|_| _ = scope.spawn(worker)));
+    done.into_inner().map_err(|_| "a build broke off".to_string())?.into_iter().collect()
+}
+
+/// One library, in the profile that ships, and its file.
+fn build_one(library: Library) -> Result<PathBuf, String> {
+    let (triple, flags, compiler) = match library {
+        Library::Shipped => return Ok(crate::install::build()?.join("libfabric_kernel.a")),
+        Library::Choosing => (None, "", platforms::own()),
+        Library::Of(triple, flags) => (Some(triple), flags, platforms::compiler_for(triple)?),
+    };
+    let features = if triple.is_some() { "bare" } else { "bare,choose-instructions" };
+    let kind = if flags.is_empty() { "" } else { "-with-options" };
+    let folder = target().join("digests").join(format!("{}{kind}", triple.unwrap_or("choosing")));
+    compile(&compiler, &top(), &folder, triple, flags, features)
+}
+
+/// Runs cargo for the static library of the checkout in `source`.
+fn compile(
+    compiler: &Compiler,
+    source: &Path,
+    folder: &Path,
+    triple: Option<&str>,
+    flags: &str,
+    features: &str,
+) -> Result<PathBuf, String> {
+    let mut command = compiler.command();
+    command
+        .args([
+            "rustc",
+            "--quiet",
+            "--locked",
+            "--profile",
+            "ship",
+            "-p",
+            "capi-lib",
+            "--lib",
+            "--crate-type",
+            "staticlib",
+        ])
+        .args(["--features", features])
+        .args(compiler.options())
+        .arg("--target-dir")
+        .arg(folder)
+        .current_dir(source);
+    if let Some(triple) = triple {
+        command.args(["--target", triple]);
+    }
+    if !flags.is_empty() {
+        command.env("RUSTFLAGS", flags);
+    }
+    finish(&mut command)?;
+    Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
+}
+
+/// Runs a program to its end; what it says is the error if it fails.
+fn finish(command: &mut Command) -> Outcome {
+    let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(format!("{command:?} failed ({}):\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
+}
+
+/// Links a target's program and runs it.
+fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
+    let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
+    let program = link(target, &library.path)?;
+    let (printed, by, seconds) = execute(&target.runner, &program)?;
+    Ok(Fate::Ran { lines: lines(&printed), by, seconds })
+}
+
+/// Compiles the C files and links them with the library.
+fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
+    let folder = self::target().join("digests").join("programs");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut compiler = Command::new(target.compiler[0]);
+    compiler
+        .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
+        .args(target.options)
+        .arg("tests/digests/digests.c")
+        .args(target.sources)
+        .current_dir(top());
+    if matches!(target.runner, Runner::Node) {
+        let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
+        finish(compiler.arg("-c").arg("-o").arg(&object))?;
+        let mut linker = wasm_linker()?;
+        linker.args(["--no-entry", "--export=print_digests", "--allow-undefined"]).arg(object).arg(library);
+        finish(linker.arg("-o").arg(&program))?;
+        return Ok(program);
+    }
+    // Windows runs nothing without the ending; elsewhere it does not matter.
+    let program = folder.join(format!("{}.exe", target.name));
+    finish(compiler.arg(library).arg("-o").arg(&program))?;
+    Ok(program)
+}
+
+/// Runs a program: what it printed, what ran it, and for how long.
+fn execute(runner: &Runner, program: &Path) -> Result<(String, String, f64), String> {
+    let with = |name: &str, options: &[&str]| {
+        let mut command = Command::new(name);
+        command.args(options).arg(program);
+        (command, name.to_string())
+    };
+    let (mut command, by) = match runner {
+        Runner::Machine | Runner::MachineWith(_) => (Command::new(program), "this machine".into()),
+        // A kernel may be built without 32 bits.
+        Runner::MachineOr([emulator, _]) => match Command::new(program).stdout(Stdio::null()).spawn() {
+            Ok(mut child) => {
+                child.wait().map_err(|error| error.to_string())?;
+                (Command::new(program), "this machine".into())
+            }
+            Err(_) => with(emulator, &[]),
+        },
+        Runner::Linux([emulator, _]) => with(emulator, &[]),
+        Runner::Board => {
+            let board = ["-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-monitor", "none", "-serial", "none"];
+            let console = ["-chardev", "stdio,id=out", "-semihosting-config"];
+            let semihosting = ["enable=on,target=native,chardev=out", "-kernel"];
+            let (command, _) = with("qemu-system-arm", &[&board[..], &console[..], &semihosting[..]].concat());
+            (command, "qemu-system-arm, board mps2-an500".into())
+        }
+        Runner::Node => {
+            let starter = top().join("tests/digests/wasm.mjs");
+            with("node", &[&starter.to_string_lossy()])
+        }
+        Runner::Wine => {
+            let (mut command, _) = with(first_found(&WINE).ok_or("wine has gone")?, &[]);
+            command.env("WINEDEBUG", "-all").env("WINEPREFIX", target().join("wine"));
+            (command, "wine".into())
+        }
+    };
+    let start = Instant::now();
+    let printed = output_within(&mut command, Duration::from_secs(900))?;
+    Ok((printed, by, start.elapsed().as_secs_f64()))
+}
+
+/// What a program prints; it is stopped if it takes too long. It must print less than a pipe holds.
+fn output_within(command: &mut Command, longest: Duration) -> Result<String, String> {
+    let started = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+    let mut child = started.map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    let start = Instant::now();
+    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
+        if start.elapsed() > longest {
+            child.kill().map_err(|error| error.to_string())?;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().map_err(|error| error.to_string())?;
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    if output.status.success() {
+        Ok(printed)
+    } else {
+        Err(format!("{command:?} failed ({}): {printed}", output.status))
+    }
+}
+
+/// The pinned digests.
+pub fn pins() -> Result<Vec<(String, String)>, String> {
+    Ok(lines(&read(&top().join("tests/golden/digests"))?))
+}
+
+/// Builds the library of a checkout in another folder, for this machine.
+pub fn build_checkout(source: &Path) -> Result<PathBuf, String> {
+    let folder = target().join("digests").join("copy-target");
+    compile(&platforms::own(), source, &folder, None, "", "bare,choose-instructions")
+}
+
+/// What the first target prints with a library.
+pub fn run_here(library: &Path) -> Result<String, String> {
+    let target = &TARGETS[0];
+    ready(target)?;
+    Ok(execute(&target.runner, &link(target, library)?)?.0)
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Names and digests of the lines of a text.
+pub fn lines(text: &str) -> Vec<(String, String)> {
+    let pair = |line: &str| line.split_once(' ').map(|(name, digest)| (name.to_string(), digest.trim().to_string()));
+    text.lines().filter(|line| !line.starts_with('#')).filter_map(pair).collect()
+}
+
+/// Prints the table; an error if any digest differs.
+fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
+    let heads: Vec<_> = pins.iter().map(|(name, _)| format!(" {name:>10}")).collect();
+    println!("{:20}{}", "target", heads.concat());
+    let (mut ran, mut different) = (0, Vec::new());
+    for (name, fate) in results {
+        match fate {
+            Fate::Skipped(reason) => println!("{name:20} skipped: {reason}"),
+            Fate::Ran { lines, by, seconds } => {
+                ran += 1;
+                let cells: Vec<_> = pins
+                    .iter()
+                    .map(|pin| format!(" {:>10}", if lines.contains(pin) { "equal" } else { "DIFFERENT" }))
+                    .collect();
+                println!("{name:20}{}  {by}, {seconds:.1} s", cells.concat());
+                if lines != pins {
+                    let printed: Vec<_> = lines.iter().map(|(name, digest)| format!("  {name} {digest}\n")).collect();
+                    different.push(format!("{name} prints\n{}", printed.concat()));
+                }
+            }
+        }
+    }
+    let skipped = results.len() - ran;
+    println!(
+        "{ran} targets ran {} scenes each, {} of them with equal digests; {skipped} skipped",
+        pins.len(),
+        ran - different.len()
+    );
+    if different.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("digests are not those of tests/golden/digests\n{}", different.concat()))
+    }
+}
+
+/// Writes docs/reliability/digests.toml.
+fn record(pins: &[(String, String)], results: &[(&str, Fate)], firmware: Option<&str>) -> Outcome {
+    let ran = results.iter().filter(|(_, fate)| matches!(fate, Fate::Ran { .. })).count();
+    let mut rows = String::new();
+    for (name, fate) in results {
+        let (key, value) = match fate {
+            Fate::Skipped(reason) => ("skipped", reason),
+            Fate::Ran { by, .. } => ("ran_on", by),
+        };
+        rows += &format!("\n[[target]]\nname = {name:?}\n{key} = {value:?}\n");
+    }
+    if let Some(said) = firmware {
+        rows += &format!("\n[firmware]\nexample = \"examples/cortex-m7\"\nsaid = {said:?}\n");
+    }
+    let value = format!("{ran} targets x {} scenes, all equal; {} skipped", pins.len(), results.len() - ran);
+    let row = Row {
+        number: "5",
+        figure: "targets with identical digests x scenes",
+        value: &value,
+        floor: ">= 8 targets x >= 6 scenes, all equal",
+        reached: ran >= 8 && pins.len() >= 6,
+        command: "cargo xtask digests",
+    };
+    row.write("digests", &rows)
+}
+
+/// A row of docs/reliability.md.
+pub struct Row<'a> {
+    /// Its number there.
+    pub number: &'a str,
+    /// What is measured.
+    pub figure: &'a str,
+    /// What was measured.
+    pub value: &'a str,
+    /// What it should be at least.
+    pub floor: &'a str,
+    /// Whether it is.
+    pub reached: bool,
+    /// What measures it.
+    pub command: &'a str,
+}
+
+impl Row<'_> {
+    /// Writes docs/reliability/NAME.toml with this row and further tables.
+    pub fn write(&self, name: &str, tables: &str) -> Outcome {
+        let date = output("date", &["-u", "+%F"])?;
+        let text = format!(
+            "# Written by `{}`: do not edit.\n[[row]]\nnumber = {:?}\nfigure = {:?}\nvalue = {:?}\nfloor = {:?}\nreached = {}\n\
+             command = {:?}\ndate = {:?}\n{tables}",
+            self.command,
+            self.number,
+            self.figure,
+            self.value,
+            self.floor,
+            self.reached,
+            self.command,
+            date.trim()
+        );
+        let folder = top().join("docs/reliability");
+        std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        let path = folder.join(format!("{name}.toml"));
+        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
+    }
+}

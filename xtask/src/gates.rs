@@ -1,0 +1,182 @@
+//! What the shipped libraries must not contain, looked up in the linked libraries themselves and in their source. Each gate
+//! prints its row of docs/reliability.md ("figure N: ...").
+
+use crate::stack;
+use crate::tools::{Outcome, cargo, output, target, top};
+use std::path::{Path, PathBuf};
+
+/// All gates on the two libraries.
+pub fn run() -> Outcome {
+    let [kernel, fmu] = [linked("capi-lib", "libfabric_kernel.so")?, linked("fmu-lib", "libfabric_shield.so")?];
+    println!("figure 1: 0 in libfabric_kernel, 0 in the FMU: both link although no panic handler exists");
+    undefined(&kernel, &FROM_HOST)?;
+    undefined(&fmu, &crate::platforms::FROM_LINUX)?;
+    println!(
+        "figure 2: 0 beyond {} in libfabric_kernel; 0 beyond {} in the FMU",
+        FROM_HOST.join(", "),
+        crate::platforms::FROM_LINUX.join(", ")
+    );
+    unsafe_blocks()?;
+    if cfg!(target_arch = "x86_64") {
+        return stacks(&kernel);
+    }
+    println!("  the stack is measured on x86-64 only: left out");
+    Ok(())
+}
+
+/// Links a library in which the panic handler calls a function that does not exist: it links only if no panic can be reached
+/// from any exported function. It keeps its symbols, and the compiler notes the frame of each function, which changes no code
+/// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
+fn linked(package: &str, library: &str) -> Result<PathBuf, String> {
+    let folder = target().join("gate");
+    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
+        .args(["--features", "gate", "--config", "profile.ship.strip=false", "--target-dir"])
+        .arg(&folder)
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("RUSTFLAGS", "-Zemit-stack-sizes -Clink-arg=-Wl,-z,defs,-Bsymbolic -Clink-arg=-lc")
+        .current_dir(top())
+        .status()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    if !status.success() {
+        return Err(format!("a panic can be reached in {package} (the linker names the function that needs it)"));
+    }
+    Ok(folder.join("ship").join(library))
+}
+
+/// What the kernel's C library may ask of its host.
+const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
+
+/// The C library may ask its host for these and nothing else, besides the weak names of the linker's start-up code.
+pub fn undefined_in_kernel(library: &Path) -> Outcome {
+    undefined(library, &FROM_HOST)
+}
+
+fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
+    let listed = output("nm", &["-D", "--undefined-only", &library.to_string_lossy()])?;
+    let names = listed.lines().filter(|line| !line.contains(" w ")).filter_map(|line| line.split_whitespace().last());
+    let strangers: Vec<_> =
+        names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !allowed.contains(name)).collect();
+    if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
+}
+
+/// The files of the kernel that may have unsafe code.
+const UNSAFE_IN_KERNEL: [&str; 2] = ["kernel/src/bands.rs", "kernel/src/lanes.rs"];
+/// Unsafe blocks that the two interfaces should have at most.
+const UNSAFE_WANTED: usize = 40;
+/// What they have; more than that fails.
+const UNSAFE_AT_MOST: usize = 182;
+
+/// Counts unsafe blocks in the source. That each has its SAFETY line is clippy's to see (`undocumented_unsafe_blocks`).
+fn unsafe_blocks() -> Outcome {
+    let (mut kernel, mut interfaces) = (0, 0);
+    for (path, text) in sources(&["kernel/src", "capi", "fmu"], "rs")? {
+        let count = text.lines().filter(|line| !line.trim_start().starts_with("//")).map(blocks).sum::<usize>();
+        if !path.starts_with("kernel/") {
+            interfaces += count;
+        } else if count > 0 && !UNSAFE_IN_KERNEL.contains(&&*path) {
+            return Err(format!("{path} has unsafe code; only {UNSAFE_IN_KERNEL:?} may"));
+        } else {
+            kernel += count;
+        }
+    }
+    let verdict = if interfaces > UNSAFE_WANTED { "NOT REACHED: " } else { "" };
+    println!(
+        "figure 4: {verdict}{kernel} blocks in the kernel, all in {}; {interfaces} in C interface and FMU; each with a \
+         SAFETY line",
+        UNSAFE_IN_KERNEL.join(" and ")
+    );
+    if interfaces <= UNSAFE_AT_MOST {
+        return Ok(());
+    }
+    Err(format!("{interfaces} unsafe blocks in C interface and FMU; at most {UNSAFE_AT_MOST} are allowed"))
+}
+
+/// Unsafe blocks that begin in a line.
+fn blocks(line: &str) -> usize {
+    line.split("unsafe").skip(1).filter(|rest| rest.trim_start().starts_with('{') || rest.trim().is_empty()).count()
+}
+
+/// The committed files below these folders with this ending: path and text.
+pub fn sources(folders: &[&str], ending: &str) -> Result<Vec<(String, String)>, String> {
+    let listed = output("git", &[&["ls-files", "--"], folders].concat())?;
+    let wanted = listed.lines().filter(|path| path.ends_with(&format!(".{ending}")));
+    let read = |path: &str| std::fs::read_to_string(top().join(path)).map_err(|error| format!("{path}: {error}"));
+    wanted.map(|path| Ok((path.to_string(), read(path)?))).collect()
+}
+
+/// Stack that a call may need, bytes.
+const STACK_AT_MOST: u64 = 4096;
+
+/// The deepest chain of calls from each function of the C interface.
+fn stacks(library: &Path) -> Outcome {
+    let chains = stack::chains(library)?;
+    let shown = |chain: &stack::Chain| {
+        let frames: Vec<_> = chain.frames.iter().map(|(name, frame)| format!("{} {frame}", short(name))).collect();
+        frames.join(" + ")
+    };
+    for chain in &chains {
+        println!("  {:6} bytes of stack: {}", chain.bytes, shown(chain));
+    }
+    let deepest = chains.first().ok_or("the library exports no function")?;
+    let within = chains.iter().filter(|chain| chain.bytes <= STACK_AT_MOST).count();
+    let verdict = if deepest.bytes > STACK_AT_MOST { "NOT REACHED: " } else { "" };
+    println!(
+        "figure 27: {verdict}{} bytes in {} ({}); {within} of {} functions need at most {STACK_AT_MOST}; no recursion",
+        deepest.bytes,
+        deepest.entry,
+        shown(deepest),
+        chains.len()
+    );
+    if deepest.bytes <= STACK_AT_MOST { Ok(()) } else { Err(format!("more than {STACK_AT_MOST} bytes of stack")) }
+}
+
+/// The last two parts of a name, without what it is generic over.
+fn short(name: &str) -> String {
+    let (mut plain, mut depth) = (String::new(), 0);
+    for letter in name.trim_start_matches('<').replace(">::", "::").chars() {
+        match letter {
+            '<' => depth += 1,
+            '>' => depth -= 1,
+            _ if depth == 0 => plain.push(letter),
+            _ => {}
+        }
+    }
+    let parts: Vec<_> = plain.split("::").filter(|part| !part.is_empty()).collect();
+    parts[parts.len().saturating_sub(2)..].join("::")
+}
+
+/// Builds and tests the kernel with every set of its features, without a warning.
+pub fn every_feature_set() -> Outcome {
+    const SETS: [&str; 4] = ["", "micro", "implicit", "micro,implicit"];
+    for set in SETS {
+        let package = ["--quiet", "--package", "fabric-kernel", "--features", set];
+        cargo(&[&["clippy"], &package[..], &["--all-targets", "--", "-D", "warnings"]].concat())?;
+        cargo(&[&["test"], &package[..]].concat())?;
+    }
+    println!(
+        "figure 15: {} of {} sets of features build without a warning and pass their tests",
+        SETS.len(),
+        SETS.len()
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{blocks, short};
+
+    #[test]
+    fn blocks_are_counted_and_functions_are_not() {
+        assert_eq!(blocks("let x = unsafe { f() } + unsafe { g() };"), 2);
+        assert_eq!(blocks("pub unsafe extern \"C\" fn f() {"), 0);
+        assert_eq!(blocks("#[unsafe(no_mangle)]"), 0);
+        assert_eq!(blocks("        unsafe {"), 1);
+    }
+
+    #[test]
+    fn names_are_shortened() {
+        assert_eq!(short("<fabric::sim::Sim>::pass"), "Sim::pass");
+        assert_eq!(short("fabric_capi::float::call::<(), fabric_capi::calls::fk_reset>"), "float::call");
+    }
+}
