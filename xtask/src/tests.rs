@@ -79,6 +79,10 @@ fn documentation() -> Outcome {
 /// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
     let wanted = |name: &str| options.only.is_empty() || options.only.iter().any(|text| name.contains(text.as_str()));
+    if !TEST.iter().any(|(name, _)| wanted(name)) {
+        let names: Vec<_> = TEST.iter().map(|(name, _)| *name).collect();
+        return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
+    }
     steps(TEST.iter().filter(|(name, _)| wanted(name)))
 }
 

@@ -155,7 +155,7 @@ fn page(report: &Report) -> Result<String> {
         page = page.replace(&format!("{{{group}}}"), &figure_table(report, group)?);
     }
     let missing: String = report.missing.iter().map(|missing| format!("- {missing}\n")).collect();
-    let none = "Nothing that was asked for is missing.\n".to_string();
+    let none = "No group of measurements is missing; instruction sets that this machine lacks are.\n".to_string();
     Ok(page.replace("{missing}", if report.missing.is_empty() { &none } else { &missing }))
 }
 
