@@ -585,9 +585,7 @@ impl Sim<'_> {
         }
         true
     }
-}
 
-impl Sim<'_> {
     /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
     fn held_by_a_straight_yarn(&self) -> bool {
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);

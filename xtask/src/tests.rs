@@ -54,6 +54,9 @@ const VERIFY: &[Step] = &[
     ("ensembles against the prototype's numbers", || {
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
+    ("energy of a sheet that rattles slack", || {
+        cargo(&["test", "--quiet", "--package", "fabric-tests", "--test", "physics", "--", "--ignored"])
+    }),
     ("error against run time", || study(&["error-time"])),
     ("stability, and its page", stability),
     ("FMU reference results", || {
