@@ -16,6 +16,7 @@ pub mod door;
 pub mod float;
 pub mod fmi2;
 pub mod fmi3;
+pub mod host;
 pub mod instance;
 pub mod log;
 pub mod memory;
