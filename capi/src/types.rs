@@ -36,7 +36,7 @@ pub const FK_BAD_QUATERNION: i32 = -10;
 pub const FK_TOO_MANY_NODES: i32 = -11;
 /// The time step exceeds the largest allowed one; the fault's `limit` holds it.
 pub const FK_STEP_TOO_LARGE: i32 = -12;
-/// The parameters give no usable time step.
+/// The parameters give no usable time step: none at all, or one with which no calculation stays within the numbers.
 pub const FK_STEP_LIMIT_UNUSABLE: i32 = -13;
 /// A damage rate below 3.
 pub const FK_DAMAGE_RATE_TOO_SMALL: i32 = -14;
@@ -80,7 +80,7 @@ pub const FK_NOT_BUILT: i32 = -32;
 pub const FK_BAND_OUT_OF_TURN: i32 = -33;
 /// The theta rule cannot be stepped in bands.
 pub const FK_NOT_IN_BANDS: i32 = -34;
-/// Numerical failure: a non-finite number appeared; the state is lost until reset or load.
+/// Numerical failure: a non-finite number appeared, or a stretch beyond 1e25; the state is lost until reset or load.
 pub const FK_NON_FINITE: i32 = -50;
 /// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
 pub const FK_CONTACT_CAPACITY: i32 = -51;

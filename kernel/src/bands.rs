@@ -396,7 +396,7 @@ impl Plan {
         }
         sim.close_pass(self.end, &gathered, report)?;
         if self.end == 1.0 {
-            sim.end_step(self.failed_before);
+            sim.end_step(self.failed_before)?;
         }
         Ok(())
     }

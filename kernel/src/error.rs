@@ -34,7 +34,8 @@ pub enum Code {
     TooManyNodes = -11,
     /// The time step exceeds the largest allowed one, which the error carries.
     StepTooLarge = -12,
-    /// The parameters give a step limit that is zero, subnormal or not finite.
+    /// The parameters give a step limit that is zero, subnormal or not finite, or a step with which no calculation stays within
+    /// the numbers: nodes of over 1e90 kg (N s, J at one spacing a step), or over a thousand times dt_crit.
     StepLimitUnusable = -13,
     /// A damage rate below 3 would make the yarn stiffer beyond the critical stretch than the step limit assumes.
     DamageRateTooSmall = -14,
@@ -78,7 +79,7 @@ pub enum Code {
     BandOutOfTurn = -33,
     /// The theta rule cannot be stepped in bands.
     NotInBands = -34,
-    /// A non-finite number appeared in the state: the simulation is lost.
+    /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
     ContactCapacity = -51,

@@ -39,16 +39,15 @@ impl Sim<'_> {
             self.pass(0.5)?;
         }
         self.pass(1.0)?;
-        self.end_step(failed_before);
-        Ok(())
+        self.end_step(failed_before)
     }
 
     /// What follows the last pass of a step.
-    pub(crate) fn end_step(&mut self, failed_before: u64) {
-        self.state.step += 1;
+    pub(crate) fn end_step(&mut self, failed_before: u64) -> Result<(), Failure> {
         if self.layout.halving && !self.state.halved && self.failed_segments > failed_before {
-            self.halve_step();
+            self.halve_step()?;
         }
+        self.state.step += 1;
         if self.layout.toe && self.failed_segments > 0 && self.state.step.is_multiple_of(MARK_INTERVAL) {
             self.mark_slack();
         }
@@ -56,6 +55,7 @@ impl Sim<'_> {
         if self.state.step.is_multiple_of(TEST_INTERVAL) {
             self.test_outcomes();
         }
+        Ok(())
     }
 
     /// One pass of the scheme, to the part `end` of the step.
@@ -139,7 +139,7 @@ impl Sim<'_> {
 
     /// Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
     /// a quarter of a kick, not only another unit. Contact needs nothing: its next impulse covers what is missing.
-    fn halve_step(&mut self) {
+    fn halve_step(&mut self) -> Result<(), Failure> {
         let before = self.energy().map_or(0.0, |energy| energy.residual);
         let quarter = 0.25 * self.model.limits.dt;
         let body = self.state.body;
@@ -162,6 +162,7 @@ impl Sim<'_> {
         self.take_halves(true);
         let after = self.energy().map_or(before, |energy| energy.residual);
         self.state.sums.halving_energy += after - before;
+        if self.state.sums.halving_energy.is_finite() { Ok(()) } else { Err(Failure::NonFinite) }
     }
 
     /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.

@@ -15,6 +15,10 @@ use crate::yarn::{DamageLaw, Segment};
 pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
 const SLOWEST_MOTION: f64 = 1e-30;
+/// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that a step makes of a
+/// state that is not lost are numbers, and so are its momentum and energy.
+const LARGEST_UNIT: f64 = 1e90;
+const LARGEST_STIFFNESS: f64 = 1e6;
 
 /// The grid of nodes and its mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -492,9 +496,12 @@ impl Scene {
         if self.step_check == StepCheck::Refuse && dt > step_max {
             return Err(Error::new(Code::StepTooLarge, "dt", dt, step_max));
         }
-        if !(self.sheet.node_mass * (self.sheet.spacing / dt) * (self.sheet.spacing / dt)).is_normal()
-            || !(dt * dt * stiffness / self.sheet.node_mass).is_normal()
-            || AT_REST * (self.sheet.spacing / dt) > SLOWEST_MOTION
+        let speed = self.sheet.spacing / dt;
+        let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
+        let unit_stiffness = dt * dt * stiffness / self.sheet.node_mass;
+        if !units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
+            || !(unit_stiffness.is_normal() && unit_stiffness <= LARGEST_STIFFNESS)
+            || AT_REST * speed > SLOWEST_MOTION
         {
             return Err(Error::new(Code::StepLimitUnusable, "dt", dt, step_max));
         }

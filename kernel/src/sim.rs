@@ -24,6 +24,9 @@ use core::mem::MaybeUninit;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.
 pub(crate) const LARGEST_STRETCH: f64 = 1e100;
+/// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy is a number then. The
+/// first step may find it lost (see [`crate::sweep::LOST`]).
+const LARGEST_GIVEN_MOTION: f64 = 1e30;
 
 /// The caller's memory: lengths from [`Layout::reals`] and [`Layout::words`]; longer is fine, content does not matter.
 pub struct Memory<'a> {
@@ -352,7 +355,8 @@ impl<'a> Sim<'a> {
     /// another code, pre-stretched sheets. Fixed nodes stay where this puts them; their velocity must be 0.
     ///
     /// # Errors
-    /// Wrong lengths, non-finite numbers, a moving fixed node, a free node inside the projectile, or a step already taken.
+    /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a free node inside the
+    /// projectile, or a step already taken.
     pub fn set_motion(&mut self, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
         self.sound()?;
         self.refuse_if_started()?;
@@ -378,6 +382,13 @@ impl<'a> Sim<'a> {
                 return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
             }
             let v = Vector::from(self.model.pose.vector_in(*velocity));
+            let units = [("positions", x, self.scene.sheet.spacing), ("velocities", v, self.model.unit_speed)];
+            for (field, vector, unit) in units {
+                let limit = LARGEST_GIVEN_MOTION * unit;
+                if !vector.iter().all(|component| (-limit..=limit).contains(component)) {
+                    return Err(Error::new(Code::OutOfRange, field, k as f64, limit));
+                }
+            }
             if self.leaves_plane(k % nx, k / nx, &x, &v) {
                 return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
             }

@@ -19,7 +19,7 @@ use crate::toe::NO_TOE;
 use crate::yarn::squared_stretch_excess;
 
 /// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
-/// A simulation on its way to failure may come there and save an image; load refuses it.
+/// A simulation that has not failed stays far below (see [`crate::sweep::LOST`]).
 const LARGEST_MOTION: f64 = 1e100;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");

@@ -7,7 +7,7 @@
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
 //! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart.
-//! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A non-finite q is reported, never swallowed.
+//! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
@@ -20,7 +20,7 @@ use crate::yarn::DamageLaw;
 pub struct Report {
     /// Segments whose alpha became 0.
     pub newly_failed: u64,
-    /// A non-finite q was met: the state is lost.
+    /// A q beyond [`LOST`], or none at all, was met.
     pub non_finite: bool,
 }
 
@@ -40,6 +40,10 @@ pub enum YarnRow<'a> {
 
 /// History of a failed segment: above every q.
 pub const FAILED: f64 = f64::MAX;
+
+/// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest number that what the
+/// next pass makes of a state is still a number, whose energy is one.
+pub const LOST: f64 = 1e50;
 
 /// Direction of a segment.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -418,7 +422,7 @@ struct Place {
 }
 
 impl Cold<'_> {
-    /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or not finite.
+    /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]
     fn damage<L: Lane>(&mut self, q: L, place: Place, history: &mut L::Group, stiffness: &mut L::Group) {
@@ -446,7 +450,8 @@ impl Pass<'_> {
         history: &mut f64,
         stiffness: &mut f64,
     ) -> Report {
-        if !q.is_finite() {
+        let usable = q <= LOST || q <= *history;
+        if !usable {
             return Report { newly_failed: 0, non_finite: true };
         }
         if !(q > self.critical && q > *history) {

@@ -32,6 +32,9 @@ const AT_START: usize = 6;
 /// Acceleration at the guess.
 const AT_GUESS: usize = 9;
 
+/// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`sweep::LOST`]).
+const LARGEST_FORCE: f64 = 1e80;
+
 impl Sim<'_> {
     /// One step of nodes and rates. On a failure nothing has changed.
     pub(crate) fn iterate(&mut self, rule: ThetaRule, count: usize, before: &Body) -> Result<(), Failure> {
@@ -45,8 +48,8 @@ impl Sim<'_> {
             let solved = self.solve_contact(count);
             self.push_candidates(count);
             let moved = self.guess(rule);
-            let finite = self.forces_at_guess() && moved.is_finite();
-            if !finite {
+            let sound = self.forces_at_guess() && moved.is_finite();
+            if !sound {
                 break;
             }
             if moved <= rule.tolerance {
@@ -165,7 +168,7 @@ impl Sim<'_> {
     }
 
     /// Accelerations at the guess, with damage from the history at t_n. The same expressions in the same order as the sweep.
-    /// false if any is not finite.
+    /// false if the state would be lost.
     fn forces_at_guess(&mut self) -> bool {
         let chunks = self.layout.chunks;
         let (nx, ny, across, up) =
@@ -181,7 +184,7 @@ impl Sim<'_> {
             place_image_row(iterate, chunks, self.layout.y);
         }
         carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-        let mut finite = true;
+        let mut sound = true;
         for j in 0..ny {
             let Some((below, above)) = iterate.split_at_mut_checked((j + 1) * chunks) else { break };
             let (row, above) = (layout::row_mut(below, chunks, j), layout::row(above, chunks, 0));
@@ -215,7 +218,7 @@ impl Sim<'_> {
                 for axis in 0..3 {
                     let Some(down) = layout::get_mut(carry, axis, i) else { break };
                     let sum = sweep::node_sum(right[axis], left[axis], lift[axis], *down);
-                    finite &= sum.is_finite();
+                    sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
                     *down = lift[axis];
                     if let Some(slot) = layout::get_mut(row, AT_GUESS + axis, i) {
                         *slot = sum;
@@ -225,7 +228,7 @@ impl Sim<'_> {
                 left = right;
             }
         }
-        finite
+        sound
     }
 
     /// Takes the converged guess: positions, velocities without impulses, supports, damage.

@@ -1,7 +1,7 @@
 //! Failures latch: every call but reset, load and the counters says the same until then.
 
-use fabric::{Code, Drive, Failure, Motion, Path, Scene, Sim, Status};
-use fabric_tests::{Buffers, positions, small_sheet};
+use fabric::{Code, Drive, Failure, Motion, Path, Scene, Sim, Status, StepAfterFailure, StepCheck, TimeStep};
+use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 
 /// Asserts that the failure is latched everywhere, then that a load and a reset clear it.
 fn latched(sim: &mut Sim<'_>, failure: Failure, image: &[u8]) {
@@ -203,38 +203,83 @@ fn a_sheet_wrapped_about_a_cylinder_fits() {
     assert!(3 * counters.most_candidates <= 2 * counters.candidate_capacity, "{counters:?}");
 }
 
-/// Finite positions so far apart that their squares overflow: found in the first step, or refused.
+/// Positions beyond 1e30 spacings are refused; those short of it, with which no fabric is one, fail in the first step.
 #[test]
-fn positions_whose_squares_overflow_are_not_finite() {
+fn positions_of_no_fabric_are_refused_or_found() {
     let scene = small_sheet(9, 50.0);
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
     let image = image_of(&sim);
-    for far in [1e160, 1e300, f64::MAX] {
-        sim.reset();
-        let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    let (x, limit) = (positions(&sim).into_iter().flatten().collect::<Vec<f64>>(), 1e30 * scene.sheet.spacing);
+    let v = vec![0.0; x.len()];
+    let with = |far: f64| {
+        let mut x = x.clone();
         x[3 * 30 + 2] = far;
-        let v = vec![0.0; x.len()];
-        match sim.set_motion(&x, &v) {
-            Err(error) => assert_eq!((error.code, error.field), (Code::NotFinite, "positions")),
-            Ok(()) => {
-                assert_eq!(sim.step(), Err(Failure::NonFinite));
-                latched(&mut sim, Failure::NonFinite, &image);
-            }
-        }
+        x
+    };
+    for far in [1.01 * limit, -1.01 * limit, 1e300, f64::MAX] {
+        let error = sim.set_motion(&with(far), &v).unwrap_err();
+        assert_eq!((error.code, error.field, error.value), (Code::OutOfRange, "positions", 30.0));
+        assert_eq!(image_of(&sim), image);
+    }
+    for far in [0.99 * limit, -0.99 * limit, 1e26 * scene.sheet.spacing] {
+        sim.set_motion(&with(far), &v).unwrap();
+        let energy = sim.energy().unwrap();
+        assert!(energy.strain.is_finite() && energy.residual.is_finite(), "{energy:?}");
+        let given = image_of(&sim);
+        sim.load(&given).unwrap();
+        assert_eq!(sim.step(), Err(Failure::NonFinite));
+        latched(&mut sim, Failure::NonFinite, &image);
+        sim.reset();
     }
 }
 
-/// The same through velocities: a node that flies off to infinity.
+/// Far too long a step blows up a sheet that never breaks, B < 0. Whatever it passes through on its way to the failure is a state
+/// that an image keeps and load takes, with energies that are numbers.
 #[test]
-fn velocities_that_overflow_are_not_finite() {
+fn a_sheet_that_blows_up_keeps_to_numbers_until_it_fails() {
+    let mut scene = without_projectile(small_sheet(9, 0.0));
+    scene.step_check = StepCheck::None;
+    (scene.yarn.damage_a, scene.yarn.damage_b) = (0.5, -1.0);
+    for (fraction, after) in [3.0, 30.0, 300.0]
+        .into_iter()
+        .flat_map(|fraction| [(fraction, StepAfterFailure::Keep), (fraction, StepAfterFailure::Half)])
+    {
+        (scene.time_step, scene.step_after_failure) = (TimeStep::Fraction(fraction), after);
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        let x: Vec<f64> = positions(&sim).into_iter().flatten().map(|x| 1.05 * x).collect();
+        let mut v = vec![0.0; x.len()];
+        v[3 * 40 + 2] = 100.0;
+        sim.set_motion(&x, &v).unwrap();
+        let mut largest = 0.0;
+        let failure = loop {
+            if let Err(failure) = sim.step() {
+                break failure;
+            }
+            let energy = sim.energy().unwrap();
+            assert!(energy.residual.is_finite(), "{fraction}: {energy:?}");
+            largest = sim.fabric().unwrap().max_stretch;
+            let (image, digest) = (image_of(&sim), sim.digest());
+            assert_eq!(sim.load(&image), Ok(()), "{fraction} at step {}", sim.step_count());
+            assert_eq!(sim.digest(), digest);
+        };
+        assert!(failure == Failure::NonFinite && largest > 1e10, "{fraction}: {failure:?} at stretch {largest:e}");
+    }
+}
+
+/// The same through velocities: a node that flies off.
+#[test]
+fn velocities_of_no_fabric_are_found() {
     let scene = small_sheet(9, 50.0);
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
     let image = image_of(&sim);
     let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
     let mut v = vec![0.0; x.len()];
-    v[3 * 30] = 1e200;
+    v[3 * 30 + 2] = 1e200;
+    assert_eq!(sim.set_motion(&x, &v).unwrap_err().field, "velocities");
+    v[3 * 30 + 2] = 1e34;
     sim.set_motion(&x, &v).unwrap();
     assert_eq!(sim.advance(10), Err(Failure::NonFinite));
     latched(&mut sim, Failure::NonFinite, &image);

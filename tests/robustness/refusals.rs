@@ -4,7 +4,7 @@
 use fabric::{
     AttachmentKind, Code, Drive, Error, Faces, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
 };
-use fabric_tests::{Buffers, positions, small_sheet};
+use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 
 /// Asserts that a scene is refused with this code and field, by check, layout and constructor alike where they look, and
 /// that the constructor leaves its memory as it was.
@@ -269,6 +269,20 @@ fn parameters_that_give_no_usable_step_are_refused() {
     }
     scene.time_step = TimeStep::Seconds(f64::MIN_POSITIVE);
     refused(&scene, Code::StepLimitUnusable, "dt");
+    // Unchecked, up to k dt^2/m = 1e6: some thousand times the stable step.
+    scene.step_check = fabric::StepCheck::None;
+    for (fraction, refusal) in [(0.4, false), (100.0, false), (1e4, true)] {
+        scene.time_step = TimeStep::Fraction(fraction);
+        assert_eq!(scene.step_limits().is_err_and(|error| error.code == Code::StepLimitUnusable), refusal, "{fraction:e}");
+    }
+    // Nodes so heavy that the momentum of a sheet is no number; all plies count.
+    let mut scene = without_projectile(base());
+    scene.projectile.mass = 0.0;
+    for (node_mass, plies, refusal) in [(1e89, 1, false), (1e91, 1, true), (1e89, 1000, true), (f64::MAX, 3, true)] {
+        (scene.sheet.node_mass, scene.sheet.plies) = (node_mass, plies);
+        let limits = scene.step_limits();
+        assert_eq!(limits.is_err_and(|error| error.code == Code::StepLimitUnusable), refusal, "{node_mass:e}");
+    }
 }
 
 #[test]
