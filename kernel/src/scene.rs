@@ -499,10 +499,11 @@ impl Scene {
         let speed = self.sheet.spacing / dt;
         let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
         let unit_stiffness = dt * dt * stiffness / self.sheet.node_mass;
-        if !units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
-            || !(unit_stiffness.is_normal() && unit_stiffness <= LARGEST_STIFFNESS)
-            || AT_REST * speed > SLOWEST_MOTION
-        {
+        let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
+            && unit_stiffness.is_normal()
+            && unit_stiffness <= LARGEST_STIFFNESS
+            && AT_REST * speed <= SLOWEST_MOTION;
+        if !usable {
             return Err(Error::new(Code::StepLimitUnusable, "dt", dt, step_max));
         }
         Ok(StepLimits { dt, dt_crit, step_max })

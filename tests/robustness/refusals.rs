@@ -273,7 +273,11 @@ fn parameters_that_give_no_usable_step_are_refused() {
     scene.step_check = fabric::StepCheck::None;
     for (fraction, refusal) in [(0.4, false), (100.0, false), (1e4, true)] {
         scene.time_step = TimeStep::Fraction(fraction);
-        assert_eq!(scene.step_limits().is_err_and(|error| error.code == Code::StepLimitUnusable), refusal, "{fraction:e}");
+        assert_eq!(
+            scene.step_limits().is_err_and(|error| error.code == Code::StepLimitUnusable),
+            refusal,
+            "{fraction:e}"
+        );
     }
     // Nodes so heavy that the momentum of a sheet is no number; all plies count.
     let mut scene = without_projectile(base());
