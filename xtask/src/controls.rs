@@ -1,7 +1,8 @@
 //! `cargo xtask digests --controls`: deliberate changes of the kernel, one at a time in a copy of the source. Each must change a
 //! digest of tests/golden/digests, or the digests would not notice such a thing.
 
-use crate::digests::{Row, build_checkout, lines, pins, run_here};
+use crate::digests::{build_checkout, lines, pins, run_here};
+use crate::records::{self, Figure};
 use crate::tools::{Outcome, output, target, top};
 use std::path::{Path, PathBuf};
 
@@ -113,7 +114,7 @@ pub fn run() -> Outcome {
     if !wrong.is_empty() {
         return Err(wrong.join("\n"));
     }
-    let row = Row {
+    let row = Figure {
         number: "6",
         figure: "digest sensitivity: deliberate changes that change a digest",
         value: &format!("{noticed} of {}", CONTROLS.len()),
@@ -121,7 +122,7 @@ pub fn run() -> Outcome {
         reached: noticed == CONTROLS.len() && noticed >= 6,
         command: "cargo xtask digests --controls",
     };
-    row.write("digest-controls", &tables)
+    records::write("digest-controls", row.command, &[row.now()?], &tables)
 }
 
 /// Makes one change and returns the file as it was.

@@ -1,6 +1,6 @@
 //! `cargo xtask coverage`: lines of the kernel and its interfaces that the tests in Rust run, by cargo-llvm-cov.
 
-use crate::records::{self, Record};
+use crate::records::{self, Figure};
 use crate::tools::{Outcome, output};
 use std::collections::BTreeMap;
 
@@ -34,22 +34,16 @@ pub fn run() -> Outcome {
     let percent = |(covered, count): (u64, u64)| 100.0 * covered as f64 / count as f64;
     let shown: Vec<_> = parts.iter().map(|(part, sum)| format!("{part} {:.1} %", percent(*sum))).collect();
     let kernel = parts.get("kernel/src").copied().ok_or("cargo llvm-cov lists no file of the kernel")?;
-    let commit = records::commit()?;
-    let record = Record {
-        number: "14".into(),
-        figure:
-            "line coverage by the tests in Rust (the interfaces are also run by C, C++ and Python hosts, not counted)"
-                .into(),
-        value: shown.join(", "),
-        floor: format!("{WANTED} % of the kernel"),
+    let row = Figure {
+        number: "14",
+        figure: "line coverage by the tests in Rust (the interfaces are also run by C, C++ and Python hosts, not counted)",
+        value: &shown.join(", "),
+        floor: &format!("{WANTED} % of the kernel"),
         reached: percent(kernel) >= WANTED,
-        command: "cargo xtask coverage".into(),
-        date: records::today()?,
-        commit,
-        machine: records::machine()?,
+        command: "cargo xtask coverage",
     };
-    println!("figure 14: {}", record.value);
-    records::write("coverage", &[record])
+    println!("figure 14: {}", row.value);
+    records::write("coverage", row.command, &[row.now()?], "")
 }
 
 /// The part of the report that is read.

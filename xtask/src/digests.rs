@@ -2,6 +2,7 @@
 //! tests/golden/digests.
 
 use crate::platforms::{self, Compiler};
+use crate::records::{self, Figure};
 use crate::tools::{Outcome, output, target, top};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -616,7 +617,7 @@ fn record(pins: &[(String, String)], results: &[(&str, Fate)], firmware: Option<
         rows += &format!("\n[firmware]\nexample = \"examples/cortex-m7\"\nsaid = {said:?}\n");
     }
     let value = format!("{ran} targets x {} scenes, all equal; {} skipped", pins.len(), results.len() - ran);
-    let row = Row {
+    let row = Figure {
         number: "5",
         figure: "targets with identical digests x scenes",
         value: &value,
@@ -624,44 +625,5 @@ fn record(pins: &[(String, String)], results: &[(&str, Fate)], firmware: Option<
         reached: ran >= 8 && pins.len() >= 6,
         command: "cargo xtask digests",
     };
-    row.write("digests", &rows)
-}
-
-/// A row of docs/reliability.md.
-pub struct Row<'a> {
-    /// Its number there.
-    pub number: &'a str,
-    /// What is measured.
-    pub figure: &'a str,
-    /// What was measured.
-    pub value: &'a str,
-    /// What it should be at least.
-    pub floor: &'a str,
-    /// Whether it is.
-    pub reached: bool,
-    /// What measures it.
-    pub command: &'a str,
-}
-
-impl Row<'_> {
-    /// Writes docs/reliability/NAME.toml with this row and further tables.
-    pub fn write(&self, name: &str, tables: &str) -> Outcome {
-        let date = output("date", &["-u", "+%F"])?;
-        let text = format!(
-            "# Written by `{}`: do not edit.\n[[row]]\nnumber = {:?}\nfigure = {:?}\nvalue = {:?}\nfloor = {:?}\nreached = {}\n\
-             command = {:?}\ndate = {:?}\n{tables}",
-            self.command,
-            self.number,
-            self.figure,
-            self.value,
-            self.floor,
-            self.reached,
-            self.command,
-            date.trim()
-        );
-        let folder = top().join("docs/reliability");
-        std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-        let path = folder.join(format!("{name}.toml"));
-        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
-    }
+    records::write("digests", row.command, &[row.now()?], &rows)
 }

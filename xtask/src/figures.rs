@@ -197,7 +197,7 @@ fn measure(only: &[String]) -> Outcome {
     let is = |record: &&Record, row: &Row| record.number == row.number && record.figure == row.figure;
     let find = |records: &[Record], row: &Row| records.iter().find(|record| is(record, row)).cloned();
     let all: Vec<Record> = ROWS.iter().filter_map(|row| find(&measured, row).or_else(|| find(&old, row))).collect();
-    records::write("figures", &all)
+    records::write("figures", "cargo xtask figures", &all, "")
 }
 
 /// Runs a command of cargo; what it prints, as an error if it fails.

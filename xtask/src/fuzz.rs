@@ -1,6 +1,7 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer, and the record of it.
 
-use crate::tools::{Outcome, output, target, top};
+use crate::records::{self, Figure};
+use crate::tools::{Outcome, target, top};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -14,6 +15,9 @@ pub struct Options {
     /// How long each target runs, s.
     #[arg(long, default_value_t = 60)]
     seconds: u64,
+    /// Targets that run at the same time; each takes a core.
+    #[arg(long, default_value_t = 1)]
+    jobs: usize,
     /// Only this target: scene, image, calls or fmi. No record is written then.
     #[arg(long, value_name = "NAME")]
     target: Option<String>,
@@ -35,23 +39,10 @@ const LONGEST: &str = "-max_len=160";
 /// Without libFuzzer's finer features and statistics: they would take half of the time.
 const QUICK: [&str; 3] = ["-len_control=0", "-entropic=0", "-use_counters=0"];
 
-/// What a campaign is recorded as in docs/reliability/fuzz.toml.
+/// What docs/reliability/fuzz.toml holds of the targets.
 #[derive(Serialize, Deserialize)]
-struct Record {
-    row: Vec<Row>,
+struct Targets {
     target: Vec<Run>,
-}
-
-/// A row of docs/reliability.md.
-#[derive(Serialize, Deserialize)]
-struct Row {
-    number: String,
-    figure: String,
-    value: String,
-    floor: String,
-    reached: bool,
-    command: String,
-    date: String,
 }
 
 /// What a target did.
@@ -67,7 +58,7 @@ struct Run {
     crashes: u64,
 }
 
-/// Runs the targets one after the other.
+/// Runs the targets, as many at the same time as wanted.
 pub fn run(options: &Options) -> Outcome {
     let chosen = |name: &&&str| options.target.as_deref().is_none_or(|wanted| wanted == **name);
     let names: Vec<_> = TARGETS.iter().filter(chosen).copied().collect();
@@ -79,7 +70,18 @@ pub fn run(options: &Options) -> Outcome {
     for name in &names {
         finish(fuzz(&program, &["build"]).arg(name))?;
     }
-    let runs = names.iter().map(|&name| campaign(&program, name, options.seconds)).collect::<Result<Vec<_>, _>>()?;
+    let mut runs = Vec::new();
+    for together in names.chunks(options.jobs.max(1)) {
+        let found: Vec<_> = std::thread::scope(|scope| {
+            let (program, seconds) = (&program, options.seconds);
+            let start = |&name| scope.spawn(move || campaign(program, name, seconds));
+            let threads: Vec<_> = together.iter().map(start).collect();
+            threads.into_iter().map(|thread| thread.join()).collect()
+        });
+        for run in found {
+            runs.push(run.map_err(|_| "a target's thread has panicked")??);
+        }
+    }
     if options.minimise {
         names.iter().try_for_each(|name| minimise(&program, name))?;
     }
@@ -245,13 +247,12 @@ fn minimise(program: &Path, name: &str) -> Outcome {
 
 /// Writes docs/reliability/fuzz.toml.
 fn record(options: &Options, mut target: Vec<Run>) -> Outcome {
-    let folder = top().join("docs/reliability");
-    let path = folder.join("fuzz.toml");
+    let path = top().join("docs/reliability/fuzz.toml");
     let mut parts = "";
     if options.add
         && let Ok(text) = std::fs::read_to_string(&path)
     {
-        let earlier: Record = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        let earlier: Targets = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
         parts = ", in several parts";
         for run in &mut target {
             for past in earlier.target.iter().filter(|past| past.name == run.name) {
@@ -265,23 +266,14 @@ fn record(options: &Options, mut target: Vec<Run>) -> Outcome {
     }
     let executions: u64 = target.iter().map(|run| run.executions).sum();
     let crashes: u64 = target.iter().map(|run| run.crashes).sum();
-    let row = Row {
-        number: "12".into(),
-        figure: "fuzz executions without a crash".into(),
-        value: format!("{:.2e} in {} targets, {crashes} crashes", executions as f64, target.len()),
-        floor: "1e7".into(),
+    let row = Figure {
+        number: "12",
+        figure: "fuzz executions without a crash",
+        value: &format!("{:.2e} in {} targets, {crashes} crashes", executions as f64, target.len()),
+        floor: "1e7",
         reached: executions >= FLOOR && crashes == 0,
-        command: format!("cargo xtask fuzz --seconds {}{parts}", options.seconds),
-        date: today()?,
+        command: &format!("cargo xtask fuzz --seconds {}{parts}", options.seconds),
     };
-    let record = Record { row: vec![row], target };
-    let text = toml::to_string(&record).map_err(|error| error.to_string())?;
-    std::fs::create_dir_all(&folder)
-        .and_then(|()| std::fs::write(&path, format!("# Written by `cargo xtask fuzz`: do not edit.\n{text}")))
-        .map_err(|error| format!("{}: {error}", path.display()))
-}
-
-/// The date, UTC.
-fn today() -> Result<String, String> {
-    Ok(output("date", &["-u", "+%Y-%m-%d"])?.trim().to_string())
+    let tables = toml::to_string(&Targets { target }).map_err(|error| error.to_string())?;
+    records::write("fuzz", "cargo xtask fuzz", &[row.now()?], &format!("\n{tables}"))
 }

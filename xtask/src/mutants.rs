@@ -10,6 +10,7 @@
 //! The tests of tests/golden only pin bits, so they are counted apart.
 #![allow(clippy::disallowed_methods)] // Shares and seconds of a report, no simulation's bits.
 
+use crate::records::{self, Figure};
 use crate::tools::{Outcome, target, top};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -709,7 +710,6 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
         println!("\ndocs/reliability/mutants.toml is written by a whole run over all files only");
         return Ok(());
     }
-    let mut text = String::from("# Written by `cargo xtask mutants`: do not edit.\n");
     let mut chosen = options.shard.as_ref().map_or(String::new(), |shard| format!(" --shard {shard}"));
     options.suite.iter().for_each(|suite| chosen.push_str(&format!(" --suite {suite}")));
     if options.seconds.is_finite() {
@@ -723,7 +723,7 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
     } else {
         format!(", by {} tests alone", options.suite.join(" and "))
     };
-    let date = crate::tools::output("date", &["-u", "+%Y-%m-%d"])?;
+    let mut records = Vec::new();
     for (k, what) in ["without digests", "with digests"].into_iter().enumerate() {
         let caught = [total.caught, total.caught + total.by_digest][k];
         let mut value = format!("{:.1} % ({caught} of {}){by}", 100.0 * total.shares()[k], total.viable);
@@ -740,15 +740,17 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
                 100.0 * high
             );
         }
-        let _ = write!(
-            text,
-            "[[row]]\nnumber = \"13\"\nfigure = \"viable mutants caught {what}\"\nvalue = \"{value}\"\nfloor = \"{:.0} %\"\n\
-             reached = {}\ncommand = \"cargo xtask mutants{chosen}\"\ndate = \"{}\"\n\n",
-            100.0 * FLOORS[k],
-            total.shares()[k] >= FLOORS[k],
-            date.trim()
-        );
+        let row = Figure {
+            number: "13",
+            figure: &format!("viable mutants caught {what}"),
+            value: &value,
+            floor: &format!("{:.0} %", 100.0 * FLOORS[k]),
+            reached: total.shares()[k] >= FLOORS[k],
+            command: &format!("cargo xtask mutants{chosen}"),
+        };
+        records.push(row.now()?);
     }
+    let mut text = String::from("\n");
     for (name, count) in &table {
         let _ = write!(
             text,
@@ -757,7 +759,7 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
         );
     }
     text.push_str(survivors.trim_start());
-    write(&top().join("docs/reliability/mutants.toml"), &text)
+    records::write("mutants", "cargo xtask mutants", &records, &text)
 }
 
 /// A mutant's name without its place.

@@ -69,9 +69,42 @@ fn file(path: &std::path::Path) -> Result<Vec<Record>, String> {
     Ok(file.row)
 }
 
-/// Writes the records of `cargo xtask NAME`.
-pub fn write(name: &str, records: &[Record]) -> Result<(), String> {
-    let mut text = format!("# Written by `cargo xtask {name}`: do not edit.\n");
+/// What was just measured.
+pub struct Figure<'a> {
+    /// Number of the row in docs/reliability.md.
+    pub number: &'a str,
+    /// What is measured.
+    pub figure: &'a str,
+    /// What came out.
+    pub value: &'a str,
+    /// What is asked for.
+    pub floor: &'a str,
+    /// Whether it is.
+    pub reached: bool,
+    /// Measures it.
+    pub command: &'a str,
+}
+
+impl Figure<'_> {
+    /// The record: measured today, here, at this commit.
+    pub fn now(&self) -> Result<Record, String> {
+        Ok(Record {
+            number: self.number.to_string(),
+            figure: self.figure.to_string(),
+            value: self.value.to_string(),
+            floor: self.floor.to_string(),
+            reached: self.reached,
+            command: self.command.to_string(),
+            date: today()?,
+            commit: commit()?,
+            machine: machine()?,
+        })
+    }
+}
+
+/// Writes docs/reliability/NAME.toml: the records of a command, and behind them tables for other readers.
+pub fn write(name: &str, written_by: &str, records: &[Record], tables: &str) -> Result<(), String> {
+    let mut text = format!("# Written by `{written_by}`: do not edit.\n");
     for record in records {
         text += "\n[[row]]\n";
         for (key, value) in [
@@ -88,6 +121,8 @@ pub fn write(name: &str, records: &[Record]) -> Result<(), String> {
         }
         text += &format!("reached = {}\n", record.reached);
     }
+    text += tables;
+    std::fs::create_dir_all(folder()).map_err(|error| format!("{}: {error}", folder().display()))?;
     let path = folder().join(format!("{name}.toml"));
     std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
 }
