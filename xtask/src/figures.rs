@@ -305,6 +305,11 @@ fn verdict(record: &Record) -> &'static str {
     }
 }
 
+/// A cell of several figures: each on a line of its own.
+fn lines(text: &str) -> String {
+    cell(text).replace("; ", "<br>")
+}
+
 /// The whole table, and below it the machines.
 fn table(records: &[Record]) -> String {
     let mut text = String::from(
@@ -326,8 +331,8 @@ fn table(records: &[Record]) -> String {
             "| {} | {} | {} | {} | {} | `{}` | {}{commit}{machine} |\n",
             record.number,
             cell(&record.figure),
-            cell(&record.value),
-            cell(&record.floor),
+            lines(&record.value),
+            lines(&record.floor),
             verdict(record),
             cell(&record.command),
             record.date
