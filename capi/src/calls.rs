@@ -3,9 +3,10 @@
 //! Stepping calls save, set (round to nearest, subnormals kept) and restore the floating-point environment, so that a host
 //! built with fast-math gets the same bits.
 //!
-//! No function here is unsafe, although each trusts its host: what a pointer must be is promised where one is made, by
-//! [`Input::given`], [`Output::given`], [`ToLookAt::given`], [`ToChange::given`] and [`Lent::given`], which are. C can call without
-//! making that promise in words: nothing checks it there but what the errors of each call name.
+//! No function here is unsafe to Rust, although each trusts its host: the promise about a pointer is made where one of these types
+//! is made, by the unsafe [`Input::given`], [`Output::given`], [`ToLookAt::given`], [`ToChange::given`] and [`Lent::given`]. A C
+//! host makes it by calling, and it is checked no further than the errors of a call say. What trusts it stands in `host.rs`
+//! (numbers and arrays), `sizes.rs` (structures) and `block.rs` (handles and lent memory).
 
 use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::float::in_our_environment;
