@@ -1,5 +1,8 @@
 //! The caller's block: a handle at its start, then the kernel's numbers and integers.
+//!
+//! What trusts the host's handles and lent memory stands here; as in `host.rs` their types carry its promise.
 
+use core::ffi::c_void;
 use core::mem::MaybeUninit;
 use fabric::{Bands, Code, Error, Layout, Memory, Scene, Sim};
 
@@ -33,30 +36,88 @@ pub fn bytes(layout: &Layout) -> Result<usize, Error> {
     numbers.and_then(|b| b.checked_add(HANDLE_BYTES)).filter(|&b| b <= isize::MAX as usize).ok_or(too_many)
 }
 
+/// A handle for a call that changes the simulation.
+#[repr(transparent)]
+pub struct ToChange(*mut fk_sim);
+
+impl ToChange {
+    /// A handle as a host would give it.
+    ///
+    /// # Safety
+    /// Null, or readable memory as large as a handle. If that is a handle of [`fk_init`](crate::calls::fk_init) where it was made,
+    /// its block and the scratch of its bands are still lent, and nobody else calls the simulation during the call.
+    pub const unsafe fn given(handle: *mut fk_sim) -> ToChange {
+        ToChange(handle)
+    }
+
+    /// The same handle, to look at.
+    fn to_look_at(&self) -> ToLookAt {
+        ToLookAt(self.0)
+    }
+}
+
+/// A handle for a call that only looks at the simulation, or that is a band's.
+#[repr(transparent)]
+pub struct ToLookAt(*const fk_sim);
+
+impl ToLookAt {
+    /// A handle as a host would give it.
+    ///
+    /// # Safety
+    /// As for [`ToChange::given`], but others may look at the same simulation, and call its bands, during the call.
+    pub const unsafe fn given(handle: *const fk_sim) -> ToLookAt {
+        ToLookAt(handle)
+    }
+}
+
+/// Memory that the host lends beyond the call.
+#[repr(transparent)]
+pub struct Lent(*mut c_void);
+
+impl Lent {
+    /// Memory as a host would give it.
+    ///
+    /// # Safety
+    /// Null, or as many writable bytes as stand beside it, which nobody else uses until the simulation is no longer called (a
+    /// block) or `fk_bands_end` (scratch).
+    pub const unsafe fn given(start: *mut c_void) -> Lent {
+        Lent(start)
+    }
+
+    /// Whether there is none.
+    pub fn is_null(&self) -> bool {
+        self.0.is_null()
+    }
+
+    /// Its start, if it is there, has the length needed and is aligned.
+    fn start(self, length: u64, needed: usize, field: &'static str) -> Result<*mut u8, Error> {
+        if self.is_null() {
+            return Err(Error::plain(Code::NullPointer, field));
+        }
+        if length < needed as u64 {
+            return Err(Error::new(Code::ShortBuffer, field, length as f64, needed as f64));
+        }
+        let past = self.0.addr() % ALIGN;
+        if past != 0 {
+            return Err(Error::new(Code::Misaligned, field, past as f64, ALIGN as f64));
+        }
+        Ok(self.0.cast())
+    }
+}
+
 /// Makes a simulation at the start of a block. On an error nothing has been written.
-///
-/// # Safety
-/// `memory` points to `length` writable bytes that nothing else uses until the simulation is no longer called.
-pub unsafe fn init(memory: *mut u8, length: u64, scene: &Scene) -> Result<*mut fk_sim, Error> {
+pub fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_sim, Error> {
     let layout = Layout::of(scene)?;
-    let needed = bytes(&layout)?;
-    if length < needed as u64 {
-        return Err(Error::new(Code::ShortBuffer, "memory", length as f64, needed as f64));
-    }
-    if !memory.addr().is_multiple_of(ALIGN) {
-        return Err(Error::new(Code::Misaligned, "memory", (memory.addr() % ALIGN) as f64, ALIGN as f64));
-    }
-    // SAFETY: the block has room for handle, numbers and integers in this order; the numbers start at a multiple of 64 bytes,
-    // the integers at a multiple of 8; nothing else uses the block; every bit pattern is a valid f64 or u32.
-    let (reals, words) = unsafe {
+    let memory = memory.start(length, bytes(&layout)?, "memory")?;
+    let handle = memory.cast::<fk_sim>();
+    // SAFETY: the block has room for handle, numbers and integers in this order; the handle and the numbers start at a multiple of
+    // 64 bytes, the integers at a multiple of 8; nothing else uses the block; every bit pattern is a valid f64 or u32. The
+    // simulation is made where it stays; then the other fields are written, which drop nothing.
+    unsafe {
         let reals = memory.add(HANDLE_BYTES).cast::<f64>();
         let words = reals.add(layout.reals()).cast::<u32>();
-        (core::slice::from_raw_parts_mut(reals, layout.reals()), core::slice::from_raw_parts_mut(words, layout.words()))
-    };
-    let handle = memory.cast::<fk_sim>();
-    // SAFETY: the start of the block is aligned for the handle and has room for it. The simulation is made where it stays; then
-    // the other fields are written, which drop nothing.
-    unsafe {
+        let reals = core::slice::from_raw_parts_mut(reals, layout.reals());
+        let words = core::slice::from_raw_parts_mut(words, layout.words());
         let place = (&raw mut (*handle).sim).cast::<MaybeUninit<Sim<'static>>>();
         Sim::new_in(&mut *place, scene, Memory { reals, words })?;
         (*handle).magic = MAGIC;
@@ -68,32 +129,23 @@ pub unsafe fn init(memory: *mut u8, length: u64, scene: &Scene) -> Result<*mut f
 }
 
 /// The block behind a handle.
-///
-/// # Safety
-/// `handle` is null, or points to a readable block at least as large as a handle that no other call is using.
-pub unsafe fn open<'h>(handle: *mut fk_sim) -> Result<&'h mut fk_sim, Error> {
-    without_bands(handle)?;
-    // SAFETY: found to be an initialised handle at its own address, which no bands have.
-    Ok(unsafe { &mut *handle })
+pub fn open(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
+    without_bands(&handle.to_look_at())?;
+    // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it.
+    Ok(unsafe { &mut *handle.0 })
 }
 
 /// The block behind a handle, to be looked at.
-///
-/// # Safety
-/// As for [`open`].
-pub unsafe fn look<'h>(handle: *const fk_sim) -> Result<&'h fk_sim, Error> {
+pub fn look(handle: &ToLookAt) -> Result<&fk_sim, Error> {
     without_bands(handle)?;
-    // SAFETY: found to be an initialised handle at its own address, which no bands have.
-    Ok(unsafe { &*handle })
+    // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody change it.
+    Ok(unsafe { &*handle.0 })
 }
 
 /// The bands that have a simulation. Bands of one simulation may be looked at by several threads at once.
-///
-/// # Safety
-/// As for [`open`], but for other calls of the bands.
-pub unsafe fn bands<'h>(handle: *const fk_sim) -> Result<&'h Bands<'static, 'static>, Error> {
+pub fn bands(handle: &ToLookAt) -> Result<&Bands<'static, 'static>, Error> {
     let bands = bands_of(handle)?;
-    // SAFETY: null, or set by begin() to bands in the caller's scratch, which stays until end().
+    // SAFETY: null, or set by begin() to bands in the scratch, which the host lends until end().
     unsafe { bands.as_ref() }.ok_or(Error::plain(Code::BandOutOfTurn, "bands"))
 }
 
@@ -110,71 +162,59 @@ pub fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
 const BANDS_BYTES: usize = size_of::<Bands<'static, 'static>>().next_multiple_of(ALIGN);
 
 /// Hands the simulation to `of` bands.
-///
-/// # Safety
-/// As for [`open`]; `scratch` points to `length` writable bytes that nothing else uses until [`end`].
-pub unsafe fn begin(handle: *mut fk_sim, of: u32, scratch: *mut u8, length: u64) -> Result<(), Error> {
-    without_bands(handle)?;
-    // SAFETY: the caller's promise; the fields are reached one by one, since the bands keep the simulation.
+pub fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Result<(), Error> {
+    without_bands(&handle.to_look_at())?;
+    let handle = handle.0;
+    // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it. The
+    // fields are reached one by one, since the bands keep the simulation.
     let sim: &'static mut Sim<'static> = unsafe { &mut (*handle).sim };
     let needed = bands_bytes(sim.layout(), of)?;
-    if scratch.is_null() {
-        return Err(Error::plain(Code::NullPointer, "scratch"));
-    }
-    if length < needed as u64 {
-        return Err(Error::new(Code::ShortBuffer, "scratch", length as f64, needed as f64));
-    }
-    if !scratch.addr().is_multiple_of(ALIGN) {
-        return Err(Error::new(Code::Misaligned, "scratch", (scratch.addr() % ALIGN) as f64, ALIGN as f64));
-    }
-    let count = (needed - BANDS_BYTES) / 8;
-    // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it; every bit
-    // pattern is a valid f64.
-    let numbers = unsafe { core::slice::from_raw_parts_mut(scratch.add(BANDS_BYTES).cast::<f64>(), count) };
+    let scratch = scratch.start(length, needed, "scratch")?;
     let place = scratch.cast::<Bands<'static, 'static>>();
-    // No `?`: it would take another copy of the bands on the stack.
-    match sim.bands(numbers, of) {
-        // SAFETY: as above; the handle's field is the caller's to change.
-        Ok(bands) => unsafe {
-            place.write(bands);
-            (*handle).bands = place;
-        },
-        Err(error) => return Err(error),
+    // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it until end();
+    // every bit pattern is a valid f64. The handle as above.
+    unsafe {
+        let numbers = scratch.add(BANDS_BYTES).cast::<f64>();
+        let numbers = core::slice::from_raw_parts_mut(numbers, (needed - BANDS_BYTES) / 8);
+        // No `?`: it would take another copy of the bands on the stack.
+        match sim.bands(numbers, of) {
+            Ok(bands) => place.write(bands),
+            Err(error) => return Err(error),
+        }
+        (*handle).bands = place;
     }
     Ok(())
 }
 
 /// Takes the simulation back; a step that only some bands have taken is completed.
-///
-/// # Safety
-/// As for [`open`].
-pub unsafe fn end<'h>(handle: *mut fk_sim) -> Result<&'h mut fk_sim, Error> {
-    let bands = bands_of(handle)?;
+pub fn end(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
+    let bands = bands_of(&handle.to_look_at())?;
     if bands.is_null() {
         return Err(Error::plain(Code::BandOutOfTurn, "bands"));
     }
-    // SAFETY: begin() has set them; no call is using them any more.
+    // SAFETY: begin() has set them; the host has no call use them any more.
     unsafe {
         bands.drop_in_place();
-        (*handle).bands = core::ptr::null_mut();
-        open(handle)
+        (*handle.0).bands = core::ptr::null_mut();
     }
+    open(handle)
 }
 
 /// An initialised handle that no bands have.
-fn without_bands(handle: *const fk_sim) -> Result<(), Error> {
+fn without_bands(handle: &ToLookAt) -> Result<(), Error> {
     if bands_of(handle)?.is_null() { Ok(()) } else { Err(Error::plain(Code::BandOutOfTurn, "bands")) }
 }
 
 /// The bands that have the simulation of an initialised handle, or null. Makes no reference to the block.
-fn bands_of(handle: *const fk_sim) -> Result<*mut Bands<'static, 'static>, Error> {
+fn bands_of(handle: &ToLookAt) -> Result<*mut Bands<'static, 'static>, Error> {
+    let handle = handle.0;
     if handle.is_null() {
         return Err(Error::plain(Code::NullPointer, "sim"));
     }
     if !handle.addr().is_multiple_of(ALIGN) {
         return Err(Error::plain(Code::MovedBlock, "sim"));
     }
-    // SAFETY: not null and aligned; the caller vouches for the memory. All fields read are plain integers and pointers, valid
+    // SAFETY: not null and aligned; the host vouches for the memory. All fields read are plain integers and pointers, valid
     // whatever they hold.
     let (magic, address, bands) = unsafe { ((*handle).magic, (*handle).address, (*handle).bands) };
     if magic == MAGIC && address == handle.addr() { Ok(bands) } else { Err(Error::plain(Code::MovedBlock, "sim")) }

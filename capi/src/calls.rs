@@ -2,11 +2,16 @@
 //!
 //! Stepping calls save, set (round to nearest, subnormals kept) and restore the floating-point environment, so that a host
 //! built with fast-math gets the same bits.
-#![allow(clippy::missing_safety_doc)] // Each function's text says what its pointers must be; C has no other contract.
+//!
+//! No function here is unsafe to Rust, although each trusts its host: the promise about a pointer is made where one of these types
+//! is made, by the unsafe [`Input::given`], [`Output::given`], [`ToLookAt::given`], [`ToChange::given`] and [`Lent::given`]. A C
+//! host makes it by calling, and it is checked no further than the errors of a call say. What trusts it stands in `host.rs`
+//! (numbers and arrays), `sizes.rs` (structures) and `block.rs` (handles and lent memory).
 
-use crate::block::{self, fk_sim};
+use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::float::in_our_environment;
-use crate::sizes::{Structure, known, known_size, put, put_part, read, read_scene, usable};
+use crate::host::{Input, Output};
+use crate::sizes::{Part, Structure, known_size, put, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, Path, Scene};
@@ -19,64 +24,34 @@ fn status(result: Result<(), Error>) -> i32 {
     }
 }
 
-/// Writes a single number.
-///
-/// # Safety
-/// `pointer` is null or writable.
-unsafe fn put_number<T>(pointer: *mut T, field: &'static str, value: T) -> Result<(), Error> {
-    if pointer.is_null() {
-        return Err(Error::plain(Code::NullPointer, field));
-    }
-    // SAFETY: not null; the caller vouches for the rest.
-    unsafe { pointer.write_unaligned(value) };
-    Ok(())
-}
-
-/// Writes a single number, if it is wanted.
-///
-/// # Safety
-/// `pointer` is null or writable.
-unsafe fn put_wanted<T>(pointer: *mut T, value: T) {
-    if !pointer.is_null() {
-        // SAFETY: not null; the caller vouches for the rest.
-        unsafe { pointer.write_unaligned(value) };
-    }
+/// Writes a single number, which may be misaligned. One that may be null is written by [`Output::put`].
+fn put_number<T>(place: &mut Output<T>, field: &'static str, value: T) -> Result<(), Error> {
+    if place.put(value) { Ok(()) } else { Err(Error::plain(Code::NullPointer, field)) }
 }
 
 /// A caller's array.
-///
-/// # Safety
-/// `pointer` is null or points to `length` readable elements.
-unsafe fn array<'a, T>(pointer: *const T, length: u64, field: &'static str) -> Result<&'a [T], Error> {
-    let length = checked::<T>(pointer, length, field)?;
-    // SAFETY: not null, aligned, of a length that a slice can have; the caller vouches for the memory.
-    Ok(unsafe { core::slice::from_raw_parts(pointer, length) })
+fn array<'a, T>(place: &'a Input<T>, length: u64, field: &'static str) -> Result<&'a [T], Error> {
+    let count = usize::try_from(length).unwrap_or(usize::MAX);
+    place.elements(count).ok_or_else(|| no_array(place.pointer(), length, field))
 }
 
 /// A caller's array, to be written.
-///
-/// # Safety
-/// `pointer` is null or points to `length` writable elements that nothing else uses during the call.
-unsafe fn array_mut<'a, T>(pointer: *mut T, length: u64, field: &'static str) -> Result<&'a mut [T], Error> {
-    let length = checked::<T>(pointer, length, field)?;
-    // SAFETY: not null, aligned, of a length that a slice can have; the caller vouches for the memory.
-    Ok(unsafe { core::slice::from_raw_parts_mut(pointer, length) })
+fn array_mut<'a, T>(place: &'a mut Output<T>, length: u64, field: &'static str) -> Result<&'a mut [T], Error> {
+    let count = usize::try_from(length).unwrap_or(usize::MAX);
+    let pointer = place.pointer();
+    place.elements(count).ok_or_else(|| no_array(pointer, length, field))
 }
 
-fn checked<T>(pointer: *const T, length: u64, field: &'static str) -> Result<usize, Error> {
+/// Why a pointer is not that of an array, if it is not: null, misaligned, or longer than memory can be.
+fn no_array<T>(pointer: *const T, length: u64, field: &'static str) -> Error {
     if pointer.is_null() {
-        return Err(Error::plain(Code::NullPointer, field));
+        return Error::plain(Code::NullPointer, field);
     }
     if !pointer.is_aligned() {
-        return Err(Error::plain(Code::Misaligned, field));
+        return Error::plain(Code::Misaligned, field);
     }
     let largest = isize::MAX as usize / size_of::<T>();
-    usize::try_from(length).ok().filter(|&n| n <= largest).ok_or(Error::new(
-        Code::WrongLength,
-        field,
-        length as f64,
-        largest as f64,
-    ))
+    Error::new(Code::WrongLength, field, length as f64, largest as f64)
 }
 
 /// Returns FK_ABI_VERSION of the library. A host runs with every library whose number is at least its header's.
@@ -112,27 +87,24 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 /// Threads: any, each with its own scene. Time: constant. Touches: `scene`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_scene_default(scene: *mut fk_scene, struct_size: u64) -> i32 {
-    // SAFETY: the same contract.
-    unsafe { fk_scene_preset(scene, struct_size, FK_PRESET_SHEET_10IN_CYLINDER) }
+pub extern "C" fn fk_scene_default(scene: Output<fk_scene>, struct_size: u64) -> i32 {
+    fk_scene_preset(scene, struct_size, FK_PRESET_SHEET_10IN_CYLINDER)
 }
 
 /// Fills `scene` with a preset (FK_PRESET_...). `struct_size` is sizeof(fk_scene) as the caller was compiled.
 /// Threads: any, each with its own scene. Time: constant. Touches: `scene`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_UNKNOWN_CHOICE.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64, preset: u32) -> i32 {
-    let fill = || {
-        usable(scene)?;
-        let size = known_size::<fk_scene>(struct_size)?;
+pub extern "C" fn fk_scene_preset(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
+    let mut fill = || {
+        let part = Part::of_size(&mut scene, struct_size)?;
         let preset = match preset {
             FK_PRESET_SHEET_3IN_SPHERE => Scene::sheet_3in_sphere(),
             FK_PRESET_SHEET_10IN_CYLINDER => Scene::sheet_10in_cylinder(),
             FK_PRESET_TURBINE_DISC_SECTOR => Scene::turbine_disc_sector(),
             other => return Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
         };
-        // SAFETY: not null, aligned, and the caller says that it has this size.
-        unsafe { put_part(scene, size, fk_scene::of(&preset)) };
+        part.put(fk_scene::of(&preset));
         Ok(())
     };
     status(fill())
@@ -147,17 +119,15 @@ pub unsafe extern "C" fn fk_scene_preset(scene: *mut fk_scene, struct_size: u64,
 /// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
 /// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_fault) -> i32 {
+pub extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>) -> i32 {
     let check = || {
-        // SAFETY: the caller's structure.
-        let scene = unsafe { read_scene(scene) };
+        let scene = read_scene(&scene);
         // By reference, here and below: a copy of the scene would take a kilobyte of stack.
         let scene = scene.as_ref().map_err(|error| *error)?;
         in_our_environment(|| scene.step_limits())?;
         Ok(())
     };
-    // SAFETY: the caller's structure.
-    unsafe { telling(fault, check) }
+    telling(fault, check)
 }
 
 /// Bytes and alignment of the block that fk_init needs for a scene. The size depends on the nodes, the projectile's
@@ -165,20 +135,16 @@ pub unsafe extern "C" fn fk_scene_check(scene: *const fk_scene, fault: *mut fk_f
 /// Threads: any. Time: constant. Touches: `bytes`, `align`; neither on an error.
 /// Errors: those of fk_scene_check but for the time step.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_memory_size(scene: *const fk_scene, bytes: *mut u64, align: *mut u64) -> i32 {
-    let answer = || {
-        // SAFETY: the caller's structure.
-        let scene = unsafe { read_scene(scene) };
+pub extern "C" fn fk_memory_size(scene: Input<fk_scene>, mut bytes: Output<u64>, mut align: Output<u64>) -> i32 {
+    let mut answer = || {
+        let scene = read_scene(&scene);
         let scene = scene.as_ref().map_err(|error| *error)?;
         let needed = block::bytes(&in_our_environment(|| Layout::of(scene))?)? as u64;
-        if align.is_null() {
+        if align.pointer().is_null() {
             return Err(Error::plain(Code::NullPointer, "align"));
         }
-        // SAFETY: the caller's numbers.
-        unsafe {
-            put_number(bytes, "bytes", needed)?;
-            put_number(align, "align", block::ALIGN as u64)
-        }
+        put_number(&mut bytes, "bytes", needed)?;
+        put_number(&mut align, "align", block::ALIGN as u64)
     };
     status(answer())
 }
@@ -192,88 +158,64 @@ pub unsafe extern "C" fn fk_memory_size(scene: *const fk_scene, bytes: *mut u64,
 /// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_MISALIGNED, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
 /// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_init(
-    memory: *mut core::ffi::c_void,
+pub extern "C" fn fk_init(
+    memory: Lent,
     bytes: u64,
-    scene: *const fk_scene,
-    out: *mut *mut fk_sim,
-    fault: *mut fk_fault,
+    scene: Input<fk_scene>,
+    mut out: Output<*mut fk_sim>,
+    fault: Output<fk_fault>,
 ) -> i32 {
     let make = || {
         if memory.is_null() {
             return Err(Error::plain(Code::NullPointer, "memory"));
         }
-        if out.is_null() {
+        if out.pointer().is_null() {
             return Err(Error::plain(Code::NullPointer, "out"));
         }
-        // SAFETY: the caller's structure and block.
-        unsafe {
-            let scene = read_scene(scene);
-            let scene = scene.as_ref().map_err(|error| *error)?;
-            let handle = in_our_environment(|| block::init(memory.cast(), bytes, scene))?;
-            put_number(out, "out", handle)
-        }
+        let scene = read_scene(&scene);
+        let scene = scene.as_ref().map_err(|error| *error)?;
+        let handle = in_our_environment(|| block::init(memory, bytes, scene))?;
+        put_number(&mut out, "out", handle)
     };
-    // SAFETY: the caller's structure.
-    unsafe { telling(fault, make) }
+    telling(fault, make)
 }
 
 /// Runs a call that tells why it refuses in `fault`, if there is one. A fault that cannot be written is refused before
 /// anything is done, so that it never hides another reason.
-///
-/// # Safety
-/// `fault` is null or points to a writable structure.
-unsafe fn telling(fault: *mut fk_fault, work: impl FnOnce() -> Result<(), Error>) -> i32 {
-    if fault.is_null() {
+fn telling(mut fault: Output<fk_fault>, work: impl FnOnce() -> Result<(), Error>) -> i32 {
+    if fault.pointer().is_null() {
         return status(work());
     }
-    // SAFETY: the caller's structure.
-    let size = match unsafe { known(fault) } {
-        Ok(size) => size,
+    let part = match Part::of(&mut fault) {
+        Ok(part) => part,
         Err(unusable) => return unusable.code.number(),
     };
     let result = work();
     if let Err(error) = &result {
-        // SAFETY: known() found it usable and of this size; the caller vouches for the memory.
-        unsafe { put_fault(fault, size, error) };
+        put_fault(part, error);
     }
     status(result)
 }
 
 /// Writes why a call was refused. Not inlined: the structure must not add to the stack of the call itself.
-///
-/// # Safety
-/// As for [`put_part`].
 #[inline(never)]
-unsafe fn put_fault(fault: *mut fk_fault, size: usize, error: &Error) {
-    // SAFETY: the caller's promise.
-    unsafe { put_part(fault, size, fk_fault::of(error)) };
+fn put_fault(part: Part<'_, fk_fault>, error: &Error) {
+    part.put(fk_fault::of(error));
 }
 
 /// Runs a call that changes the simulation; after a failure it repeats the failure.
-///
-/// # Safety
-/// `sim` is null or a handle from fk_init that no other call is using.
-unsafe fn change(sim: *mut fk_sim, work: impl FnOnce(&mut fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
+fn change(sim: ToChange, work: impl FnOnce(&mut fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| match sim.failure() {
         Some(failure) => Err(failure.into()),
         None => work(sim),
     };
-    // SAFETY: the caller's promise.
-    unsafe { change_even_failed(sim, work) }
+    change_even_failed(sim, work)
 }
 
 /// Runs a call that changes the simulation and that a failure does not stop. Notes why it is refused or fails.
-///
-/// # Safety
-/// As for [`change`].
-unsafe fn change_even_failed(
-    sim: *mut fk_sim,
-    work: impl FnOnce(&mut fabric::Sim<'static>) -> Result<(), Error>,
-) -> i32 {
+fn change_even_failed(mut sim: ToChange, work: impl FnOnce(&mut fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
     let work = || {
-        // SAFETY: the caller's promise.
-        let block = unsafe { block::open(sim)? };
+        let block = block::open(&mut sim)?;
         let result = in_our_environment(|| work(&mut block.sim));
         if let Err(error) = result {
             block.last = Some(error);
@@ -284,51 +226,35 @@ unsafe fn change_even_failed(
 }
 
 /// Runs a call that only looks; after a failure it repeats the failure.
-///
-/// # Safety
-/// `sim` is null or a handle from fk_init that no other call is changing.
-unsafe fn view(sim: *const fk_sim, work: impl FnOnce(&fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
+fn view(sim: ToLookAt, work: impl FnOnce(&fabric::Sim<'static>) -> Result<(), Error>) -> i32 {
     let work = |block: &fk_sim| match block.sim.failure() {
         Some(failure) => Err(failure.into()),
         None => work(&block.sim),
     };
-    // SAFETY: the caller's promise.
-    unsafe { view_even_failed(sim, work) }
+    view_even_failed(sim, work)
 }
 
 /// Runs a call that only looks and that a failure does not stop.
-///
-/// # Safety
-/// As for [`view`].
-unsafe fn view_even_failed(sim: *const fk_sim, work: impl FnOnce(&fk_sim) -> Result<(), Error>) -> i32 {
-    // SAFETY: the caller's promise.
-    status(unsafe { block::look(sim) }.and_then(|block| in_our_environment(|| work(block))))
+fn view_even_failed(sim: ToLookAt, work: impl FnOnce(&fk_sim) -> Result<(), Error>) -> i32 {
+    status(block::look(&sim).and_then(|block| in_our_environment(|| work(block))))
 }
 
 /// Hands out a structure about the simulation; after a failure it repeats the failure.
-///
-/// # Safety
-/// As for [`view`]; `out` is null or points to a writable structure.
-unsafe fn get<T: Structure>(
-    sim: *const fk_sim,
-    out: *mut T,
+fn get<T: Structure>(
+    sim: ToLookAt,
+    mut out: Output<T>,
     work: impl FnOnce(&fabric::Sim<'static>) -> Result<T, Error>,
 ) -> i32 {
-    // SAFETY: the caller's promise.
-    unsafe { view(sim, |sim| put(out, work(sim)?)) }
+    view(sim, |sim| put(&mut out, work(sim)?))
 }
 
 /// Hands out a structure about the simulation, also after a failure.
-///
-/// # Safety
-/// As for [`get`].
-unsafe fn get_even_failed<T: Structure>(
-    sim: *const fk_sim,
-    out: *mut T,
+fn get_even_failed<T: Structure>(
+    sim: ToLookAt,
+    mut out: Output<T>,
     work: impl FnOnce(&fk_sim) -> Result<T, Error>,
 ) -> i32 {
-    // SAFETY: the caller's promise.
-    unsafe { view_even_failed(sim, |block| put(out, work(block)?)) }
+    view_even_failed(sim, |block| put(&mut out, work(block)?))
 }
 
 /// Back to step 0 as after fk_init, and to its bits. Clears a failure, the fault of fk_get_fault, the external load,
@@ -336,10 +262,9 @@ unsafe fn get_even_failed<T: Structure>(
 /// Threads: changes. Time: a pass over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_reset(sim: *mut fk_sim) -> i32 {
-    let reset = || {
-        // SAFETY: the caller's handle.
-        let block = unsafe { block::open(sim)? };
+pub extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
+    let mut reset = || {
+        let block = block::open(&mut sim)?;
         in_our_environment(|| block.sim.reset());
         block.last = None;
         Ok(())
@@ -352,9 +277,8 @@ pub unsafe extern "C" fn fk_reset(sim: *mut fk_sim) -> i32 {
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK; failures FK_NON_FINITE, FK_CONTACT_CAPACITY, FK_TOO_FAST and with the theta
 /// rule FK_NOT_CONVERGED, which every later call but fk_reset, fk_state_load, fk_get_counters and fk_get_fault repeats.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_step(sim: *mut fk_sim) -> i32 {
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, |sim| Ok(sim.step()?)) }
+pub extern "C" fn fk_step(sim: ToChange) -> i32 {
+    change(sim, |sim| Ok(sim.step()?))
 }
 
 /// `steps` steps; the bits do not depend on how they are split over calls. A failure ends it early; fk_get_counters
@@ -362,9 +286,8 @@ pub unsafe extern "C" fn fk_step(sim: *mut fk_sim) -> i32 {
 /// Threads: changes. Time: `steps` steps. Touches: the block.
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_advance(sim: *mut fk_sim, steps: u64) -> i32 {
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, |sim| Ok(sim.advance(steps)?)) }
+pub extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
+    change(sim, |sim| Ok(sim.advance(steps)?))
 }
 
 /// Up to `steps` steps, ending after the one at which any outcome of `mask` (FK_ARRESTED | ...) is latched, at once if
@@ -373,15 +296,13 @@ pub unsafe extern "C" fn fk_advance(sim: *mut fk_sim, steps: u64) -> i32 {
 /// them.
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_advance_until(sim: *mut fk_sim, mask: u32, steps: u64, taken: *mut u64) -> i32 {
+pub extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, mut taken: Output<u64>) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
         let count = sim.advance_until(mask, steps)?;
-        // SAFETY: the caller's number.
-        unsafe { put_wanted(taken, count) };
+        taken.put(count);
         Ok(())
     };
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, work) }
+    change(sim, work)
 }
 
 /// Moves a prescribed body along `path` (M13) for `steps` steps. Call again with the same path to go on along it; the
@@ -391,25 +312,21 @@ pub unsafe extern "C" fn fk_advance_until(sim: *mut fk_sim, mask: u32, steps: u6
 /// FK_DRIVE_FREE), FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as
 /// fk_step.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_follow(sim: *mut fk_sim, path: *const fk_path, steps: u64) -> i32 {
+pub extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, steps: u64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
-        // SAFETY: the caller's structure.
-        let path = unsafe { read(path)? };
-        // SAFETY: a structure inside a structure that was just read.
-        unsafe { known(&raw const path.end)? };
+        let path = read(&path)?;
+        known_size::<fk_motion>(path.end.struct_size)?;
         sim.follow(&Path { first: path.first, steps: path.steps, end: path.end.motion() }, steps)
     };
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, work) }
+    change(sim, work)
 }
 
 /// Bytes of scratch, aligned as the block, that fk_bands_begin needs for `of` bands.
 /// Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_MOVED_BLOCK, a latched
 /// failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_bands_size(sim: *const fk_sim, of: u32, bytes: *mut u64) -> i32 {
-    // SAFETY: the caller's handle and number.
-    unsafe { view(sim, |sim| put_number(bytes, "bytes", block::bands_bytes(sim.layout(), of)? as u64)) }
+pub extern "C" fn fk_bands_size(sim: ToLookAt, of: u32, mut bytes: Output<u64>) -> i32 {
+    view(sim, |sim| put_number(&mut bytes, "bytes", block::bands_bytes(sim.layout(), of)? as u64))
 }
 
 /// Cuts the sheet into `of` bands of rows, to be stepped by as many threads of the host's. From here to fk_bands_end the
@@ -418,9 +335,8 @@ pub unsafe extern "C" fn fk_bands_size(sim: *const fk_sim, of: u32, bytes: *mut 
 /// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MISALIGNED, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_BAND_OUT_OF_TURN (bands are in
 /// use), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_bands_begin(sim: *mut fk_sim, of: u32, scratch: *mut core::ffi::c_void, bytes: u64) -> i32 {
-    // SAFETY: the caller's handle and scratch.
-    status(in_our_environment(|| unsafe { block::begin(sim, of, scratch.cast(), bytes) }))
+pub extern "C" fn fk_bands_begin(sim: ToChange, of: u32, scratch: Lent, bytes: u64) -> i32 {
+    status(in_our_environment(|| block::begin(sim, of, scratch, bytes)))
 }
 
 /// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
@@ -430,13 +346,10 @@ pub unsafe extern "C" fn fk_bands_begin(sim: *mut fk_sim, of: u32, scratch: *mut
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
 /// changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_bands_pass(sim: *const fk_sim, band: u32, last: *mut u32) -> i32 {
-    let pass = || {
-        // SAFETY: the caller's handle and number.
-        unsafe {
-            let completed = in_our_environment(|| block::bands(sim)?.pass(band))?;
-            put_wanted(last, u32::from(completed));
-        }
+pub extern "C" fn fk_bands_pass(sim: ToLookAt, band: u32, mut last: Output<u32>) -> i32 {
+    let mut pass = || {
+        let completed = in_our_environment(|| block::bands(&sim)?.pass(band))?;
+        last.put(u32::from(completed));
         Ok(())
     };
     status(pass())
@@ -447,22 +360,19 @@ pub unsafe extern "C" fn fk_bands_pass(sim: *const fk_sim, band: u32, last: *mut
 /// pass may begin; while a thread's own band has not been called, none of the three changes.
 /// Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_bands_progress(
-    sim: *const fk_sim,
-    passes: *mut u64,
-    steps: *mut u64,
-    outcomes: *mut u32,
+pub extern "C" fn fk_bands_progress(
+    sim: ToLookAt,
+    mut passes: Output<u64>,
+    mut steps: Output<u64>,
+    mut outcomes: Output<u32>,
 ) -> i32 {
-    let look = || {
-        // SAFETY: the caller's handle and numbers, null or writable.
-        unsafe {
-            let bands = block::bands(sim)?;
-            // First: the others are then at least as new.
-            let completed = bands.passes();
-            put_wanted(passes, completed);
-            put_wanted(steps, bands.steps());
-            put_wanted(outcomes, bands.outcomes());
-        }
+    let mut look = || {
+        let bands = block::bands(&sim)?;
+        // First: the others are then at least as new.
+        let completed = bands.passes();
+        passes.put(completed);
+        steps.put(bands.steps());
+        outcomes.put(bands.outcomes());
         Ok(())
     };
     status(look())
@@ -472,10 +382,9 @@ pub unsafe extern "C" fn fk_bands_progress(
 /// bands have taken is completed. Returns the failure of the last pass, if there was one.
 /// Errors: FK_NULL_POINTER, FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK; failures as fk_step.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_bands_end(sim: *mut fk_sim) -> i32 {
-    let end = || {
-        // SAFETY: the caller's handle.
-        let block = unsafe { in_our_environment(|| block::end(sim))? };
+pub extern "C" fn fk_bands_end(mut sim: ToChange) -> i32 {
+    let mut end = || {
+        let block = in_our_environment(|| block::end(&mut sim))?;
         match block.sim.failure() {
             Some(failure) => {
                 block.last = Some(failure.into());
@@ -491,39 +400,34 @@ pub unsafe extern "C" fn fk_bands_end(sim: *mut fk_sim) -> i32 {
 /// Threads: looks. Time: constant. Touches: `steps`, `seconds`.
 /// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_time(sim: *const fk_sim, steps: *mut u64, seconds: *mut f64) -> i32 {
+pub extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut seconds: Output<f64>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
-        // SAFETY: the caller's numbers, null or writable.
-        unsafe {
-            put_wanted(steps, sim.step_count());
-            put_wanted(seconds, sim.time());
-        }
+        steps.put(sim.step_count());
+        seconds.put(sim.time());
         Ok(())
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    view(sim, work)
 }
 
 /// The time step and its limits (M11).
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_step_limits(sim: *const fk_sim, out: *mut fk_step_limits) -> i32 {
+pub extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_limits>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let limits = sim.step_limits();
         let struct_size = size_of::<fk_step_limits>() as u64;
         let value = fk_step_limits { struct_size, dt: limits.dt, dt_crit: limits.dt_crit, step_max: limits.step_max };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// What is modelled of the sheet: the lengths of the arrays below.
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_grid(sim: *const fk_sim, out: *mut fk_grid) -> i32 {
+pub extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let layout = sim.layout();
         let horizontal = layout.x.segments() * layout.nodes_y;
@@ -536,15 +440,14 @@ pub unsafe extern "C" fn fk_get_grid(sim: *const fk_sim, out: *mut fk_grid) -> i
         };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// The projectile: pose at the present time, rates of the half step before it (M7).
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_projectile(sim: *const fk_sim, out: *mut fk_motion) -> i32 {
+pub extern "C" fn fk_get_projectile(sim: ToLookAt, out: Output<fk_motion>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let motion = sim.projectile()?;
         let value = fk_motion {
@@ -556,8 +459,7 @@ pub unsafe extern "C" fn fk_get_projectile(sim: *const fk_sim, out: *mut fk_moti
         };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// Sets the force, N, and torque about the centre of mass, N m (3 numbers each, host's axes), that act on a free body
@@ -566,17 +468,15 @@ pub unsafe extern "C" fn fk_get_projectile(sim: *const fk_sim, out: *mut fk_moti
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_NOT_FINITE, FK_WRONG_DRIVE (the scene's drive is FK_DRIVE_PRESCRIBED),
 /// FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_set_external_load(sim: *mut fk_sim, force: *const f64, torque: *const f64) -> i32 {
+pub extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, torque: Input<f64>) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
-        // SAFETY: the caller's arrays of three.
-        let (force, torque) = unsafe { (array(force, 3, "external.force")?, array(torque, 3, "external.torque")?) };
+        let (force, torque) = (array(&force, 3, "external.force")?, array(&torque, 3, "external.torque")?);
         let (&[fx, fy, fz], &[tx, ty, tz]) = (force, torque) else {
             return Err(Error::plain(Code::WrongLength, "external.force"));
         };
         sim.set_external_load([fx, fy, fz], [tx, ty, tz])
     };
-    // SAFETY: the caller's handle.
-    unsafe { change(sim, work) }
+    change(sim, work)
 }
 
 /// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
@@ -587,9 +487,8 @@ pub unsafe extern "C" fn fk_set_external_load(sim: *mut fk_sim, force: *const f6
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that moves),
 /// FK_INITIAL_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_set_motion(sim: *mut fk_sim, positions: *const f64, velocities: *const f64, n: u64) -> i32 {
-    // SAFETY: the caller's handle and arrays.
-    unsafe { change(sim, |sim| sim.set_motion(array(positions, n, "positions")?, array(velocities, n, "velocities")?)) }
+pub extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities: Input<f64>, n: u64) -> i32 {
+    change(sim, |sim| sim.set_motion(array(&positions, n, "positions")?, array(&velocities, n, "velocities")?))
 }
 
 /// Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
@@ -599,16 +498,15 @@ pub unsafe extern "C" fn fk_set_motion(sim: *mut fk_sim, positions: *const f64, 
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_ALREADY_STARTED,
 /// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_set_largest_stretch(sim: *mut fk_sim, stretches: *const f64, n: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { change(sim, |sim| sim.set_largest_stretch(array(stretches, n, "stretches")?)) }
+pub extern "C" fn fk_set_largest_stretch(sim: ToChange, stretches: Input<f64>, n: u64) -> i32 {
+    change(sim, |sim| sim.set_largest_stretch(array(&stretches, n, "stretches")?))
 }
 
 /// Contact sums (M8).
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_contact(sim: *const fk_sim, out: *mut fk_contact) -> i32 {
+pub extern "C" fn fk_get_contact(sim: ToLookAt, out: Output<fk_contact>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let contact = sim.contact()?;
         let value = fk_contact {
@@ -621,30 +519,28 @@ pub unsafe extern "C" fn fk_get_contact(sim: *const fk_sim, out: *mut fk_contact
         };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// Impulses on the supports; zero without track_support.
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_support(sim: *const fk_sim, out: *mut fk_support) -> i32 {
+pub extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let support = sim.support()?;
         let struct_size = size_of::<fk_support>() as u64;
         let value = fk_support { struct_size, total: support.total, attachments: support.attachments };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// The energies (M15).
 /// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) -> i32 {
+pub extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let energy = sim.energy()?;
         let value = fk_energy {
@@ -661,8 +557,7 @@ pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) 
         };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
@@ -670,38 +565,35 @@ pub unsafe extern "C" fn fk_get_energy(sim: *const fk_sim, out: *mut fk_energy) 
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_momentum_residual(sim: *const fk_sim, out: *mut f64) -> i32 {
+pub extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output<f64>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let residual = sim.momentum_residual()?;
-        // SAFETY: the caller's array of three.
-        let out = unsafe { array_mut(out, 3, "out")? };
+        let out = array_mut(&mut out, 3, "out")?;
         out.iter_mut().zip(residual).for_each(|(slot, component)| *slot = component);
         Ok(())
     };
-    // SAFETY: the caller's handle.
-    unsafe { view(sim, work) }
+    view(sim, work)
 }
 
 /// Largest deflection and stretch (M1).
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_fabric(sim: *const fk_sim, out: *mut fk_fabric) -> i32 {
+pub extern "C" fn fk_get_fabric(sim: ToLookAt, out: Output<fk_fabric>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let fabric = sim.fabric()?;
         let struct_size = size_of::<fk_fabric>() as u64;
         let value = fk_fabric { struct_size, max_deflection: fabric.max_deflection, max_stretch: fabric.max_stretch };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// Counters; also after a failure.
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counters) -> i32 {
+pub extern "C" fn fk_get_counters(sim: ToLookAt, out: Output<fk_counters>) -> i32 {
     let work = |block: &fk_sim| {
         let counters = block.sim.counters();
         let value = fk_counters {
@@ -719,8 +611,7 @@ pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counte
         };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get_even_failed(sim, out, work) }
+    get_even_failed(sim, out, work)
 }
 
 /// Why the last call that changes this simulation (fk_step ... fk_set_motion, fk_state_load) was refused or failed;
@@ -728,20 +619,19 @@ pub unsafe extern "C" fn fk_get_counters(sim: *const fk_sim, out: *mut fk_counte
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_fault(sim: *const fk_sim, out: *mut fk_fault) -> i32 {
+pub extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>) -> i32 {
     let work = |block: &fk_sim| {
         let value = block.last.as_ref().map_or(fk_fault::NONE, fk_fault::of);
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get_even_failed(sim, out, work) }
+    get_even_failed(sim, out, work)
 }
 
 /// Outcomes latched so far: physics, not errors. Tested every 64 steps; they change nothing.
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_outcome(sim: *const fk_sim, out: *mut fk_outcome) -> i32 {
+pub extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let outcomes = sim.outcomes();
         let latched = Outcome::ALL.map(|outcome| outcomes.latched.get(outcome as usize).copied().flatten());
@@ -755,26 +645,23 @@ pub unsafe extern "C" fn fk_get_outcome(sim: *const fk_sim, out: *mut fk_outcome
         };
         Ok(value)
     };
-    // SAFETY: the caller's handle and structure.
-    unsafe { get(sim, out, work) }
+    get(sim, out, work)
 }
 
 /// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_copy_positions(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { view(sim, |sim| sim.copy_positions(array_mut(out, n, "out")?)) }
+pub extern "C" fn fk_copy_positions(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+    view(sim, |sim| sim.copy_positions(array_mut(&mut out, n, "out")?))
 }
 
 /// Velocities at the present time, m/s: `n` and order as fk_copy_positions, host's axes.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_copy_velocities(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { view(sim, |sim| sim.copy_velocities(array_mut(out, n, "out")?)) }
+pub extern "C" fn fk_copy_velocities(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+    view(sim, |sim| sim.copy_velocities(array_mut(&mut out, n, "out")?))
 }
 
 /// alpha of every segment (M5; 1 whole, 0 failed): `n` = horizontal + vertical (fk_get_grid) numbers, horizontal ones
@@ -782,27 +669,24 @@ pub unsafe extern "C" fn fk_copy_velocities(sim: *const fk_sim, out: *mut f64, n
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_copy_damage(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { view(sim, |sim| sim.copy_damage(array_mut(out, n, "out")?)) }
+pub extern "C" fn fk_copy_damage(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+    view(sim, |sim| sim.copy_damage(array_mut(&mut out, n, "out")?))
 }
 
 /// Stretch of every segment (M1), failed ones too: `n` and order as fk_copy_damage.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_copy_stretch(sim: *const fk_sim, out: *mut f64, n: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { view(sim, |sim| sim.copy_stretch(array_mut(out, n, "out")?)) }
+pub extern "C" fn fk_copy_stretch(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+    view(sim, |sim| sim.copy_stretch(array_mut(&mut out, n, "out")?))
 }
 
 /// Bytes of a snapshot image; constant for a simulation.
 /// Threads: looks. Time: constant. Touches: `bytes`.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_state_size(sim: *const fk_sim, bytes: *mut u64) -> i32 {
-    // SAFETY: the caller's handle and number.
-    unsafe { view(sim, |sim| put_number(bytes, "bytes", sim.snapshot_bytes() as u64)) }
+pub extern "C" fn fk_state_size(sim: ToLookAt, mut bytes: Output<u64>) -> i32 {
+    view(sim, |sim| put_number(&mut bytes, "bytes", sim.snapshot_bytes() as u64))
 }
 
 /// Writes the state into `image`, at least fk_state_size bytes long (`bytes` is its length): with a checksum, and
@@ -811,9 +695,8 @@ pub unsafe extern "C" fn fk_state_size(sim: *const fk_sim, bytes: *mut u64) -> i
 /// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK, a
 /// latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_state_save(sim: *const fk_sim, image: *mut u8, bytes: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { view(sim, |sim| sim.save(array_mut(image, bytes, "image")?)) }
+pub extern "C" fn fk_state_save(sim: ToLookAt, mut image: Output<u8>, bytes: u64) -> i32 {
+    view(sim, |sim| sim.save(array_mut(&mut image, bytes, "image")?))
 }
 
 /// Puts the simulation into the state of an image of the same scene, bit for bit; clears a failure. `bytes` is what
@@ -822,18 +705,16 @@ pub unsafe extern "C" fn fk_state_save(sim: *const fk_sim, image: *mut u8, bytes
 /// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_IMAGE_MALFORMED,
 /// FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_state_load(sim: *mut fk_sim, image: *const u8, bytes: u64) -> i32 {
-    // SAFETY: the caller's handle and array.
-    unsafe { change_even_failed(sim, |sim| sim.load(array(image, bytes, "image")?)) }
+pub extern "C" fn fk_state_load(sim: ToChange, image: Input<u8>, bytes: u64) -> i32 {
+    change_even_failed(sim, |sim| sim.load(array(&image, bytes, "image")?))
 }
 
 /// A hash of the whole state: equal digests mean equal bits, on every machine.
 /// Threads: looks. Time: a pass over the sheet. Touches: `digest`.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_digest(sim: *const fk_sim, digest: *mut u64) -> i32 {
-    // SAFETY: the caller's handle and number.
-    unsafe { view(sim, |sim| put_number(digest, "digest", sim.digest())) }
+pub extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i32 {
+    view(sim, |sim| put_number(&mut digest, "digest", sim.digest()))
 }
 
 #[cfg(test)]
@@ -1066,13 +947,15 @@ mod tests {
             let (mut bytes, mut align, mut handle, mut digest) = (0, 0, core::ptr::null_mut(), 0);
             // SAFETY: structures, numbers and block of this test; the block is as long and aligned as asked for.
             unsafe {
-                assert_eq!(fk_memory_size(&structure, &mut bytes, &mut align), FK_OK);
+                let asked = Input::given(&raw const structure);
+                assert_eq!(fk_memory_size(asked, Output::given(&mut bytes), Output::given(&mut align)), FK_OK);
                 let mut block = std::vec![[0_u64; 8]; bytes as usize / 64 + 2];
                 let start = block.as_mut_ptr().cast::<u8>();
                 let start = start.add(start.align_offset(align as usize));
-                assert_eq!(fk_init(start.cast(), bytes, &structure, &mut handle, core::ptr::null_mut()), FK_OK);
-                assert_eq!(fk_advance(handle, steps), FK_OK);
-                assert_eq!(fk_digest(handle, &mut digest), FK_OK);
+                let (block, no_fault) = (Lent::given(start.cast()), Output::given(core::ptr::null_mut()));
+                assert_eq!(fk_init(block, bytes, asked, Output::given(&mut handle), no_fault), FK_OK);
+                assert_eq!(fk_advance(ToChange::given(handle), steps), FK_OK);
+                assert_eq!(fk_digest(ToLookAt::given(handle), Output::given(&mut digest)), FK_OK);
             }
             assert_eq!(digest, sim.digest(), "{name}");
         }

@@ -14,9 +14,12 @@ mod block;
 pub mod calls;
 #[path = "../../fmu/src/float.rs"]
 mod float;
+#[path = "../../fmu/src/host.rs"]
+mod host;
 #[cfg(feature = "choose-instructions")]
 pub mod instructions;
 mod sizes;
 pub mod types;
 
-pub use block::fk_sim;
+pub use block::{Lent, ToChange, ToLookAt, fk_sim};
+pub use host::{Input, Output};

@@ -5,42 +5,35 @@
 //! changes whenever its fields do), and put the size so far into `OLDER`. Nothing else. `fk_motion` is part of `fk_path` and
 //! can never grow.
 
+use crate::host::{Input, Output};
 use crate::types::*;
 use fabric::{Code, Error, Scene};
 
-/// A structure that starts with its own size.
+/// A structure that starts with its own size, of which any bits are a value: integers and floating-point numbers.
 pub(crate) trait Structure: Copy {
     /// Name for faults.
     const NAME: &'static str;
     /// Sizes of earlier releases, bytes. Each is the start of the present structure.
     const OLDER: &'static [usize];
-    /// What a host sees whose structure is shorter: its part of this. Of input the rest is the default.
+}
+
+/// A structure that the host fills.
+pub(crate) trait Filled: Structure {
+    /// What stands for the fields that a shorter structure lacks.
     fn default() -> Self;
 }
 
-impl Structure for fk_scene {
-    const NAME: &'static str = "fk_scene";
-    const OLDER: &'static [usize] = &[];
-    fn default() -> Self {
-        const DEFAULT: Scene = Scene::sheet_10in_cylinder();
-        fk_scene::of(&DEFAULT)
-    }
-}
-
-/// Structures whose default is zero, each with its older sizes.
-macro_rules! zero_by_default {
+/// Structures, each with its older sizes.
+macro_rules! structures {
     ($($name:ident: $older:expr),* $(,)?) => {$(
         impl Structure for $name {
             const NAME: &'static str = stringify!($name);
             const OLDER: &'static [usize] = &$older;
-            fn default() -> Self {
-                // SAFETY: integers, floating-point numbers and arrays of them, for which zero is a value.
-                unsafe { core::mem::zeroed() }
-            }
         }
     )*};
 }
-zero_by_default! {
+structures! {
+    fk_scene: [],
     fk_fault: [],
     fk_motion: [],
     fk_path: [],
@@ -54,6 +47,21 @@ zero_by_default! {
     fk_outcome: [],
 }
 
+impl Filled for fk_scene {
+    fn default() -> Self {
+        const DEFAULT: Scene = Scene::sheet_10in_cylinder();
+        fk_scene::of(&DEFAULT)
+    }
+}
+
+impl Filled for fk_path {
+    fn default() -> Self {
+        let (position, velocity, angular_velocity) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        let end = fk_motion { struct_size: 0, position, velocity, orientation: [0.0; 4], angular_velocity };
+        fk_path { struct_size: 0, first: 0, steps: 0, end }
+    }
+}
+
 /// The size of a host's structure, if this library knows it.
 pub(crate) fn known_size<T: Structure>(size: u64) -> Result<usize, Error> {
     let present = size_of::<T>();
@@ -62,18 +70,8 @@ pub(crate) fn known_size<T: Structure>(size: u64) -> Result<usize, Error> {
     known.find(|&known| known as u64 == size).ok_or(unknown)
 }
 
-/// Refuses null, misaligned and unknown-sized structures; the size of this one.
-///
-/// # Safety
-/// `pointer` is null or points to a readable structure.
-pub(crate) unsafe fn known<T: Structure>(pointer: *const T) -> Result<usize, Error> {
-    usable(pointer)?;
-    // SAFETY: every structure starts with its 64-bit size.
-    known_size::<T>(unsafe { pointer.cast::<u64>().read() })
-}
-
 /// Refuses null and misaligned structures.
-pub(crate) fn usable<T: Structure>(pointer: *const T) -> Result<(), Error> {
+fn usable<T: Structure>(pointer: *const T) -> Result<(), Error> {
     if pointer.is_null() {
         return Err(Error::plain(Code::NullPointer, T::NAME));
     }
@@ -84,62 +82,69 @@ pub(crate) fn usable<T: Structure>(pointer: *const T) -> Result<(), Error> {
 }
 
 /// Reads a structure; what a shorter one lacks is the default.
-///
-/// # Safety
-/// As for [`known`].
-pub(crate) unsafe fn read<T: Structure>(pointer: *const T) -> Result<T, Error> {
+pub(crate) fn read<T: Filled>(given: &Input<T>) -> Result<T, Error> {
     let mut value = T::default();
-    // SAFETY: the caller's promise.
-    unsafe { read_into(pointer, &mut value)? };
+    read_into(given, &mut value)?;
     Ok(value)
 }
 
 /// Reads a structure over what is there, which stays where the structure is shorter.
-///
-/// # Safety
-/// As for [`known`].
-unsafe fn read_into<T: Structure>(pointer: *const T, value: &mut T) -> Result<(), Error> {
-    // SAFETY: the caller's promise. `size` bytes, at most those of T, are the start of a T on both sides. The size field then
-    // says `size`; nothing reads it again.
+fn read_into<T: Structure>(given: &Input<T>, value: &mut T) -> Result<(), Error> {
+    let pointer = given.pointer();
+    usable(pointer)?;
+    // SAFETY: not null and aligned; the host vouches for as many bytes as the first field, its size, says. They are at most those
+    // of T, and the start of a T on both sides. The size field then says `size`; nothing reads it again.
     unsafe {
-        let size = known(pointer)?;
+        let size = known_size::<T>(pointer.cast::<u64>().read())?;
         core::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut *value).cast::<u8>(), size);
     }
     Ok(())
 }
 
 /// Reads a scene. Not inlined: the structure it goes through takes a kilobyte of stack, which is free again afterwards.
-///
-/// # Safety
-/// As for [`known`].
 #[inline(never)]
-pub(crate) unsafe fn read_scene(pointer: *const fk_scene) -> Result<Scene, Error> {
-    let mut given = <fk_scene as Structure>::default();
-    // SAFETY: the caller's promise.
-    unsafe { read_into(pointer, &mut given)? };
-    given.scene()
+pub(crate) fn read_scene(given: &Input<fk_scene>) -> Result<Scene, Error> {
+    let mut value = fk_scene::default();
+    read_into(given, &mut value)?;
+    value.scene()
 }
 
-/// Writes a structure that the caller has given its size, as far as it goes. The size stays the caller's.
-///
-/// # Safety
-/// As for [`known`], and writable.
-pub(crate) unsafe fn put<T: Structure>(pointer: *mut T, value: T) -> Result<(), Error> {
-    // SAFETY: the caller's promise; the size is the one that was found.
-    unsafe { put_part(pointer, known(pointer)?, value) };
-    Ok(())
+/// A place for a structure, found usable and of a size that this library knows.
+pub(crate) struct Part<'h, T> {
+    place: &'h mut Output<T>,
+    size: usize,
 }
 
-/// Writes the first `size` bytes of a structure, its size field too.
-///
-/// # Safety
-/// `pointer` is aligned and points to `size` writable bytes; `size` came from [`known_size`].
-pub(crate) unsafe fn put_part<T: Structure>(pointer: *mut T, size: usize, value: T) {
-    // SAFETY: the caller's promise; `size` is at least 8 and at most the size of T.
-    unsafe {
-        core::ptr::copy_nonoverlapping((&raw const value).cast::<u8>(), pointer.cast::<u8>(), size);
-        pointer.cast::<u64>().write(size as u64);
+impl<'h, T: Structure> Part<'h, T> {
+    /// Refuses null, misaligned and unknown-sized structures; this one says its size itself.
+    pub(crate) fn of(place: &'h mut Output<T>) -> Result<Part<'h, T>, Error> {
+        usable(place.pointer())?;
+        // SAFETY: not null and aligned; the host vouches for the first field, which is the size.
+        let size = unsafe { place.pointer().cast::<u64>().read() };
+        Part::of_size(place, size)
     }
+
+    /// The same of a structure whose size the host gives beside it.
+    pub(crate) fn of_size(place: &'h mut Output<T>, size: u64) -> Result<Part<'h, T>, Error> {
+        usable(place.pointer())?;
+        Ok(Part { size: known_size::<T>(size)?, place })
+    }
+
+    /// Writes a structure as far as the host's goes. Its size is that of the host.
+    pub(crate) fn put(self, value: T) {
+        let pointer = self.place.pointer();
+        // SAFETY: not null and aligned; the host vouches for `size` bytes, which are at least 8 and at most those of T.
+        unsafe {
+            core::ptr::copy_nonoverlapping((&raw const value).cast::<u8>(), pointer.cast::<u8>(), self.size);
+            pointer.cast::<u64>().write(self.size as u64);
+        }
+    }
+}
+
+/// Writes a structure that the caller has given its size, as far as it goes.
+pub(crate) fn put<T: Structure>(place: &mut Output<T>, value: T) -> Result<(), Error> {
+    Part::of(place)?.put(value);
+    Ok(())
 }
 
 #[cfg(test)]
@@ -159,36 +164,42 @@ mod tests {
     impl Structure for Grown {
         const NAME: &'static str = "grown";
         const OLDER: &'static [usize] = &[16, 24];
+    }
+
+    impl Filled for Grown {
         fn default() -> Self {
             Grown { struct_size: 32, a: 1.0, b: 2.0, c: [3, 4] }
         }
     }
 
+    /// A structure read as a host's, and the same after another has been written over it.
+    fn read_and_put(mut host: Grown, news: Grown) -> (Result<Grown, Error>, Result<Grown, Error>) {
+        // SAFETY: the structure of this function, longer than it may say that it is.
+        let (given, mut place) = unsafe { (Input::given(&raw const host), Output::given(&raw mut host)) };
+        (read(&given), put(&mut place, news).map(|()| host))
+    }
+
     #[test]
     fn an_older_host_is_read_with_defaults_and_written_no_further_than_it_knows() {
         let given = Grown { struct_size: 16, a: 10.0, b: 20.0, c: [30, 40] };
-        // SAFETY: structures of this test.
-        unsafe {
-            assert_eq!(read(&given), Ok(Grown { struct_size: 16, a: 10.0, b: 2.0, c: [3, 4] }));
-            let given = Grown { struct_size: 24, ..given };
-            assert_eq!(read(&given), Ok(Grown { struct_size: 24, c: [3, 4], ..given }));
-            let given = Grown { struct_size: 32, ..given };
-            assert_eq!(read(&given), Ok(given));
-
-            let news = Grown { struct_size: 32, a: -1.0, b: -2.0, c: [5, 6] };
-            let mut host = Grown { struct_size: 24, ..given };
-            assert_eq!(put(&mut host, news), Ok(()));
-            assert_eq!(host, Grown { struct_size: 24, c: [30, 40], ..news });
-        }
+        let news = Grown { struct_size: 32, a: -1.0, b: -2.0, c: [5, 6] };
+        let written = Grown { struct_size: 16, a: -1.0, ..given };
+        assert_eq!(read_and_put(given, news), (Ok(Grown { b: 2.0, c: [3, 4], ..given }), Ok(written)));
+        let given = Grown { struct_size: 24, ..given };
+        let written = Grown { struct_size: 24, c: [30, 40], ..news };
+        assert_eq!(read_and_put(given, news), (Ok(Grown { c: [3, 4], ..given }), Ok(written)));
+        let given = Grown { struct_size: 32, ..given };
+        assert_eq!(read_and_put(given, news), (Ok(given), Ok(news)));
     }
 
     #[test]
     fn sizes_in_between_and_beyond_are_refused() {
         for size in [0, 8, 15, 17, 25, 31, 33, 40, u64::MAX] {
             let given = Grown { struct_size: size, a: 0.0, b: 0.0, c: [0; 2] };
-            // SAFETY: a structure of this test.
-            let error = unsafe { read(&given) }.unwrap_err();
-            assert_eq!((error.code, error.field, error.limit), (Code::StructSize, "grown", 32.0));
+            let (read, written) = read_and_put(given, given);
+            for error in [read.unwrap_err(), written.unwrap_err()] {
+                assert_eq!((error.code, error.field, error.limit), (Code::StructSize, "grown", 32.0));
+            }
         }
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! To C the types below are plain pointers. Rust makes one only with [`Input::given`] or [`Output::given`], whose caller gives the
 //! promise; a C host gives it by calling, since the header and the FMI standard ask it of every pointer: null, or so many elements
-//! as stand beside it (one if no number does), of which nobody else changes anything during the call. With the promise in the
-//! type, the exported functions need no unsafe code of their own: what trusts a host stands here, once.
+//! as stand beside it (one if no number does; of a structure that starts with its size so many bytes), of which nobody else
+//! changes anything during the call. With the promise in the type, the exported functions need no unsafe code of their own: what
+//! trusts a host stands here, once.
 
 /// A place the host lets us read. Null may stand for nothing.
 #[repr(transparent)]

@@ -10,8 +10,8 @@ use crate::scene::{FAILURES, digest, empty};
 use crate::small;
 use fabric::{Code, Drive, Error, Failure, Layout, Memory, Motion, Path, Scene, Sim};
 use fabric_capi::calls::*;
-use fabric_capi::fk_sim;
 use fabric_capi::types::*;
+use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use std::ptr::{null, null_mut};
 
 /// Most calls of one input.
@@ -112,6 +112,18 @@ fn array(bytes: &mut Bytes, values: &[f64]) -> (Given<f64>, u64) {
 }
 
 impl Slot {
+    /// The handle for a call that changes the simulation.
+    fn to_change(&self) -> ToChange {
+        // SAFETY: a live handle, whose block and scratch the slot keeps; one thread makes all calls.
+        unsafe { ToChange::given(self.handle) }
+    }
+
+    /// The handle for a call that looks.
+    fn to_look_at(&self) -> ToLookAt {
+        // SAFETY: as above.
+        unsafe { ToLookAt::given(self.handle) }
+    }
+
     /// What a call on the sound handle is refused with whatever else it says. `lives`: a latched failure does not stop it.
     fn stopped(&self, lives: bool) -> Option<i32> {
         if self.bands.is_some() {
@@ -126,7 +138,8 @@ impl Slot {
         unsafe {
             if let Some(bands) = &self.bands {
                 let (mut passes, mut steps, mut outcomes) = (0, 0, 0);
-                assert_eq!(fk_bands_progress(self.handle, &mut passes, &mut steps, &mut outcomes), FK_OK);
+                let places = (Output::given(&mut passes), Output::given(&mut steps), Output::given(&mut outcomes));
+                assert_eq!(fk_bands_progress(self.to_look_at(), places.0, places.1, places.2), FK_OK);
                 assert!(steps <= passes && outcomes < 16 && (bands.failed.is_none() || passes > 0));
                 assert_eq!(digest(self.handle), Err(FK_BAND_OUT_OF_TURN));
                 return;
@@ -134,8 +147,8 @@ impl Slot {
             let expected = self.twin.failure().map_or_else(|| Ok(self.twin.digest()), |f| Err(f.code().number()));
             assert_eq!(digest(self.handle), expected);
             let (mut counters, mut fault): (fk_counters, fk_fault) = (empty(), empty());
-            assert_eq!(fk_get_counters(self.handle, &mut counters), FK_OK);
-            assert_eq!(fk_get_fault(self.handle, &mut fault), FK_OK);
+            assert_eq!(fk_get_counters(self.to_look_at(), Output::given(&mut counters)), FK_OK);
+            assert_eq!(fk_get_fault(self.to_look_at(), Output::given(&mut fault)), FK_OK);
             let ours = self.twin.counters();
             assert_eq!((counters.steps, counters.failed_segments), (ours.steps, ours.failed_segments));
             assert_eq!(fault.status, self.last);
@@ -200,7 +213,7 @@ impl Player<'_> {
         let sound = fk_scene::of(&scene);
         // SAFETY: structures and numbers of this function; the block is as long as it is said to be.
         unsafe {
-            let sized = fk_memory_size(&sound, &mut size, &mut align);
+            let sized = fk_memory_size(Input::given(&sound), Output::given(&mut size), Output::given(&mut align));
             let ours = Layout::of(&scene);
             assert_eq!(sized, number(ours.map(|_| ())));
             let odd = bytes.below(32);
@@ -234,7 +247,13 @@ impl Player<'_> {
                 .or((sized != FK_OK).then_some(sized))
                 .or(refused)
                 .unwrap_or(made.as_ref().map_or_else(|error| error.code.number(), |_| FK_OK));
-            let status = fk_init(memory.cast(), length, given.pointer, out, fault.pointer);
+            let status = fk_init(
+                Lent::given(memory.cast()),
+                length,
+                Input::given(given.pointer),
+                Output::given(out),
+                Output::given(fault.pointer),
+            );
             assert_eq!(status, expected);
             if status != FK_OK {
                 assert!(handle.is_null() && block.untouched());
@@ -272,8 +291,7 @@ impl Player<'_> {
             10 => self.set_stretch(slot),
             11 => {
                 let expected = if slot.bands.is_some() { FK_BAND_OUT_OF_TURN } else { FK_OK };
-                // SAFETY: a live handle.
-                assert_eq!(unsafe { fk_reset(slot.handle) }, expected);
+                assert_eq!(fk_reset(slot.to_change()), expected);
                 if expected == FK_OK {
                     slot.twin.reset();
                     slot.last = FK_OK;
@@ -299,23 +317,29 @@ impl Player<'_> {
         let zero = [0.0; 3];
         // SAFETY: null, or readable memory as large as a handle; structures and arrays of this function.
         let status = unsafe {
+            let (to_change, to_look_at) = (|| ToChange::given(handle), || ToLookAt::given(handle));
             match self.bytes.below(16) {
-                0 => fk_step(handle),
-                1 => fk_advance(handle, u64::MAX),
-                2 => fk_advance_until(handle, 15, u64::MAX, null_mut()),
-                3 => fk_follow(handle, null(), 1),
-                4 => fk_set_external_load(handle, zero.as_ptr(), zero.as_ptr()),
-                5 => fk_set_motion(handle, null(), null(), 0),
-                6 => fk_set_largest_stretch(handle, null(), 0),
-                7 => fk_reset(handle),
-                8 => fk_state_save(handle, image.as_mut_ptr(), 8),
-                9 => fk_state_load(handle, image.as_ptr(), 8),
-                10 => fk_bands_begin(handle, 2, null_mut(), 0),
-                11 => fk_bands_pass(handle, 0, null_mut()),
-                12 => fk_bands_end(handle),
-                13 => fk_bands_progress(handle, null_mut(), null_mut(), null_mut()),
-                14 => fk_get_fault(handle, &mut empty()),
-                _ => fk_digest(handle, &mut number),
+                0 => fk_step(to_change()),
+                1 => fk_advance(to_change(), u64::MAX),
+                2 => fk_advance_until(to_change(), 15, u64::MAX, Output::given(null_mut())),
+                3 => fk_follow(to_change(), Input::given(null()), 1),
+                4 => fk_set_external_load(to_change(), Input::given(zero.as_ptr()), Input::given(zero.as_ptr())),
+                5 => fk_set_motion(to_change(), Input::given(null()), Input::given(null()), 0),
+                6 => fk_set_largest_stretch(to_change(), Input::given(null()), 0),
+                7 => fk_reset(to_change()),
+                8 => fk_state_save(to_look_at(), Output::given(image.as_mut_ptr()), 8),
+                9 => fk_state_load(to_change(), Input::given(image.as_ptr()), 8),
+                10 => fk_bands_begin(to_change(), 2, Lent::given(null_mut()), 0),
+                11 => fk_bands_pass(to_look_at(), 0, Output::given(null_mut())),
+                12 => fk_bands_end(to_change()),
+                13 => fk_bands_progress(
+                    to_look_at(),
+                    Output::given(null_mut()),
+                    Output::given(null_mut()),
+                    Output::given(null_mut()),
+                ),
+                14 => fk_get_fault(to_look_at(), Output::given(&mut empty())),
+                _ => fk_digest(to_look_at(), Output::given(&mut number)),
             }
         };
         assert_eq!(status, expected);
@@ -334,8 +358,7 @@ impl Player<'_> {
         let steps = self.steps(slot);
         let one = steps == 1 && self.bytes.once_in(2);
         let expected = slot.stopped(false).unwrap_or_else(|| number(slot.twin.advance(steps)));
-        // SAFETY: a live handle.
-        let status = unsafe { if one { fk_step(slot.handle) } else { fk_advance(slot.handle, steps) } };
+        let status = if one { fk_step(slot.to_change()) } else { fk_advance(slot.to_change(), steps) };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -349,7 +372,7 @@ impl Player<'_> {
             None => slot.twin.advance_until(mask, steps).map_err(|failure| failure.code().number()),
         };
         // SAFETY: a live handle, and a number or null.
-        let status = unsafe { fk_advance_until(slot.handle, mask, steps, place) };
+        let status = unsafe { fk_advance_until(slot.to_change(), mask, steps, Output::given(place)) };
         assert_eq!(status, ours.err().unwrap_or(FK_OK));
         assert_eq!(taken, if place.is_null() { u64::MAX } else { ours.unwrap_or(u64::MAX) });
         slot.note(status);
@@ -391,7 +414,7 @@ impl Player<'_> {
             .or(bad_end.then_some(FK_STRUCT_SIZE))
             .unwrap_or_else(|| number(slot.twin.follow(&path, steps)));
         // SAFETY: a live handle and a structure of this function.
-        let status = unsafe { fk_follow(slot.handle, given.pointer, steps) };
+        let status = unsafe { fk_follow(slot.to_change(), Input::given(given.pointer), steps) };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -430,7 +453,8 @@ impl Player<'_> {
             ours
         });
         // SAFETY: a live handle, and arrays of three or null.
-        let status = unsafe { fk_set_external_load(slot.handle, pointer(0), pointer(1)) };
+        let status =
+            unsafe { fk_set_external_load(slot.to_change(), Input::given(pointer(0)), Input::given(pointer(1))) };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -464,7 +488,8 @@ impl Player<'_> {
             }
         });
         // SAFETY: a live handle, and arrays of this function of the length said, or refused before they are read.
-        let status = unsafe { fk_set_motion(slot.handle, x.pointer, v.start().cast(), length) };
+        let status =
+            unsafe { fk_set_motion(slot.to_change(), Input::given(x.pointer), Input::given(v.start().cast()), length) };
         assert_eq!(status, expected);
         slot.absurd |= status == FK_OK && positions.iter().chain(&velocities).any(|x| x.abs() > 1e50);
         slot.note(status);
@@ -490,7 +515,7 @@ impl Player<'_> {
             }
         });
         // SAFETY: a live handle and an array of this function.
-        let status = unsafe { fk_set_largest_stretch(slot.handle, given.pointer, length) };
+        let status = unsafe { fk_set_largest_stretch(slot.to_change(), Input::given(given.pointer), length) };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -515,7 +540,7 @@ impl Player<'_> {
         let image = if null_image { null_mut() } else { kept.start() };
         // SAFETY: a live handle and a block of this length.
         unsafe {
-            assert_eq!(fk_state_save(slot.handle, image, length as u64), expected);
+            assert_eq!(fk_state_save(slot.to_look_at(), Output::given(image), length as u64), expected);
             if expected == FK_OK {
                 let image = std::slice::from_raw_parts(kept.start(), size).to_vec();
                 assert!(slot.absurd || slot.twin.load(&image).is_ok(), "the image of a sound simulation");
@@ -546,7 +571,7 @@ impl Player<'_> {
             .unwrap_or_else(|| if null_image { FK_NULL_POINTER } else { number(slot.twin.load(&image)) });
         let pointer = if null_image { null() } else { image.as_ptr() };
         // SAFETY: a live handle and an array of this length.
-        let status = unsafe { fk_state_load(slot.handle, pointer, image.len() as u64) };
+        let status = unsafe { fk_state_load(slot.to_change(), Input::given(pointer), image.len() as u64) };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -559,7 +584,7 @@ impl Player<'_> {
         // SAFETY: a live handle; scratch as long as is said.
         unsafe {
             let sized = slot.stopped(false).unwrap_or(number(reals.map(|_| ())));
-            assert_eq!(fk_bands_size(slot.handle, of, &mut size), sized);
+            assert_eq!(fk_bands_size(slot.to_look_at(), of, Output::given(&mut size)), sized);
             let odd = bytes.below(16);
             let length = if odd == 15 { size.saturating_sub(1 + u64::from(bytes.byte())) } else { size };
             let scratch = Block::new(length as usize + if odd == 14 { 8 } else { 0 });
@@ -576,7 +601,7 @@ impl Player<'_> {
                 14 if sized == FK_OK => FK_MISALIGNED,
                 _ => sized,
             });
-            let status = fk_bands_begin(slot.handle, of, pointer.cast(), length);
+            let status = fk_bands_begin(slot.to_change(), of, Lent::given(pointer.cast()), length);
             if sized == FK_OK || in_use.is_some() || reals.is_err() {
                 assert_eq!(status, expected);
             } else {
@@ -595,7 +620,7 @@ impl Player<'_> {
         for band in (0..count).map(|k| (first + k) % 8) {
             let mut last = 7;
             // SAFETY: a live handle and a number.
-            let status = unsafe { fk_bands_pass(slot.handle, band, &mut last) };
+            let status = unsafe { fk_bands_pass(slot.to_look_at(), band, Output::given(&mut last)) };
             let Some(bands) = &mut slot.bands else {
                 assert_eq!((status, last), (FK_BAND_OUT_OF_TURN, 7));
                 continue;
@@ -624,19 +649,14 @@ impl Player<'_> {
 
     /// A structure of results.
     fn get(&mut self, slot: &Slot) {
-        fn one<T: Copy>(
-            bytes: &mut Bytes,
-            slot: &Slot,
-            lives: bool,
-            call: unsafe extern "C" fn(*const fk_sim, *mut T) -> i32,
-        ) {
+        fn one<T: Copy>(bytes: &mut Bytes, slot: &Slot, lives: bool, call: extern "C" fn(ToLookAt, Output<T>) -> i32) {
             let given = structure(bytes, empty::<T>());
             // SAFETY: initialised bytes of a block of this length.
             let content = || unsafe { std::slice::from_raw_parts(given.kept.start(), given.kept.bytes()) }.to_vec();
             let before = content();
             let expected = slot.stopped(lives).or(given.refused).unwrap_or(FK_OK);
             // SAFETY: a live handle and a structure of this function.
-            assert_eq!(unsafe { call(slot.handle, given.pointer) }, expected);
+            assert_eq!(unsafe { call(slot.to_look_at(), Output::given(given.pointer)) }, expected);
             assert!(expected == FK_OK || content() == before, "written by a refused call");
         }
         let bytes = &mut self.bytes;
@@ -663,7 +683,7 @@ impl Player<'_> {
         let expected = slot.stopped(false).or(given.refused).unwrap_or(FK_OK);
         let call = [fk_copy_positions, fk_copy_velocities, fk_copy_damage, fk_copy_stretch][kind];
         // SAFETY: a live handle and an array of this function.
-        assert_eq!(unsafe { call(slot.handle, given.pointer, length) }, expected);
+        assert_eq!(unsafe { call(slot.to_look_at(), Output::given(given.pointer), length) }, expected);
     }
 
     /// Single numbers.
@@ -676,12 +696,23 @@ impl Player<'_> {
         let three = if some { residual.as_mut_ptr() } else { null_mut() };
         // SAFETY: a live handle, and numbers or null.
         unsafe {
-            assert_eq!(fk_get_time(slot.handle, place, &mut seconds), stopped.unwrap_or(FK_OK));
-            assert_eq!(fk_state_size(slot.handle, place), needed);
-            assert_eq!(fk_digest(slot.handle, place), needed);
-            assert_eq!(fk_get_momentum_residual(slot.handle, three), needed);
+            assert_eq!(
+                fk_get_time(slot.to_look_at(), Output::given(place), Output::given(&mut seconds)),
+                stopped.unwrap_or(FK_OK)
+            );
+            assert_eq!(fk_state_size(slot.to_look_at(), Output::given(place)), needed);
+            assert_eq!(fk_digest(slot.to_look_at(), Output::given(place)), needed);
+            assert_eq!(fk_get_momentum_residual(slot.to_look_at(), Output::given(three)), needed);
             let of = if slot.bands.is_some() { FK_OK } else { FK_BAND_OUT_OF_TURN };
-            assert_eq!(fk_bands_progress(slot.handle, place, null_mut(), null_mut()), of);
+            assert_eq!(
+                fk_bands_progress(
+                    slot.to_look_at(),
+                    Output::given(place),
+                    Output::given(null_mut()),
+                    Output::given(null_mut())
+                ),
+                of
+            );
         }
     }
 }
@@ -717,15 +748,14 @@ impl Slot {
 
     /// fk_bands_end; the model takes the steps that the bands have taken.
     fn end_bands(&mut self) {
-        // SAFETY: a live handle.
-        let status = unsafe { fk_bands_end(self.handle) };
+        let status = fk_bands_end(self.to_change());
         if self.bands.take().is_none() {
             assert_eq!(status, FK_BAND_OUT_OF_TURN);
             return;
         }
         let mut counters: fk_counters = empty();
         // SAFETY: a live handle and a structure of this function.
-        assert_eq!(unsafe { fk_get_counters(self.handle, &mut counters) }, FK_OK);
+        assert_eq!(unsafe { fk_get_counters(self.to_look_at(), Output::given(&mut counters)) }, FK_OK);
         let taken = counters.steps - self.twin.step_count();
         assert_eq!(self.twin.advance(taken), Ok(()), "the steps of the bands, taken one by one");
         if status != FK_OK {

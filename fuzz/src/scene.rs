@@ -5,8 +5,8 @@ use crate::memory::Block;
 use crate::small::{self, MOST_ITERATIONS, MOST_NODES};
 use fabric::{InstructionSet, Layout, Memory, Sim};
 use fabric_capi::calls::*;
-use fabric_capi::fk_sim;
 use fabric_capi::types::*;
+use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
@@ -84,20 +84,26 @@ pub fn run(data: &[u8]) -> bool {
 
     // SAFETY: structures and numbers of this function; blocks as long as they are said to be.
     unsafe {
-        let sized = fk_memory_size(&scene, &mut size, &mut align);
+        let sized = fk_memory_size(Input::given(&scene), Output::given(&mut size), Output::given(&mut align));
         assert!(sized == FK_OK || OF_A_FIELD.contains(&sized), "fk_memory_size: {sized}");
         let mut handle = null_mut();
         let nodes = u64::from(scene.sheet_nodes_x) * u64::from(scene.sheet_nodes_y);
         if nodes > MOST_NODES {
             // Checking would draw every segment; a block that is too short is refused before.
             let block = Block::new(64);
-            let refused = fk_init(block.start().cast(), 64, &scene, &mut handle, &mut fault);
+            let refused = fk_init(
+                Lent::given(block.start().cast()),
+                64,
+                Input::given(&scene),
+                Output::given(&mut handle),
+                Output::given(&mut fault),
+            );
             assert_eq!(refused, if sized == FK_OK { FK_SHORT_BUFFER } else { sized });
             assert!(told(&fault) == refused && handle.is_null() && block.untouched());
             return false;
         }
 
-        let checked = fk_scene_check(&scene, &mut fault);
+        let checked = fk_scene_check(Input::given(&scene), Output::given(&mut fault));
         if sized != FK_OK {
             assert_eq!(checked, sized);
             assert!(told(&fault) == checked || checked == FK_STRUCT_SIZE);
@@ -106,7 +112,13 @@ pub fn run(data: &[u8]) -> bool {
             assert_eq!(align, 64);
         }
         let block = Block::new(if sized == FK_OK { size as usize } else { 64 });
-        let made = fk_init(block.start().cast(), block.bytes() as u64, &scene, &mut handle, &mut fault);
+        let made = fk_init(
+            Lent::given(block.start().cast()),
+            block.bytes() as u64,
+            Input::given(&scene),
+            Output::given(&mut handle),
+            Output::given(&mut fault),
+        );
         if made != FK_OK {
             assert!(block.untouched() && handle.is_null() && told(&fault) == made);
             assert!(if checked == FK_OK { OF_THE_START.contains(&made) } else { made == checked }, "fk_init: {made}");
@@ -125,9 +137,9 @@ pub fn run(data: &[u8]) -> bool {
         let start = digest(handle);
         assert_eq!(start, Ok(twin.digest()));
         let first = steps / 3;
-        let mut stepped = fk_advance(handle, first);
+        let mut stepped = fk_advance(ToChange::given(handle), first);
         if stepped == FK_OK {
-            stepped = fk_advance(handle, steps - first);
+            stepped = fk_advance(ToChange::given(handle), steps - first);
         }
         let twin_stepped = twin.advance(steps).map_or_else(|failure| failure.code().number(), |()| FK_OK);
         assert_eq!(stepped, twin_stepped);
@@ -135,19 +147,22 @@ pub fn run(data: &[u8]) -> bool {
             assert_eq!(digest(handle), Ok(twin.digest()));
             look(handle);
             let mut image = vec![0; twin.snapshot_bytes()];
-            assert_eq!(fk_state_save(handle, image.as_mut_ptr(), image.len() as u64), FK_OK);
+            assert_eq!(
+                fk_state_save(ToLookAt::given(handle), Output::given(image.as_mut_ptr()), image.len() as u64),
+                FK_OK
+            );
             let before = twin.digest();
             twin.reset();
             assert_eq!(twin.load(&image), Ok(()), "the image of a sound simulation");
             assert_eq!(twin.digest(), before);
         } else {
             assert!(FAILURES.contains(&stepped), "fk_advance: {stepped}");
-            assert_eq!((fk_step(handle), digest(handle)), (stepped, Err(stepped)));
+            assert_eq!((fk_step(ToChange::given(handle)), digest(handle)), (stepped, Err(stepped)));
             let mut counters: fk_counters = empty();
-            assert_eq!(fk_get_counters(handle, &mut counters), FK_OK);
+            assert_eq!(fk_get_counters(ToLookAt::given(handle), Output::given(&mut counters)), FK_OK);
             assert!(counters.steps < steps);
         }
-        assert_eq!(fk_reset(handle), FK_OK);
+        assert_eq!(fk_reset(ToChange::given(handle)), FK_OK);
         assert_eq!(digest(handle), start);
     }
     true
@@ -160,7 +175,7 @@ pub fn run(data: &[u8]) -> bool {
 pub unsafe fn digest(handle: *const fk_sim) -> Result<u64, i32> {
     let mut digest = 0;
     // SAFETY: the caller's promise.
-    match unsafe { fk_digest(handle, &mut digest) } {
+    match unsafe { fk_digest(ToLookAt::given(handle), Output::given(&mut digest)) } {
         FK_OK => Ok(digest),
         status => Err(status),
     }
@@ -186,27 +201,28 @@ unsafe fn look(handle: *const fk_sim) {
     let (mut steps, mut seconds, mut bytes) = (0, 0.0, 0);
     // SAFETY: the caller's promise; structures and arrays of this function.
     unsafe {
-        assert_eq!(fk_get_grid(handle, &mut grid), FK_OK);
+        let sim = || ToLookAt::given(handle);
+        assert_eq!(fk_get_grid(sim(), Output::given(&mut grid)), FK_OK);
         let mut nodes = vec![0.0; 3 * (grid.nodes_x * grid.nodes_y) as usize];
         let mut segments = vec![0.0; (grid.horizontal + grid.vertical) as usize];
         let mut residual = [0.0; 3];
         let statuses = [
-            fk_get_time(handle, &mut steps, &mut seconds),
-            fk_get_step_limits(handle, &mut empty()),
-            fk_get_projectile(handle, &mut empty()),
-            fk_get_contact(handle, &mut empty()),
-            fk_get_support(handle, &mut empty()),
-            fk_get_energy(handle, &mut empty()),
-            fk_get_momentum_residual(handle, residual.as_mut_ptr()),
-            fk_get_fabric(handle, &mut empty()),
-            fk_get_counters(handle, &mut empty()),
-            fk_get_fault(handle, &mut empty()),
-            fk_get_outcome(handle, &mut empty()),
-            fk_copy_positions(handle, nodes.as_mut_ptr(), nodes.len() as u64),
-            fk_copy_velocities(handle, nodes.as_mut_ptr(), nodes.len() as u64),
-            fk_copy_stretch(handle, segments.as_mut_ptr(), segments.len() as u64),
-            fk_copy_damage(handle, segments.as_mut_ptr(), segments.len() as u64),
-            fk_state_size(handle, &mut bytes),
+            fk_get_time(sim(), Output::given(&mut steps), Output::given(&mut seconds)),
+            fk_get_step_limits(sim(), Output::given(&mut empty())),
+            fk_get_projectile(sim(), Output::given(&mut empty())),
+            fk_get_contact(sim(), Output::given(&mut empty())),
+            fk_get_support(sim(), Output::given(&mut empty())),
+            fk_get_energy(sim(), Output::given(&mut empty())),
+            fk_get_momentum_residual(sim(), Output::given(residual.as_mut_ptr())),
+            fk_get_fabric(sim(), Output::given(&mut empty())),
+            fk_get_counters(sim(), Output::given(&mut empty())),
+            fk_get_fault(sim(), Output::given(&mut empty())),
+            fk_get_outcome(sim(), Output::given(&mut empty())),
+            fk_copy_positions(sim(), Output::given(nodes.as_mut_ptr()), nodes.len() as u64),
+            fk_copy_velocities(sim(), Output::given(nodes.as_mut_ptr()), nodes.len() as u64),
+            fk_copy_stretch(sim(), Output::given(segments.as_mut_ptr()), segments.len() as u64),
+            fk_copy_damage(sim(), Output::given(segments.as_mut_ptr()), segments.len() as u64),
+            fk_state_size(sim(), Output::given(&mut bytes)),
         ];
         assert_eq!(statuses, [FK_OK; 16]);
         assert!(segments.iter().all(|alpha| (0.0..=1.0).contains(alpha)), "damage outside 0 to 1");

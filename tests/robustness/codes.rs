@@ -6,8 +6,8 @@ use fabric::{
     Code, Drive, Error, Failure, Integrator, Memory, Motion, Outcome, Path, Scene, Sim, Status, Symmetry, ThetaRule,
 };
 use fabric_capi::calls::*;
-use fabric_capi::fk_sim;
 use fabric_capi::types::*;
+use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use fabric_tests::inputs::{self, Expected};
 use fabric_tests::{Buffers, small_sheet};
 use std::collections::HashSet;
@@ -180,14 +180,30 @@ struct InC {
     sim: *mut fk_sim,
 }
 
+impl InC {
+    /// The handle for a call that changes the simulation.
+    fn to_change(&self) -> ToChange {
+        // SAFETY: from fk_init; its block is kept beside it, and one thread makes all calls.
+        unsafe { ToChange::given(self.sim) }
+    }
+
+    /// The handle for a call that looks.
+    fn to_look_at(&self) -> ToLookAt {
+        // SAFETY: as above.
+        unsafe { ToLookAt::given(self.sim) }
+    }
+}
+
 fn in_c_of(scene: &Scene) -> InC {
     let structure = fk_scene::of(scene);
     let (mut bytes, mut align, mut sim) = (0, 0, null_mut());
     // SAFETY: structures and numbers of this function; the block is as long and aligned as asked for and kept with the handle.
     unsafe {
-        assert_eq!(fk_memory_size(&structure, &mut bytes, &mut align), FK_OK);
+        let sizes = (Output::given(&mut bytes), Output::given(&mut align));
+        assert_eq!(fk_memory_size(Input::given(&structure), sizes.0, sizes.1), FK_OK);
         let mut block = vec![Line([0; 64]); bytes as usize / 64 + 1];
-        assert_eq!(fk_init(block.as_mut_ptr().cast(), bytes, &structure, &mut sim, null_mut()), FK_OK);
+        let (lent, no_fault) = (Lent::given(block.as_mut_ptr().cast()), Output::given(null_mut()));
+        assert_eq!(fk_init(lent, bytes, Input::given(&structure), Output::given(&mut sim), no_fault), FK_OK);
         InC { _block: block, sim }
     }
 }
@@ -196,7 +212,10 @@ fn in_c_of(scene: &Scene) -> InC {
 fn init(structure: &fk_scene) -> i32 {
     let (mut block, mut sim) = (vec![Line([0; 64]); 10_000], null_mut());
     // SAFETY: a structure and a block of this function.
-    unsafe { fk_init(block.as_mut_ptr().cast(), 640_000, structure, &mut sim, null_mut()) }
+    unsafe {
+        let (lent, no_fault) = (Lent::given(block.as_mut_ptr().cast()), Output::given(null_mut()));
+        fk_init(lent, 640_000, Input::given(structure), Output::given(&mut sim), no_fault)
+    }
 }
 
 /// What a call in C gives.
@@ -206,7 +225,7 @@ fn in_c(code: Code) -> i32 {
     let load = |image: Vec<u8>| {
         let host = in_c_of(&sheet);
         // SAFETY: the handle's block is in `host`; the image is as long as said.
-        unsafe { fk_state_load(host.sim, image.as_ptr(), image.len() as u64) }
+        unsafe { fk_state_load(host.to_change(), Input::given(image.as_ptr()), image.len() as u64) }
     };
     let follow = |scene: &Scene| {
         let host = in_c_of(scene);
@@ -223,19 +242,31 @@ fn in_c(code: Code) -> i32 {
             },
         };
         // SAFETY: the handle's block is in `host`; a structure of this function.
-        unsafe { fk_follow(host.sim, &path, 1) }
+        unsafe { fk_follow(host.to_change(), Input::given(&path), 1) }
     };
     // SAFETY: of all calls below: handles whose blocks are kept beside them, structures and arrays of this function, and null.
     unsafe {
         match code {
-            Code::NullPointer => fk_step(null_mut()),
-            Code::ShortBuffer => fk_init([Line([0; 64])].as_mut_ptr().cast(), 64, &plain, &mut null_mut(), null_mut()),
+            Code::NullPointer => fk_step(ToChange::given(null_mut())),
+            Code::ShortBuffer => fk_init(
+                Lent::given([Line([0; 64])].as_mut_ptr().cast()),
+                64,
+                Input::given(&plain),
+                Output::given(&mut null_mut()),
+                Output::given(null_mut()),
+            ),
             Code::Misaligned => {
                 let mut block = vec![Line([0; 64]); 10_000];
                 let start = block.as_mut_ptr().cast::<u8>().add(8);
-                fk_init(start.cast(), 630_000, &plain, &mut null_mut(), null_mut())
+                fk_init(
+                    Lent::given(start.cast()),
+                    630_000,
+                    Input::given(&plain),
+                    Output::given(&mut null_mut()),
+                    Output::given(null_mut()),
+                )
             }
-            Code::MovedBlock => fk_step(vec![Line([0; 64]); 10_000].as_mut_ptr().cast()),
+            Code::MovedBlock => fk_step(ToChange::given(vec![Line([0; 64]); 10_000].as_mut_ptr().cast())),
             Code::StructSize => init(&fk_scene { struct_size: 8, ..plain }),
             Code::UnknownChoice => init(&fk_scene { drive: 9, ..plain }),
             Code::NotBuilt => {
@@ -260,32 +291,42 @@ fn in_c(code: Code) -> i32 {
             | Code::UnboundedFaces
             | Code::ImpossibleMoments
             | Code::NotSymmetric => init(&fk_scene::of(&refused_scene(code))),
-            Code::WrongLength => fk_copy_positions(in_c_of(&sheet).sim, [0.0].as_mut_ptr(), 1),
+            Code::WrongLength => fk_copy_positions(in_c_of(&sheet).to_look_at(), Output::given([0.0].as_mut_ptr()), 1),
             Code::WrongDrive => follow(&sheet),
             Code::BadPath => follow(&prescribed()),
             Code::AlreadyStarted => {
                 let host = in_c_of(&sheet);
-                assert_eq!(fk_step(host.sim), FK_OK);
-                fk_set_motion(host.sim, wild().as_ptr(), wild().as_ptr(), 3 * 81)
+                assert_eq!(fk_step(host.to_change()), FK_OK);
+                fk_set_motion(host.to_change(), Input::given(wild().as_ptr()), Input::given(wild().as_ptr()), 3 * 81)
             }
             Code::ImageMalformed => load(vec![0; 64]),
             Code::ImageOfAnotherScene => load(foreign_image()),
             Code::ImageInvalid => load(forged_image()),
-            Code::BandOutOfTurn => fk_bands_end(in_c_of(&sheet).sim),
-            Code::NotInBands => fk_bands_size(in_c_of(&theta(500)).sim, 2, &mut 0),
+            Code::BandOutOfTurn => fk_bands_end(in_c_of(&sheet).to_change()),
+            Code::NotInBands => fk_bands_size(in_c_of(&theta(500)).to_look_at(), 2, Output::given(&mut 0)),
             Code::NonFinite => {
                 let (host, mut x) = (in_c_of(&sheet), vec![0.0; 3 * 81]);
-                assert_eq!(fk_copy_positions(host.sim, x.as_mut_ptr(), 3 * 81), FK_OK);
-                assert_eq!(fk_set_motion(host.sim, x.as_ptr(), wild().as_ptr(), 3 * 81), FK_OK);
-                fk_advance(host.sim, 10)
+                assert_eq!(fk_copy_positions(host.to_look_at(), Output::given(x.as_mut_ptr()), 3 * 81), FK_OK);
+                assert_eq!(
+                    fk_set_motion(host.to_change(), Input::given(x.as_ptr()), Input::given(wild().as_ptr()), 3 * 81),
+                    FK_OK
+                );
+                fk_advance(host.to_change(), 10)
             }
-            Code::ContactCapacity => fk_advance(in_c_of(&crowded()).sim, 20_000),
+            Code::ContactCapacity => fk_advance(in_c_of(&crowded()).to_change(), 20_000),
             Code::TooFast => {
                 let (host, force) = (in_c_of(&sheet), [0.0, 0.0, 1e12]);
-                assert_eq!(fk_set_external_load(host.sim, force.as_ptr(), [0.0; 3].as_ptr()), FK_OK);
-                fk_advance(host.sim, 20_000)
+                assert_eq!(
+                    fk_set_external_load(
+                        host.to_change(),
+                        Input::given(force.as_ptr()),
+                        Input::given([0.0; 3].as_ptr())
+                    ),
+                    FK_OK
+                );
+                fk_advance(host.to_change(), 20_000)
             }
-            Code::NotConverged => fk_advance(in_c_of(&theta(1)).sim, 20_000),
+            Code::NotConverged => fk_advance(in_c_of(&theta(1)).to_change(), 20_000),
         }
     }
 }
