@@ -438,6 +438,7 @@ fn plausible(state: &State) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Failure;
     use crate::projectile::{Body, Motion};
     use std::vec::Vec;
 
@@ -622,6 +623,8 @@ mod tests {
         for at in HEADER_WORDS..frame_words(layout.parts()) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }
+        // Behind the step count the body: position, and a quaternion no longer of unit length.
+        check(HEADER_WORDS + 4, 2.0_f64.to_bits(), false);
         check(HEADER_WORDS, COUNT_MAX, true);
         check(HEADER_WORDS, COUNT_MAX + 1, false);
         let mut at = frame_words(layout.parts()) - 1;
@@ -651,12 +654,140 @@ mod tests {
         check(at, u64::from(u32::MAX), true);
         check(at, u64::from(u32::MAX) + 1, false);
         assert_eq!(8 * (at + 2), image.len());
-        // The last bit of a number, a count or a flag is seen by the digest, unless it follows from the rest.
+        // The last bit of a number, a count or a flag is seen by the digest, but in what would tell of the first contact (step,
+        // direction, energy) and of four outcomes (step, work), were there any.
         let seen = (HEADER_WORDS..frame_words(layout.parts()) - 1).filter(|&at| {
-            let word = image[8 * at..8 * at + 8].try_into().map_or(0, u64::from_le_bytes);
-            sim.load(&forged(&image, at, word ^ 1)).unwrap();
+            sim.load(&forged(&image, at, word_of(&image, at) ^ 1)).unwrap();
             sim.digest() != first
         });
-        assert!(seen.count() > STATE_WORDS / 2);
+        assert_eq!(seen.count(), STATE_WORDS - (1 + 3 + 1) - 4 * 2);
+    }
+
+    fn word_of(image: &[u8], at: usize) -> u64 {
+        u64::from_le_bytes(*image[8 * at..].first_chunk().unwrap())
+    }
+
+    /// 21 x 21 nodes, four sides held, every option that adds to the state; the preset sphere at 150 m/s.
+    fn torn_by_a_sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.projectile.velocity) = (21, 21, [0.0, 0.0, 150.0]);
+        (scene.yarn.stochastic, scene.track_detachment, scene.track_support) = (true, true, true);
+        (scene.slack_toe, scene.step_after_failure) = (0.02, StepAfterFailure::Half);
+        scene
+    }
+
+    /// Calls a function with a simulation of the scene.
+    fn with_sim<R>(scene: &Scene, act: impl FnOnce(&mut Sim<'_>) -> R) -> R {
+        let layout = crate::Layout::of(scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        act(&mut Sim::new(scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap())
+    }
+
+    fn saved(sim: &Sim<'_>) -> Vec<u8> {
+        let mut image = std::vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        image
+    }
+
+    #[test]
+    fn an_image_begins_with_its_name_version_scene_and_length() {
+        let scene = torn_by_a_sphere();
+        with_sim(&scene, |sim| {
+            let image = saved(sim);
+            assert_eq!(&image[..8], b"FABRSNAP");
+            assert_eq!(word_of(&image, 1), FORMAT);
+            assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
+            assert_eq!(8 * word_of(&image, 3), image.len() as u64);
+            // Then the scalar state; 6 numbers a node, a history and a mark a segment, a bit a node in words of 32, a checksum.
+            let words = frame_words(sim.layout().parts()) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
+            assert_eq!(image.len(), 8 * words);
+        });
+    }
+
+    #[test]
+    fn bytes_that_are_no_image_of_the_scene_are_refused_and_change_nothing() {
+        with_sim(&torn_by_a_sphere(), |sim| {
+            sim.advance(50).unwrap();
+            let image = saved(sim);
+            sim.advance(20).unwrap();
+            let (present, needed) = (sim.digest(), image.len());
+            let mut refused = |bytes: &[u8], error: Error| {
+                assert_eq!([sim.load(bytes), sim.load_kept(bytes)], [Err(error); 2]);
+                assert_eq!(sim.digest(), present);
+            };
+            let mut longer = image.clone();
+            longer.extend([0; 8]);
+            for length in [0, 24, 31, 32, needed - 8, needed - 1, needed + 1, needed + 8] {
+                refused(&longer[..length], malformed(length as f64, needed as f64));
+            }
+            let another = Error::plain(Code::ImageOfAnotherScene, "image");
+            let errors = [malformed(0.0, 0.0), another, another, malformed(needed as f64, needed as f64)];
+            for (at, error) in errors.into_iter().enumerate() {
+                for bit in [0, 63] {
+                    refused(&forged(&image, at, word_of(&image, at) ^ (1 << bit)), error);
+                }
+            }
+        });
+    }
+
+    /// What happens to an image on its way is found by its checksum, which only an image that has not left is spared.
+    #[test]
+    fn a_changed_image_is_refused_but_one_kept_is_not_looked_at() {
+        with_sim(&torn_by_a_sphere(), |sim| {
+            let (start, node) = (sim.digest(), 8 * frame_words(sim.layout().parts()) - 8);
+            let mut image = saved(sim);
+            sim.advance(10).unwrap();
+            let present = sim.digest();
+            for at in [node, image.len() - 1] {
+                image[at] ^= 1;
+                assert_eq!(sim.load(&image), Err(malformed(0.0, 0.0)));
+                assert_eq!(sim.digest(), present);
+                image[at] ^= 1;
+            }
+            *image.last_mut().unwrap() ^= 1;
+            sim.load_kept(&image).unwrap();
+            assert_eq!(sim.digest(), start);
+        });
+    }
+
+    /// A simulation goes on from an image as it did from there: one just made, one of other damage, and one that has failed,
+    /// whose arrays may hold anything.
+    #[test]
+    fn an_image_brings_back_the_whole_simulation() {
+        let scene = torn_by_a_sphere();
+        let ahead = 100;
+        let images: Vec<(Vec<u8>, u64, u64)> = with_sim(&scene, |sim| {
+            let mut take = |steps| {
+                sim.advance(steps).unwrap();
+                (saved(sim), sim.digest(), sim.counters().failed_segments)
+            };
+            (0..5).map(|k| take(if k == 0 { 0 } else { 400 })).collect()
+        });
+        let later: Vec<u64> = with_sim(&scene, |sim| {
+            let mut reached = |steps| {
+                sim.advance(steps).unwrap();
+                sim.digest()
+            };
+            (0..5).map(|k| reached(if k == 0 { ahead } else { 400 })).collect()
+        });
+        let failed_segments = [0, 3, 4].map(|k: usize| images[k].2);
+        assert!(failed_segments[0] == 0 && failed_segments.is_sorted_by(|a, b| a < b), "{failed_segments:?}");
+        with_sim(&scene, |sim| {
+            for failed in [false, true] {
+                for k in [4, 0, 3, 4, 4] {
+                    if failed {
+                        sim.failure = Some(Failure::NonFinite);
+                        // What follows from the histories.
+                        sim.blocks.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
+                    }
+                    let (image, digest, failed_segments) = &images[k];
+                    sim.load(image).unwrap();
+                    assert_eq!((sim.digest(), sim.counters().failed_segments), (*digest, *failed_segments));
+                    assert!(saved(sim) == *image);
+                    sim.advance(ahead).unwrap();
+                    assert_eq!(sim.digest(), later[k], "{failed} {k}");
+                }
+            }
+        });
     }
 }
