@@ -471,6 +471,19 @@ mod tests {
         }
     }
 
+    /// The checksum is part of the format: images made elsewhere must fit.
+    #[test]
+    fn the_hash_multiplies_and_folds() {
+        let (mut hash, mut expected) = (Hash::default(), 14_695_981_039_346_656_037_u128);
+        for word in [0, 1, u64::MAX, 0x0123_4567_89ab_cdef] {
+            hash.word(word);
+            // FNV's prime; then the upper 35 bits once more as the lowest.
+            let product = (expected ^ u128::from(word)) * ((1 << 40) + 435) % (1 << 64);
+            expected = product ^ (product / (1 << 29));
+            assert_eq!(u128::from(hash.value()), expected);
+        }
+    }
+
     #[test]
     fn a_step_of_the_hash_is_a_bijection() {
         // Words that bring the hash's product to x and to y are found with the multiplier's inverse modulo 2^64.
@@ -580,6 +593,36 @@ mod tests {
         assert_eq!(print(&|s| s.yarn.draw = Draw::Yarn), prints[0]);
     }
 
+    /// So an image of a scene without them fits, whether or not its program knew of them.
+    #[test]
+    fn an_option_in_use_adds_its_words_at_the_end() {
+        let print = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::sheet_3in_sphere();
+            change(&mut scene);
+            fingerprint(&scene, 1e-7)
+        };
+        let plain = print(&|_| ());
+        let check = |change: &dyn Fn(&mut Scene), words: &[u64]| {
+            let mut hash = Hash(plain);
+            words.iter().for_each(|&word| hash.word(word));
+            assert_eq!(print(change), hash.value(), "{words:x?}");
+        };
+        check(&|s| s.yarn.draw = Draw::Yarn, &[0x1_0001]);
+        for (mirror_x, mirror_y, word) in [(true, false, 0x2_0001), (false, true, 0x2_0002), (true, true, 0x2_0003)] {
+            check(&|s| s.symmetry = Symmetry { mirror_x, mirror_y }, &[word]);
+        }
+        let rule = crate::scene::ThetaRule { theta: 0.5, tolerance: 1e-10, max_iterations: 500 };
+        check(&|s| s.integrator = Integrator::Theta(rule), &[0x3_0000, 0.5_f64.to_bits(), 1e-10_f64.to_bits(), 500]);
+        check(&|s| s.rotation_rule = RotationRule::Theta(1.0), &[0x4_0000, 1.0_f64.to_bits()]);
+        check(&|s| s.step_after_failure = StepAfterFailure::Half, &[0x5_0001]);
+        check(&|s| s.slack_toe = 0.02, &[0x6_0000, 0.02_f64.to_bits()]);
+        // Several at once, in the order in which they came.
+        check(
+            &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),
+            &[0x1_0001, 0x5_0001, 0x6_0000, 0.02_f64.to_bits()],
+        );
+    }
+
     /// An image with one word changed and its checksum made anew.
     fn forged(image: &[u8], at: usize, word: u64) -> Vec<u8> {
         let mut image = image.to_vec();
@@ -661,6 +704,21 @@ mod tests {
             sim.digest() != first
         });
         assert_eq!(seen.count(), STATE_WORDS - (1 + 3 + 1) - 4 * 2);
+    }
+
+    #[test]
+    fn two_wrong_numbers_of_a_node_are_refused_as_one_is() {
+        with_sim(&torn_by_a_sphere(), |sim| {
+            // The first node is fixed: it may not move.
+            let (image, node) = (saved(sim), frame_words(sim.layout().parts()) - 1);
+            for (first, second) in (0..6).flat_map(|second| (0..second).map(move |first| (first, second))) {
+                for number in [f64::INFINITY, 1e-3] {
+                    let once = forged(&image, node + first, number.to_bits());
+                    let found = sim.load(&forged(&once, node + second, number.to_bits()));
+                    assert_eq!(found.is_ok(), number.is_finite() && second < 3, "{first} {second} {number}");
+                }
+            }
+        });
     }
 
     fn word_of(image: &[u8], at: usize) -> u64 {
@@ -747,6 +805,22 @@ mod tests {
             *image.last_mut().unwrap() ^= 1;
             sim.load_kept(&image).unwrap();
             assert_eq!(sim.digest(), start);
+        });
+    }
+
+    #[test]
+    fn an_image_of_a_sheet_damaged_everywhere_brings_back_its_stiffness() {
+        let scene = torn_by_a_sphere();
+        let (image, later) = with_sim(&scene, |sim| {
+            sim.set_largest_stretch(&std::vec![1.031; sim.layout().segments()]).unwrap();
+            let image = saved(sim);
+            sim.advance(100).unwrap();
+            (image, sim.digest())
+        });
+        with_sim(&scene, |sim| {
+            sim.load(&image).unwrap();
+            sim.advance(100).unwrap();
+            assert_eq!(sim.digest(), later);
         });
     }
 
