@@ -375,6 +375,31 @@ mod tests {
         }
     }
 
+    /// Before an edge of a box both its planes are nearer than the edge itself, which is more than a spacing away.
+    #[test]
+    fn a_point_farther_than_a_spacing_from_an_edge_is_no_candidate() {
+        let (h, n) = (1e-3, math::sqrt(0.5));
+        let projectile = Projectile { shape: Shape::Box, size: [0.01; 3], ..Scene::sheet_10in_cylinder().projectile };
+        let solid = Solid::of(&projectile);
+        // An eighth of a turn about one axis points an edge along the two others.
+        for (about, axes) in [(Vector::x(), [1, 2]), (Vector::y(), [2, 0]), (Vector::z(), [0, 1])] {
+            let (half_cosine, half_sine) = (math::sqrt(0.5 * (1.0 + n)), math::sqrt(0.5 * (1.0 - n)));
+            let turn = about * half_sine;
+            let q = pose::normalised([half_cosine, turn.x, turn.y, turn.z]);
+            let body = Body { position: Vector::new(0.02, -0.01, 0.03), orientation: q, ..sphere().2 };
+            let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+            for (k, sign) in axes.into_iter().flat_map(|k| [(k, 1.0), (k, -1.0)]) {
+                for (away, found) in [(0.9, true), (1.1, false), (1.3, false)] {
+                    let mut r = Vector::zeros();
+                    r[k] = sign * (0.01 * n + away * h);
+                    let planes = solid.gap(&projectile::into_body(&q, &r)).distance;
+                    assert!((planes - n * away * h).abs() < 1e-16 && r.norm() < solid.reach());
+                    assert_eq!(search.candidate(&(body.position + r)).is_some(), found, "{about:?} {k} {sign} {away}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_next_chunk_is_the_first_with_a_node_in_the_box() {
         let (solid, _, mut body) = sphere();
@@ -512,6 +537,35 @@ mod tests {
         let mut slots: Vec<_> = (0..20).map(|k| armed(Vector::z(), Vector::zeros(), 1.0, spread * number(k))).collect();
         let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
         (slots, solved, body, inertia)
+    }
+
+    #[test]
+    fn complementarity_on_a_body_that_turns() {
+        let (mut pushed, mut let_go, mut given_up) = (0, 0, 0);
+        for k in 0..3000 {
+            let draw = |m: u64| number(64 * k + m);
+            let (inertia, body) = rod(math::exp(3.0 * draw(60)) * 3.0, true);
+            let mut slots: [_; 6] = core::array::from_fn(|node| {
+                let draw = |m: u64| draw(8 * node as u64 + m);
+                let normal = Vector::new(draw(0), draw(1), 1.0 + draw(2)).normalize();
+                let arm = Vector::new(0.02 * draw(3), 0.02 * draw(4), 0.006 * draw(5));
+                armed(normal, arm, 1.0, 60.0 * draw(6))
+            });
+            let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
+            if !solved.converged {
+                given_up += 1;
+                continue;
+            }
+            for c in slots.iter().map(Candidate::read) {
+                let surface = c.normal.dot(&solved.velocity) + c.arm.dot(&solved.angular_velocity);
+                let gap_rate = c.approach + c.impulse / NODE - surface;
+                assert!(c.impulse >= 0.0 && gap_rate > -1e-10, "{k} {gap_rate:e}");
+                assert!(c.impulse == 0.0 || gap_rate < 1e-10, "{k} {gap_rate:e}");
+                pushed += usize::from(c.impulse > 0.0);
+                let_go += usize::from(c.impulse == 0.0);
+            }
+        }
+        assert!(pushed > 1000 && let_go > 1000 && given_up < 10, "{pushed} {let_go} {given_up}");
     }
 
     #[test]

@@ -438,6 +438,7 @@ fn plausible(state: &State) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Failure;
     use crate::projectile::{Body, Motion};
     use std::vec::Vec;
 
@@ -467,6 +468,19 @@ mod tests {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
+        }
+    }
+
+    /// The checksum is part of the format: images made elsewhere must fit.
+    #[test]
+    fn the_hash_multiplies_and_folds() {
+        let (mut hash, mut expected) = (Hash::default(), 14_695_981_039_346_656_037_u128);
+        for word in [0, 1, u64::MAX, 0x0123_4567_89ab_cdef] {
+            hash.word(word);
+            // FNV's prime; then the upper 35 bits once more as the lowest.
+            let product = (expected ^ u128::from(word)) * ((1 << 40) + 435) % (1 << 64);
+            expected = product ^ (product / (1 << 29));
+            assert_eq!(u128::from(hash.value()), expected);
         }
     }
 
@@ -579,6 +593,36 @@ mod tests {
         assert_eq!(print(&|s| s.yarn.draw = Draw::Yarn), prints[0]);
     }
 
+    /// So an image of a scene without them fits, whether or not its program knew of them.
+    #[test]
+    fn an_option_in_use_adds_its_words_at_the_end() {
+        let print = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::sheet_3in_sphere();
+            change(&mut scene);
+            fingerprint(&scene, 1e-7)
+        };
+        let plain = print(&|_| ());
+        let check = |change: &dyn Fn(&mut Scene), words: &[u64]| {
+            let mut hash = Hash(plain);
+            words.iter().for_each(|&word| hash.word(word));
+            assert_eq!(print(change), hash.value(), "{words:x?}");
+        };
+        check(&|s| s.yarn.draw = Draw::Yarn, &[0x1_0001]);
+        for (mirror_x, mirror_y, word) in [(true, false, 0x2_0001), (false, true, 0x2_0002), (true, true, 0x2_0003)] {
+            check(&|s| s.symmetry = Symmetry { mirror_x, mirror_y }, &[word]);
+        }
+        let rule = crate::scene::ThetaRule { theta: 0.5, tolerance: 1e-10, max_iterations: 500 };
+        check(&|s| s.integrator = Integrator::Theta(rule), &[0x3_0000, 0.5_f64.to_bits(), 1e-10_f64.to_bits(), 500]);
+        check(&|s| s.rotation_rule = RotationRule::Theta(1.0), &[0x4_0000, 1.0_f64.to_bits()]);
+        check(&|s| s.step_after_failure = StepAfterFailure::Half, &[0x5_0001]);
+        check(&|s| s.slack_toe = 0.02, &[0x6_0000, 0.02_f64.to_bits()]);
+        // Several at once, in the order in which they came.
+        check(
+            &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),
+            &[0x1_0001, 0x5_0001, 0x6_0000, 0.02_f64.to_bits()],
+        );
+    }
+
     /// An image with one word changed and its checksum made anew.
     fn forged(image: &[u8], at: usize, word: u64) -> Vec<u8> {
         let mut image = image.to_vec();
@@ -622,6 +666,8 @@ mod tests {
         for at in HEADER_WORDS..frame_words(layout.parts()) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }
+        // Behind the step count the body: position, and a quaternion no longer of unit length.
+        check(HEADER_WORDS + 4, 2.0_f64.to_bits(), false);
         check(HEADER_WORDS, COUNT_MAX, true);
         check(HEADER_WORDS, COUNT_MAX + 1, false);
         let mut at = frame_words(layout.parts()) - 1;
@@ -651,12 +697,171 @@ mod tests {
         check(at, u64::from(u32::MAX), true);
         check(at, u64::from(u32::MAX) + 1, false);
         assert_eq!(8 * (at + 2), image.len());
-        // The last bit of a number, a count or a flag is seen by the digest, unless it follows from the rest.
+        // The last bit of a number, a count or a flag is seen by the digest, but in what would tell of the first contact (step,
+        // direction, energy) and of four outcomes (step, work), were there any.
         let seen = (HEADER_WORDS..frame_words(layout.parts()) - 1).filter(|&at| {
-            let word = image[8 * at..8 * at + 8].try_into().map_or(0, u64::from_le_bytes);
-            sim.load(&forged(&image, at, word ^ 1)).unwrap();
+            sim.load(&forged(&image, at, word_of(&image, at) ^ 1)).unwrap();
             sim.digest() != first
         });
-        assert!(seen.count() > STATE_WORDS / 2);
+        assert_eq!(seen.count(), STATE_WORDS - (1 + 3 + 1) - 4 * 2);
+    }
+
+    #[test]
+    fn two_wrong_numbers_of_a_node_are_refused_as_one_is() {
+        with_sim(&torn_by_a_sphere(), |sim| {
+            // The first node is fixed: it may not move.
+            let (image, node) = (saved(sim), frame_words(sim.layout().parts()) - 1);
+            for (first, second) in (0..6).flat_map(|second| (0..second).map(move |first| (first, second))) {
+                for number in [f64::INFINITY, 1e-3] {
+                    let once = forged(&image, node + first, number.to_bits());
+                    let found = sim.load(&forged(&once, node + second, number.to_bits()));
+                    assert_eq!(found.is_ok(), number.is_finite() && second < 3, "{first} {second} {number}");
+                }
+            }
+        });
+    }
+
+    fn word_of(image: &[u8], at: usize) -> u64 {
+        u64::from_le_bytes(*image[8 * at..].first_chunk().unwrap())
+    }
+
+    /// 21 x 21 nodes, four sides held, every option that adds to the state; the preset sphere at 150 m/s.
+    fn torn_by_a_sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.projectile.velocity) = (21, 21, [0.0, 0.0, 150.0]);
+        (scene.yarn.stochastic, scene.track_detachment, scene.track_support) = (true, true, true);
+        (scene.slack_toe, scene.step_after_failure) = (0.02, StepAfterFailure::Half);
+        scene
+    }
+
+    /// Calls a function with a simulation of the scene.
+    fn with_sim<R>(scene: &Scene, act: impl FnOnce(&mut Sim<'_>) -> R) -> R {
+        let layout = crate::Layout::of(scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        act(&mut Sim::new(scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap())
+    }
+
+    fn saved(sim: &Sim<'_>) -> Vec<u8> {
+        let mut image = std::vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        image
+    }
+
+    #[test]
+    fn an_image_begins_with_its_name_version_scene_and_length() {
+        let scene = torn_by_a_sphere();
+        with_sim(&scene, |sim| {
+            let image = saved(sim);
+            assert_eq!(&image[..8], b"FABRSNAP");
+            assert_eq!(word_of(&image, 1), FORMAT);
+            assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
+            assert_eq!(8 * word_of(&image, 3), image.len() as u64);
+            // Then the scalar state; 6 numbers a node, a history and a mark a segment, a bit a node in words of 32, a checksum.
+            let words = frame_words(sim.layout().parts()) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
+            assert_eq!(image.len(), 8 * words);
+        });
+    }
+
+    #[test]
+    fn bytes_that_are_no_image_of_the_scene_are_refused_and_change_nothing() {
+        with_sim(&torn_by_a_sphere(), |sim| {
+            sim.advance(50).unwrap();
+            let image = saved(sim);
+            sim.advance(20).unwrap();
+            let (present, needed) = (sim.digest(), image.len());
+            let mut refused = |bytes: &[u8], error: Error| {
+                assert_eq!([sim.load(bytes), sim.load_kept(bytes)], [Err(error); 2]);
+                assert_eq!(sim.digest(), present);
+            };
+            let mut longer = image.clone();
+            longer.extend([0; 8]);
+            for length in [0, 24, 31, 32, needed - 8, needed - 1, needed + 1, needed + 8] {
+                refused(&longer[..length], malformed(length as f64, needed as f64));
+            }
+            let another = Error::plain(Code::ImageOfAnotherScene, "image");
+            let errors = [malformed(0.0, 0.0), another, another, malformed(needed as f64, needed as f64)];
+            for (at, error) in errors.into_iter().enumerate() {
+                for bit in [0, 63] {
+                    refused(&forged(&image, at, word_of(&image, at) ^ (1 << bit)), error);
+                }
+            }
+        });
+    }
+
+    /// What happens to an image on its way is found by its checksum, which only an image that has not left is spared.
+    #[test]
+    fn a_changed_image_is_refused_but_one_kept_is_not_looked_at() {
+        with_sim(&torn_by_a_sphere(), |sim| {
+            let (start, node) = (sim.digest(), 8 * frame_words(sim.layout().parts()) - 8);
+            let mut image = saved(sim);
+            sim.advance(10).unwrap();
+            let present = sim.digest();
+            for at in [node, image.len() - 1] {
+                image[at] ^= 1;
+                assert_eq!(sim.load(&image), Err(malformed(0.0, 0.0)));
+                assert_eq!(sim.digest(), present);
+                image[at] ^= 1;
+            }
+            *image.last_mut().unwrap() ^= 1;
+            sim.load_kept(&image).unwrap();
+            assert_eq!(sim.digest(), start);
+        });
+    }
+
+    #[test]
+    fn an_image_of_a_sheet_damaged_everywhere_brings_back_its_stiffness() {
+        let scene = torn_by_a_sphere();
+        let (image, later) = with_sim(&scene, |sim| {
+            sim.set_largest_stretch(&std::vec![1.031; sim.layout().segments()]).unwrap();
+            let image = saved(sim);
+            sim.advance(100).unwrap();
+            (image, sim.digest())
+        });
+        with_sim(&scene, |sim| {
+            sim.load(&image).unwrap();
+            sim.advance(100).unwrap();
+            assert_eq!(sim.digest(), later);
+        });
+    }
+
+    /// A simulation goes on from an image as it did from there: one just made, one of other damage, and one that has failed,
+    /// whose arrays may hold anything.
+    #[test]
+    fn an_image_brings_back_the_whole_simulation() {
+        let scene = torn_by_a_sphere();
+        let ahead = 100;
+        let images: Vec<(Vec<u8>, u64, u64)> = with_sim(&scene, |sim| {
+            let mut take = |steps| {
+                sim.advance(steps).unwrap();
+                (saved(sim), sim.digest(), sim.counters().failed_segments)
+            };
+            (0..5).map(|k| take(if k == 0 { 0 } else { 400 })).collect()
+        });
+        let later: Vec<u64> = with_sim(&scene, |sim| {
+            let mut reached = |steps| {
+                sim.advance(steps).unwrap();
+                sim.digest()
+            };
+            (0..5).map(|k| reached(if k == 0 { ahead } else { 400 })).collect()
+        });
+        let failed_segments = [0, 3, 4].map(|k: usize| images[k].2);
+        assert!(failed_segments[0] == 0 && failed_segments.is_sorted_by(|a, b| a < b), "{failed_segments:?}");
+        with_sim(&scene, |sim| {
+            for failed in [false, true] {
+                for k in [4, 0, 3, 4, 4] {
+                    if failed {
+                        sim.failure = Some(Failure::NonFinite);
+                        // What follows from the histories.
+                        sim.blocks.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
+                    }
+                    let (image, digest, failed_segments) = &images[k];
+                    sim.load(image).unwrap();
+                    assert_eq!((sim.digest(), sim.counters().failed_segments), (*digest, *failed_segments));
+                    assert!(saved(sim) == *image);
+                    sim.advance(ahead).unwrap();
+                    assert_eq!(sim.digest(), later[k], "{failed} {k}");
+                }
+            }
+        });
     }
 }

@@ -182,8 +182,9 @@ mod tests {
     fn a_law_that_starts_below_its_end_releases_all_at_the_critical_stretch() {
         let excess = LAW.critical_excess();
         let stored = 0.5 * YARN.modulus * (0.25 * excess * excess);
-        for a in [0.01, 0.005, 1e-100, 3e-312] {
-            let law = DamageLaw { a, ..LAW };
+        // Without an offset, and with one: 0.5 (1 - 0.5) is below 0.4.
+        let with_offset = DamageLaw { a: 0.5, b: 0.5, alpha_fail: 0.4, ..LAW };
+        for law in [0.01, 0.005, 1e-100, 3e-312].map(|a| DamageLaw { a, ..LAW }).into_iter().chain([with_offset]) {
             assert_eq!(law.alpha(YARN.damage_rate, excess.next_up()), 0.0);
             close(law.dissipated(&YARN, 0.0), stored, 1e-12);
             close(law.failure_stretch(YARN.damage_rate), law.critical_stretch, 1e-15);
