@@ -72,7 +72,7 @@
 // The time step exceeds the largest allowed one; the fault's `limit` holds it.
 #define FK_STEP_TOO_LARGE -12
 
-// The parameters give no usable time step.
+// The parameters give no usable time step: none at all, or one with which no calculation stays within the numbers.
 #define FK_STEP_LIMIT_UNUSABLE -13
 
 // A damage rate below 3.
@@ -138,7 +138,7 @@
 // The theta rule cannot be stepped in bands.
 #define FK_NOT_IN_BANDS -34
 
-// Numerical failure: a non-finite number appeared; the state is lost until reset or load.
+// Numerical failure: a non-finite number appeared, or a stretch beyond 1e25; the state is lost until reset or load.
 #define FK_NON_FINITE -50
 
 // Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
@@ -743,8 +743,9 @@ int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const doub
 // Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 // fk_set_largest_stretch.
 // Threads: changes. Time: two passes over the sheet. Touches: the block.
-// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that moves),
-// FK_INITIAL_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
+// moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
+// FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_motion(struct fk_sim *sim, const double *positions, const double *velocities, uint64_t n);
 
 // Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
