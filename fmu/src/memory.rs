@@ -117,9 +117,23 @@ impl Block {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     #[test]
     fn calloc_aligns_everything_we_keep() {
         assert!(align_of::<crate::instance::Instance>() <= 16);
         assert!(align_of::<crate::state::Saved>() <= 16);
+    }
+
+    #[test]
+    fn a_value_and_the_bytes_behind_it_are_dropped_once() {
+        let counter = std::rc::Rc::new(());
+        let mut owned = Owned::new(counter.clone(), 5).unwrap();
+        owned.parts_mut().1[4] = 7;
+        assert_eq!(owned.parts().1, [0, 0, 0, 0, 7]);
+        assert_eq!(std::rc::Rc::strong_count(&*owned), 2);
+        drop(owned);
+        assert_eq!(std::rc::Rc::strong_count(&counter), 1);
+        assert!(Owned::new(counter, usize::MAX).is_none());
     }
 }

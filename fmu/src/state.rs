@@ -298,4 +298,14 @@ mod tests {
         assert_eq!(instance.free(first), Status::Error);
         assert_eq!(instance.restore(second), Status::Ok);
     }
+
+    #[test]
+    fn many_states_are_freed_in_a_small_stack() {
+        let thread = std::thread::Builder::new().stack_size(1 << 17).spawn(|| {
+            let instance = Instance::new(Log::new(Logger::Two(None), ptr::null_mut(), c"", false));
+            let mut states = States::default();
+            assert!((0..20_000).all(|_| states.add(&instance.kept, 8, false).is_some()));
+        });
+        assert!(thread.unwrap().join().is_ok());
+    }
 }
