@@ -2,13 +2,14 @@
 //! environment.
 
 use crate::float::in_our_environment;
-use crate::instance::{Instance, MOST_ELEMENTS};
-use crate::log::{Line, Log, Status};
-use crate::memory;
+use crate::host::{Input, Output};
+use crate::instance::{Instance, MOST_ELEMENTS, Phase};
+use crate::log::{Category, Line, Log, Status};
+use crate::memory::Owned;
 use crate::table::{Kind, TIME_REFERENCE, TOKEN, Variable};
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;
-use core::ptr::{self, NonNull};
+use core::ptr::NonNull;
 
 /// Version of the interface, where the two differ.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -19,18 +20,50 @@ pub enum Version {
     Three,
 }
 
+/// An instance as its host names it, for one call: to C a plain pointer. The host vouches for it as for an [`Input`]: null, or
+/// what an instantiating function gave it and it has not freed; no other call on that instance is under way.
+#[repr(transparent)]
+pub struct Handle(*mut Instance);
+
+impl Handle {
+    /// An instance as a host would name it.
+    ///
+    /// # Safety
+    /// The promise above; nothing else refers to the instance as long as the handle is used.
+    pub const unsafe fn given(instance: *mut Instance) -> Handle {
+        Handle(instance)
+    }
+
+    fn instance(&mut self) -> Option<&mut Instance> {
+        // SAFETY: null, or live and used by nobody else, as the host vouches.
+        unsafe { self.0.as_mut() }
+    }
+}
+
+/// A text of the host's: null, or ended by a zero.
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+pub struct Text(*const c_char);
+
+impl Text {
+    /// A text as a host would give it.
+    ///
+    /// # Safety
+    /// Null or ends with a zero, and unchanged as long as it is used.
+    pub const unsafe fn given(start: *const c_char) -> Text {
+        Text(start)
+    }
+
+    /// The text; None for null.
+    pub fn get(&self) -> Option<&CStr> {
+        // SAFETY: not null; the host vouches for the rest.
+        (!self.0.is_null()).then(|| unsafe { CStr::from_ptr(self.0) })
+    }
+}
+
 /// Runs `work` on an instance if it is in one of `phases`.
-///
-/// # Safety
-/// `instance` is null or came from [`create`] and was not freed; no other call on it is under way.
-pub unsafe fn enter(
-    instance: *mut Instance,
-    function: &str,
-    phases: u32,
-    work: impl FnOnce(&mut Instance) -> Status,
-) -> Status {
-    // SAFETY: the caller's promise.
-    let Some(instance) = (unsafe { instance.as_mut() }) else { return Status::Error };
+pub fn enter(mut handle: Handle, function: &str, phases: u32, work: impl FnOnce(&mut Instance) -> Status) -> Status {
+    let Some(instance) = handle.instance() else { return Status::Error };
     if instance.kept.phase as u32 & phases == 0 {
         let mut line = Line::new();
         let _ = write!(line, "{function}: not allowed in this state");
@@ -39,88 +72,54 @@ pub unsafe fn enter(
     in_our_environment(|| work(instance))
 }
 
-/// A new instance if the token is that of this build; null otherwise.
-///
-/// # Safety
-/// Texts are null or end with a zero.
-pub unsafe fn create(log: Log, name: *const c_char, token: *const c_char) -> *mut Instance {
-    // SAFETY: the caller's promise.
-    let (name, token) = unsafe { (text(name), text(token)) };
-    if name.is_none_or(|name| name.to_bytes().iter().all(u8::is_ascii_whitespace)) {
-        log.say(crate::log::Category::Error, "instanceName: missing");
-        return ptr::null_mut();
+/// A new instance if the token is that of this build.
+pub fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance>> {
+    if name.get().is_none_or(|name| name.to_bytes().iter().all(u8::is_ascii_whitespace)) {
+        log.say(Category::Error, "instanceName: missing");
+        return None;
     }
-    if token.is_none_or(|token| token.to_bytes() != TOKEN) {
-        log.say(crate::log::Category::Error, "token: the model description and the library are of different builds");
-        return ptr::null_mut();
+    if token.get().is_none_or(|token| token.to_bytes() != TOKEN) {
+        log.say(Category::Error, "token: the model description and the library are of different builds");
+        return None;
     }
-    let Some(place) = memory::allocate::<Instance>(0) else {
-        log.say(crate::log::Category::Fatal, "out of memory");
-        return ptr::null_mut();
-    };
-    // SAFETY: a fresh block of the right size and alignment.
-    unsafe { place.write(Instance::new(log)) };
-    place.as_ptr()
+    let place = Owned::new(Instance::new(log.clone()), 0);
+    if place.is_none() {
+        log.say(Category::Fatal, "out of memory");
+    }
+    place
 }
 
 /// Frees an instance with everything it holds.
-///
-/// # Safety
-/// As for [`enter`]; the pointer is not used again.
-pub unsafe fn destroy(instance: *mut Instance) {
-    if let Some(place) = NonNull::new(instance) {
-        // SAFETY: made by `create`, dropped once.
-        unsafe {
-            place.drop_in_place();
-            memory::release(place);
-        }
+pub fn destroy(handle: Handle) {
+    if let Some(place) = NonNull::new(handle.0) {
+        // SAFETY: made by `create`, which puts nothing behind it; the host vouches that it has not freed it, and for not using
+        // it again.
+        drop(unsafe { Owned::from_pointer(place) });
     }
 }
 
-/// A text of the host's; None for null.
-///
-/// # Safety
-/// Null or ends with a zero, and lives as long as it is used.
-pub unsafe fn text<'a>(text: *const c_char) -> Option<&'a CStr> {
-    // SAFETY: the caller's promise.
-    (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) })
+/// For functions of a type that no variable has: reading or writing none is fine, any is not.
+pub fn none_of_this_type(handle: Handle, function: &str, phases: u32, count: usize) -> Status {
+    if count == 0 { enter(handle, function, phases, |_| Status::Ok) } else { unsupported(handle, function) }
+}
+
+/// For functions that are not provided.
+pub fn unsupported(handle: Handle, function: &str) -> Status {
+    enter(handle, function, Phase::ANY, |instance| {
+        let mut line = Line::new();
+        let _ = write!(line, "{function}: not supported");
+        instance.refuse(&line)
+    })
 }
 
 /// An array of the host's; None for null with a length.
-///
-/// # Safety
-/// Null or holds `count` elements, and lives as long as it is used.
-pub unsafe fn array<'a, T>(start: *const T, count: usize) -> Option<&'a [T]> {
-    if count == 0 {
-        return Some(&[]);
-    }
-    // SAFETY: the caller's promise; a length that no array can have is refused.
-    (!start.is_null() && count <= LONGEST).then(|| unsafe { core::slice::from_raw_parts(start, count) })
+pub fn array<T>(start: &Input<T>, count: usize) -> Option<&[T]> {
+    if count == 0 { Some(&[]) } else { start.elements(count) }
 }
 
 /// An array of the host's to write into; None for null with a length.
-///
-/// # Safety
-/// As for [`array()`], and nothing else refers to it.
-pub unsafe fn array_mut<'a, T>(start: *mut T, count: usize) -> Option<&'a mut [T]> {
-    if count == 0 {
-        return Some(&mut []);
-    }
-    // SAFETY: as above.
-    (!start.is_null() && count <= LONGEST).then(|| unsafe { core::slice::from_raw_parts_mut(start, count) })
-}
-
-const LONGEST: usize = isize::MAX as usize / 16;
-
-/// Writes one value if the host gave a place for it.
-///
-/// # Safety
-/// Null or points to a `T`.
-pub unsafe fn put<T>(place: *mut T, value: T) {
-    if !place.is_null() {
-        // SAFETY: the caller's promise.
-        unsafe { place.write(value) };
-    }
+pub fn array_mut<T>(start: &mut Output<T>, count: usize) -> Option<&mut [T]> {
+    if count == 0 { Some(&mut []) } else { start.elements(count) }
 }
 
 /// Whether a variable of the table is read and written through functions for `kind`. Choices go with integers in FMI 2.0 and

@@ -1,14 +1,17 @@
 //! The functions of FMI 2.0 for co-simulation. Each is a thin door to [`Instance`]; signatures are those of `fmi2Functions.h`.
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged.
-#![allow(non_snake_case, clippy::missing_safety_doc)] // the standard's names, and its rules for pointers
+#![allow(non_snake_case)] // the standard's names
 
-use crate::door::{self, Version, array, array_mut, create, enter, put, text};
+use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
+use crate::host::{Input, Output};
 use crate::instance::{Early, Instance, Phase};
-use crate::log::{Log, Logger, Logger2, Status};
+use crate::log::{Category, Log, Logger, Logger2, Status};
+use crate::memory::Owned;
 use crate::state::Saved;
 use crate::table::{Id, Kind};
 use core::ffi::{c_char, c_int, c_void};
+use core::ptr;
 
 /// The host's functions.
 #[repr(C)]
@@ -39,303 +42,231 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
 
 /// Chooses log categories.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    c: *mut Instance,
-    on: c_int,
-    count: usize,
-    categories: *const *const c_char,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SetDebugLogging", Phase::ANY, |instance| {
-            let Some(names) = array(categories, count) else { return instance.refuse("null array") };
-            if instance.log.switch(on != 0, names.iter().map(|&name| text(name))) {
-                Status::Ok
-            } else {
-                instance.refuse("fmi2SetDebugLogging: unknown category")
-            }
-        })
-    }
+pub extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, count: usize, categories: Input<Text>) -> Status {
+    enter(c, "fmi2SetDebugLogging", Phase::ANY, |instance| {
+        let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
+        if instance.log.switch(on != 0, names.iter().map(Text::get)) {
+            Status::Ok
+        } else {
+            instance.refuse("fmi2SetDebugLogging: unknown category")
+        }
+    })
 }
 
 /// A new instance, or null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Instantiate(
-    name: *const c_char,
+pub extern "C" fn fmi2Instantiate(
+    name: Text,
     fmu_type: c_int,
-    guid: *const c_char,
+    guid: Text,
     _resources: *const c_char,
-    functions: *const Callbacks,
+    functions: Input<Callbacks>,
     _visible: c_int,
     logging_on: c_int,
 ) -> *mut Instance {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        let Some(functions) = functions.as_ref() else { return core::ptr::null_mut() };
-        let shown = text(name).unwrap_or(c"");
-        let log = Log::new(Logger::Two(functions.logger), functions.environment, shown, logging_on != 0);
-        if fmu_type != CO_SIMULATION {
-            log.say(crate::log::Category::Error, "only co-simulation is supported");
-            return core::ptr::null_mut();
-        }
-        create(log, name, guid)
+    let Some([functions]) = functions.elements(1) else { return ptr::null_mut() };
+    let shown = name.get().unwrap_or(c"");
+    let log = Log::new(Logger::Two(functions.logger), functions.environment, shown, logging_on != 0);
+    if fmu_type != CO_SIMULATION {
+        log.say(Category::Error, "only co-simulation is supported");
+        return ptr::null_mut();
     }
+    create(log, name, guid).map_or(ptr::null_mut(), Owned::into_pointer)
 }
 
 /// Frees an instance and its states.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(c: *mut Instance) {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { door::destroy(c) }
+pub extern "C" fn fmi2FreeInstance(c: Handle) {
+    door::destroy(c)
 }
 
 /// Start and stop time.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    c: *mut Instance,
+pub extern "C" fn fmi2SetupExperiment(
+    c: Handle,
     _tolerance_defined: c_int,
     _tolerance: f64,
     start: f64,
     stop_defined: c_int,
     stop: f64,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SetupExperiment", Phase::Instantiated as u32, |instance| {
-            instance.set_experiment(start, (stop_defined != 0).then_some(stop))
-        })
-    }
+    enter(c, "fmi2SetupExperiment", Phase::Instantiated as u32, |instance| {
+        instance.set_experiment(start, (stop_defined != 0).then_some(stop))
+    })
 }
 
 /// Begins initialisation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { enter(c, "fmi2EnterInitializationMode", Phase::Instantiated as u32, Instance::enter_initialization) }
+pub extern "C" fn fmi2EnterInitializationMode(c: Handle) -> Status {
+    enter(c, "fmi2EnterInitializationMode", Phase::Instantiated as u32, Instance::enter_initialization)
 }
 
 /// Makes the simulation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { enter(c, "fmi2ExitInitializationMode", Phase::Initialization as u32, Instance::exit_initialization) }
+pub extern "C" fn fmi2ExitInitializationMode(c: Handle) -> Status {
+    enter(c, "fmi2ExitInitializationMode", Phase::Initialization as u32, Instance::exit_initialization)
 }
 
 /// Ends the run; values may still be read.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2Terminate", Phase::RUNNING, |instance| {
-            instance.kept.phase = Phase::Terminated;
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi2Terminate(c: Handle) -> Status {
+    enter(c, "fmi2Terminate", Phase::RUNNING, |instance| {
+        instance.kept.phase = Phase::Terminated;
+        Status::Ok
+    })
 }
 
 /// Back to just after instantiation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { enter(c, "fmi2Reset", Phase::ANY, Instance::reset) }
+pub extern "C" fn fmi2Reset(c: Handle) -> Status {
+    enter(c, "fmi2Reset", Phase::ANY, Instance::reset)
 }
 
 /// Reads Real variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(c: *mut Instance, vr: *const u32, n: usize, values: *mut f64) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetReal", Phase::READABLE_IN_2, |instance| {
-            door::get(instance, Version::Two, Kind::Real, array(vr, n), array_mut(values, n), |x| x)
-        })
-    }
+pub extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut values: Output<f64>) -> Status {
+    enter(c, "fmi2GetReal", Phase::READABLE_IN_2, |instance| {
+        door::get(instance, Version::Two, Kind::Real, array(&vr, n), array_mut(&mut values, n), |x| x)
+    })
 }
 
 /// Reads Integer and Enumeration variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(c: *mut Instance, vr: *const u32, n: usize, values: *mut c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetInteger", Phase::READABLE_IN_2, |instance| {
-            let convert = door::to_integer;
-            door::get(instance, Version::Two, Kind::Integer, array(vr, n), array_mut(values, n), convert)
-        })
-    }
+pub extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
+    enter(c, "fmi2GetInteger", Phase::READABLE_IN_2, |instance| {
+        let convert = door::to_integer;
+        door::get(instance, Version::Two, Kind::Integer, array(&vr, n), array_mut(&mut values, n), convert)
+    })
 }
 
 /// Reads Boolean variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(c: *mut Instance, vr: *const u32, n: usize, values: *mut c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetBoolean", Phase::READABLE_IN_2, |instance| {
-            let convert = |x| c_int::from(x != 0.0);
-            door::get(instance, Version::Two, Kind::Boolean, array(vr, n), array_mut(values, n), convert)
-        })
-    }
+pub extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
+    enter(c, "fmi2GetBoolean", Phase::READABLE_IN_2, |instance| {
+        let convert = |x| c_int::from(x != 0.0);
+        door::get(instance, Version::Two, Kind::Boolean, array(&vr, n), array_mut(&mut values, n), convert)
+    })
 }
 
 /// There are no String variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    c: *mut Instance,
-    _vr: *const u32,
-    n: usize,
-    _values: *mut *const c_char,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { none_of_this_type(c, "fmi2GetString", Phase::READABLE_IN_2, n) }
+pub extern "C" fn fmi2GetString(c: Handle, _vr: *const u32, n: usize, _values: *mut *const c_char) -> Status {
+    none_of_this_type(c, "fmi2GetString", Phase::READABLE_IN_2, n)
 }
 
 /// Sets Real variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(c: *mut Instance, vr: *const u32, n: usize, values: *const f64) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SetReal", Phase::SETTABLE, |instance| {
-            door::set(instance, Version::Two, Kind::Real, array(vr, n), array(values, n), |x| x)
-        })
-    }
+pub extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input<f64>) -> Status {
+    enter(c, "fmi2SetReal", Phase::SETTABLE, |instance| {
+        door::set(instance, Version::Two, Kind::Real, array(&vr, n), array(&values, n), |x| x)
+    })
 }
 
 /// Sets Integer and Enumeration variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(c: *mut Instance, vr: *const u32, n: usize, values: *const c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SetInteger", Phase::SETTABLE, |instance| {
-            door::set(instance, Version::Two, Kind::Integer, array(vr, n), array(values, n), f64::from)
-        })
-    }
+pub extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
+    enter(c, "fmi2SetInteger", Phase::SETTABLE, |instance| {
+        door::set(instance, Version::Two, Kind::Integer, array(&vr, n), array(&values, n), f64::from)
+    })
 }
 
 /// Sets Boolean variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(c: *mut Instance, vr: *const u32, n: usize, values: *const c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SetBoolean", Phase::SETTABLE, |instance| {
-            let convert = |x: c_int| f64::from(u8::from(x != 0));
-            door::set(instance, Version::Two, Kind::Boolean, array(vr, n), array(values, n), convert)
-        })
-    }
+pub extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
+    enter(c, "fmi2SetBoolean", Phase::SETTABLE, |instance| {
+        let convert = |x: c_int| f64::from(u8::from(x != 0));
+        door::set(instance, Version::Two, Kind::Boolean, array(&vr, n), array(&values, n), convert)
+    })
 }
 
 /// There are no String variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    c: *mut Instance,
-    _vr: *const u32,
-    n: usize,
-    _values: *const *const c_char,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { none_of_this_type(c, "fmi2SetString", Phase::SETTABLE, n) }
+pub extern "C" fn fmi2SetString(c: Handle, _vr: *const u32, n: usize, _values: *const *const c_char) -> Status {
+    none_of_this_type(c, "fmi2SetString", Phase::SETTABLE, n)
 }
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Instance, state: *mut *mut Saved) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetFMUstate", Phase::ANY, |instance| {
-            let Some(state) = state.as_mut() else { return instance.refuse("null pointer") };
-            match instance.save(*state) {
-                Ok(saved) => {
-                    *state = saved.as_ptr();
-                    Status::Ok
-                }
-                Err(status) => status,
+pub extern "C" fn fmi2GetFMUstate(c: Handle, mut state: Output<*mut Saved>) -> Status {
+    enter(c, "fmi2GetFMUstate", Phase::ANY, |instance| {
+        let Some([state]) = state.elements(1) else { return instance.refuse("null pointer") };
+        match instance.save(*state) {
+            Ok(saved) => {
+                *state = saved;
+                Status::Ok
             }
-        })
-    }
+            Err(status) => status,
+        }
+    })
 }
 
 /// Restores a state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Instance, state: *mut Saved) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { enter(c, "fmi2SetFMUstate", Phase::ANY, |instance| instance.restore(state)) }
+pub extern "C" fn fmi2SetFMUstate(c: Handle, state: *mut Saved) -> Status {
+    enter(c, "fmi2SetFMUstate", Phase::ANY, |instance| instance.restore(state))
 }
 
 /// Frees a state and clears the host's pointer.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Instance, state: *mut *mut Saved) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2FreeFMUstate", Phase::ANY, |instance| {
-            let Some(state) = state.as_mut() else { return Status::Ok };
-            let status = instance.free(*state);
-            if status == Status::Ok {
-                *state = core::ptr::null_mut();
-            }
-            status
-        })
-    }
+pub extern "C" fn fmi2FreeFMUstate(c: Handle, mut state: Output<*mut Saved>) -> Status {
+    enter(c, "fmi2FreeFMUstate", Phase::ANY, |instance| {
+        if state.pointer().is_null() {
+            return Status::Ok;
+        }
+        let Some([state]) = state.elements(1) else { return instance.refuse("misaligned pointer") };
+        let status = instance.free(*state);
+        if status == Status::Ok {
+            *state = ptr::null_mut();
+        }
+        status
+    })
 }
 
 /// Bytes of a state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: *mut Instance, state: *mut Saved, size: *mut usize) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SerializedFMUstateSize", Phase::ANY, |instance| match instance.serialized_size(state) {
-            Ok(_) if size.is_null() => instance.refuse("null pointer"),
-            Ok(bytes) => {
-                put(size, bytes);
-                Status::Ok
-            }
-            Err(status) => status,
-        })
-    }
+pub extern "C" fn fmi2SerializedFMUstateSize(c: Handle, state: *mut Saved, mut size: Output<usize>) -> Status {
+    enter(c, "fmi2SerializedFMUstateSize", Phase::ANY, |instance| match instance.serialized_size(state) {
+        Ok(bytes) if size.put(bytes) => Status::Ok,
+        Ok(_) => instance.refuse("null pointer"),
+        Err(status) => status,
+    })
 }
 
 /// Writes a state into bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: *mut Instance,
-    state: *mut Saved,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2SerializeFMUstate", Phase::ANY, |instance| match array_mut(bytes, size) {
-            Some(bytes) => instance.serialize(state, bytes),
-            None => instance.refuse("null array"),
-        })
-    }
+pub extern "C" fn fmi2SerializeFMUstate(c: Handle, state: *mut Saved, mut bytes: Output<u8>, size: usize) -> Status {
+    enter(c, "fmi2SerializeFMUstate", Phase::ANY, |instance| match array_mut(&mut bytes, size) {
+        Some(bytes) => instance.serialize(state, bytes),
+        None => instance.refuse("null array"),
+    })
 }
 
 /// Makes a state from bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: *mut Instance,
-    bytes: *const u8,
+pub extern "C" fn fmi2DeSerializeFMUstate(
+    c: Handle,
+    bytes: Input<u8>,
     size: usize,
-    state: *mut *mut Saved,
+    mut state: Output<*mut Saved>,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2DeSerializeFMUstate", Phase::ANY, |instance| {
-            let (Some(bytes), Some(state)) = (array(bytes, size), state.as_mut()) else {
-                return instance.refuse("null pointer");
-            };
-            match instance.deserialize(bytes) {
-                Ok(saved) => {
-                    *state = saved.as_ptr();
-                    Status::Ok
-                }
-                Err(status) => status,
+    enter(c, "fmi2DeSerializeFMUstate", Phase::ANY, |instance| {
+        let Some(bytes) = array(&bytes, size).filter(|_| !state.pointer().is_null()) else {
+            return instance.refuse("null pointer");
+        };
+        match instance.deserialize(bytes) {
+            Ok(saved) => {
+                state.put(saved);
+                Status::Ok
             }
-        })
-    }
+            Err(status) => status,
+        }
+    })
 }
 
 /// Not provided.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    c: *mut Instance,
+pub extern "C" fn fmi2GetDirectionalDerivative(
+    c: Handle,
     _unknown: *const u32,
     _unknowns: usize,
     _known: *const u32,
@@ -343,128 +274,90 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     _seed: *const f64,
     _result: *mut f64,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { unsupported(c, "fmi2GetDirectionalDerivative") }
+    unsupported(c, "fmi2GetDirectionalDerivative")
 }
 
 /// Not provided: the acceleration is an input variable.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: *mut Instance,
+pub extern "C" fn fmi2SetRealInputDerivatives(
+    c: Handle,
     _vr: *const u32,
     _n: usize,
     _order: *const c_int,
     _values: *const f64,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { unsupported(c, "fmi2SetRealInputDerivatives") }
+    unsupported(c, "fmi2SetRealInputDerivatives")
 }
 
 /// Not provided.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-    c: *mut Instance,
+pub extern "C" fn fmi2GetRealOutputDerivatives(
+    c: Handle,
     _vr: *const u32,
     _n: usize,
     _order: *const c_int,
     _values: *mut f64,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { unsupported(c, "fmi2GetRealOutputDerivatives") }
+    unsupported(c, "fmi2GetRealOutputDerivatives")
 }
 
 /// A communication step from t to t + h.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DoStep(c: *mut Instance, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2DoStep", Phase::Step as u32, |instance| {
-            let stop = instance.kept.parameters.flag(Id::StopOnEvent);
-            let end = instance.do_step(t, h, if stop { Early::ToStop } else { Early::No });
-            if end.terminate { Status::Discard } else { end.status }
-        })
-    }
+pub extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
+    enter(c, "fmi2DoStep", Phase::Step as u32, |instance| {
+        let stop = instance.kept.parameters.flag(Id::StopOnEvent);
+        let end = instance.do_step(t, h, if stop { Early::ToStop } else { Early::No });
+        if end.terminate { Status::Discard } else { end.status }
+    })
 }
 
 /// Nothing runs in the background.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CancelStep(c: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { unsupported(c, "fmi2CancelStep") }
+pub extern "C" fn fmi2CancelStep(c: Handle) -> Status {
+    unsupported(c, "fmi2CancelStep")
 }
 
 /// Nothing is ever pending.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStatus(c: *mut Instance, kind: c_int, value: *mut Status) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetStatus", Phase::AFTER_SETTING_UP, |instance| {
-            if kind != DO_STEP_STATUS || value.is_null() {
-                return instance.refuse("fmi2GetStatus: unknown kind, or null pointer");
-            }
-            put(value, Status::Ok);
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
+    enter(c, "fmi2GetStatus", Phase::AFTER_SETTING_UP, |instance| {
+        if kind != DO_STEP_STATUS || !value.put(Status::Ok as c_int) {
+            return instance.refuse("fmi2GetStatus: unknown kind, or null pointer");
+        }
+        Status::Ok
+    })
 }
 
 /// Where the last step ended.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut Instance, kind: c_int, value: *mut f64) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetRealStatus", Phase::AFTER_SETTING_UP, |instance| {
-            if kind != LAST_SUCCESSFUL_TIME || value.is_null() {
-                return instance.refuse("fmi2GetRealStatus: unknown kind, or null pointer");
-            }
-            put(value, instance.kept.time);
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Output<f64>) -> Status {
+    enter(c, "fmi2GetRealStatus", Phase::AFTER_SETTING_UP, |instance| {
+        if kind != LAST_SUCCESSFUL_TIME || !value.put(instance.kept.time) {
+            return instance.refuse("fmi2GetRealStatus: unknown kind, or null pointer");
+        }
+        Status::Ok
+    })
 }
 
 /// There is no such status.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetIntegerStatus(c: *mut Instance, _kind: c_int, _value: *mut c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { unsupported(c, "fmi2GetIntegerStatus") }
+pub extern "C" fn fmi2GetIntegerStatus(c: Handle, _kind: c_int, _value: *mut c_int) -> Status {
+    unsupported(c, "fmi2GetIntegerStatus")
 }
 
 /// Whether the last step ended the simulation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut Instance, kind: c_int, value: *mut c_int) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, "fmi2GetBooleanStatus", Phase::AFTER_SETTING_UP, |instance| {
-            if kind != TERMINATED || value.is_null() {
-                return instance.refuse("fmi2GetBooleanStatus: unknown kind, or null pointer");
-            }
-            put(value, c_int::from(instance.kept.terminated));
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
+    enter(c, "fmi2GetBooleanStatus", Phase::AFTER_SETTING_UP, |instance| {
+        if kind != TERMINATED || !value.put(c_int::from(instance.kept.terminated)) {
+            return instance.refuse("fmi2GetBooleanStatus: unknown kind, or null pointer");
+        }
+        Status::Ok
+    })
 }
 
 /// There is no such status.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStringStatus(c: *mut Instance, _kind: c_int, _value: *mut *const c_char) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { unsupported(c, "fmi2GetStringStatus") }
-}
-
-/// Reading or writing none is fine, any is not.
-pub(crate) unsafe fn none_of_this_type(c: *mut Instance, function: &str, phases: u32, n: usize) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { if n == 0 { enter(c, function, phases, |_| Status::Ok) } else { unsupported(c, function) } }
-}
-
-pub(crate) unsafe fn unsupported(c: *mut Instance, function: &str) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(c, function, Phase::ANY, |instance| {
-            let mut line = crate::log::Line::new();
-            let _ = core::fmt::Write::write_fmt(&mut line, format_args!("{function}: not supported"));
-            instance.refuse(&line)
-        })
-    }
+pub extern "C" fn fmi2GetStringStatus(c: Handle, _kind: c_int, _value: *mut *const c_char) -> Status {
+    unsupported(c, "fmi2GetStringStatus")
 }

@@ -2,12 +2,13 @@
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged. A `fmi3Boolean` is
 //! taken as a byte, so that no bit pattern of a host is an invalid value here.
-#![allow(non_snake_case, clippy::missing_safety_doc)] // the standard's names, and its rules for pointers
+#![allow(non_snake_case)] // the standard's names
 
-use crate::door::{self, Version, array, array_mut, create, enter, put, text};
-use crate::fmi2::{none_of_this_type, unsupported};
+use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
+use crate::host::{Input, Output};
 use crate::instance::{Early, Instance, Phase};
 use crate::log::{Category, Log, Logger, Logger3, Status};
+use crate::memory::Owned;
 use crate::state::Saved;
 use crate::table::{CHOICES, Id, Kind, whole};
 use core::ffi::{c_char, c_void};
@@ -21,30 +22,22 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
 
 /// Chooses log categories.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetDebugLogging(
-    instance: *mut Instance,
-    on: u8,
-    count: usize,
-    categories: *const *const c_char,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3SetDebugLogging", Phase::ANY, |instance| {
-            let Some(names) = array(categories, count) else { return instance.refuse("null array") };
-            if instance.log.switch(on != 0, names.iter().map(|&name| text(name))) {
-                Status::Ok
-            } else {
-                instance.refuse("fmi3SetDebugLogging: unknown category")
-            }
-        })
-    }
+pub extern "C" fn fmi3SetDebugLogging(instance: Handle, on: u8, count: usize, categories: Input<Text>) -> Status {
+    enter(instance, "fmi3SetDebugLogging", Phase::ANY, |instance| {
+        let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
+        if instance.log.switch(on != 0, names.iter().map(Text::get)) {
+            Status::Ok
+        } else {
+            instance.refuse("fmi3SetDebugLogging: unknown category")
+        }
+    })
 }
 
 /// A new instance, or null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
-    name: *const c_char,
-    token: *const c_char,
+pub extern "C" fn fmi3InstantiateCoSimulation(
+    name: Text,
+    token: Text,
     _resources: *const c_char,
     _visible: u8,
     logging_on: u8,
@@ -56,27 +49,23 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     logger: Option<Logger3>,
     _intermediate_update: *const c_void,
 ) -> *mut Instance {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        let shown = text(name).unwrap_or(c"");
-        // Why there is no instance is told in any case.
-        let place = create(Log::new(Logger::Three(logger), environment, shown, logging_on != 0), name, token);
-        if let Some(instance) = place.as_mut() {
-            if logging_on == 0 {
-                // In FMI 3.0 the logger is then not called at all; FMI 2.0 means messages for debugging only.
-                instance.log.switch(false, core::iter::empty());
-            }
-            instance.event_mode_used = event_mode_used != 0;
-            instance.early_return_allowed = early_return_allowed != 0;
-        }
-        place
+    let shown = name.get().unwrap_or(c"");
+    // Why there is no instance is told in any case.
+    let log = Log::new(Logger::Three(logger), environment, shown, logging_on != 0);
+    let Some(mut instance) = create(log, name, token) else { return ptr::null_mut() };
+    if logging_on == 0 {
+        // In FMI 3.0 the logger is then not called at all; FMI 2.0 means messages for debugging only.
+        instance.log.switch(false, core::iter::empty());
     }
+    instance.event_mode_used = event_mode_used != 0;
+    instance.early_return_allowed = early_return_allowed != 0;
+    Owned::into_pointer(instance)
 }
 
 /// Not provided: null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateModelExchange(
-    name: *const c_char,
+pub extern "C" fn fmi3InstantiateModelExchange(
+    name: Text,
     _token: *const c_char,
     _resources: *const c_char,
     _visible: u8,
@@ -84,14 +73,13 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     environment: *mut c_void,
     logger: Option<Logger3>,
 ) -> *mut Instance {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { only_co_simulation(name, environment, logger) }
+    only_co_simulation(name, environment, logger)
 }
 
 /// Not provided: null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
-    name: *const c_char,
+pub extern "C" fn fmi3InstantiateScheduledExecution(
+    name: Text,
     _token: *const c_char,
     _resources: *const c_char,
     _visible: u8,
@@ -102,262 +90,218 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lock_preemption: *const c_void,
     _unlock_preemption: *const c_void,
 ) -> *mut Instance {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { only_co_simulation(name, environment, logger) }
+    only_co_simulation(name, environment, logger)
 }
 
-unsafe fn only_co_simulation(name: *const c_char, environment: *mut c_void, logger: Option<Logger3>) -> *mut Instance {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    let name = unsafe { text(name) }.unwrap_or(c"");
+fn only_co_simulation(name: Text, environment: *mut c_void, logger: Option<Logger3>) -> *mut Instance {
+    let name = name.get().unwrap_or(c"");
     Log::new(Logger::Three(logger), environment, name, false).say(Category::Error, "only co-simulation is supported");
     ptr::null_mut()
 }
 
 /// Frees an instance and its states.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut Instance) {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { door::destroy(instance) }
+pub extern "C" fn fmi3FreeInstance(instance: Handle) {
+    door::destroy(instance)
 }
 
 /// Start and stop time; begins initialisation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterInitializationMode(
-    instance: *mut Instance,
+pub extern "C" fn fmi3EnterInitializationMode(
+    instance: Handle,
     _tolerance_defined: u8,
     _tolerance: f64,
     start: f64,
     stop_defined: u8,
     stop: f64,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3EnterInitializationMode", Phase::Instantiated as u32, |instance| {
-            match instance.set_experiment(start, (stop_defined != 0).then_some(stop)) {
-                Status::Ok => instance.enter_initialization(),
-                status => status,
-            }
-        })
-    }
+    enter(instance, "fmi3EnterInitializationMode", Phase::Instantiated as u32, |instance| {
+        match instance.set_experiment(start, (stop_defined != 0).then_some(stop)) {
+            Status::Ok => instance.enter_initialization(),
+            status => status,
+        }
+    })
 }
 
 /// Makes the simulation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: *mut Instance) -> Status {
+pub extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> Status {
     let phases = Phase::Initialization as u32;
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { enter(instance, "fmi3ExitInitializationMode", phases, Instance::exit_initialization) }
+    enter(instance, "fmi3ExitInitializationMode", phases, Instance::exit_initialization)
 }
 
 /// From stepping to handling events.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterEventMode(instance: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3EnterEventMode", Phase::Step as u32, |instance| {
-            if !instance.event_mode_used {
-                return instance.refuse("fmi3EnterEventMode: instantiated without event mode");
-            }
-            instance.kept.phase = Phase::Event;
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
+    enter(instance, "fmi3EnterEventMode", Phase::Step as u32, |instance| {
+        if !instance.event_mode_used {
+            return instance.refuse("fmi3EnterEventMode: instantiated without event mode");
+        }
+        instance.kept.phase = Phase::Event;
+        Status::Ok
+    })
 }
 
 /// Discrete outputs are already up to date.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
-    instance: *mut Instance,
-    need_update: *mut u8,
-    terminate: *mut u8,
-    nominals_changed: *mut u8,
-    states_changed: *mut u8,
-    next_event_defined: *mut u8,
-    next_event: *mut f64,
+pub extern "C" fn fmi3UpdateDiscreteStates(
+    instance: Handle,
+    need_update: Output<u8>,
+    mut terminate: Output<u8>,
+    nominals_changed: Output<u8>,
+    states_changed: Output<u8>,
+    next_event_defined: Output<u8>,
+    mut next_event: Output<f64>,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3UpdateDiscreteStates", Phase::Event as u32, |instance| {
-            for place in [need_update, nominals_changed, states_changed, next_event_defined] {
-                put(place, 0);
-            }
-            put(terminate, u8::from(instance.kept.terminated));
-            put(next_event, 0.0);
-            Status::Ok
-        })
-    }
+    enter(instance, "fmi3UpdateDiscreteStates", Phase::Event as u32, |instance| {
+        for mut place in [need_update, nominals_changed, states_changed, next_event_defined] {
+            place.put(0);
+        }
+        terminate.put(u8::from(instance.kept.terminated));
+        next_event.put(0.0);
+        Status::Ok
+    })
 }
 
 /// From handling events to stepping.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterStepMode(instance: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3EnterStepMode", Phase::Event as u32, |instance| {
-            instance.kept.phase = Phase::Step;
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
+    enter(instance, "fmi3EnterStepMode", Phase::Event as u32, |instance| {
+        instance.kept.phase = Phase::Step;
+        Status::Ok
+    })
 }
 
 /// Ends the run; values may still be read.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Terminate(instance: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3Terminate", Phase::RUNNING, |instance| {
-            instance.kept.phase = Phase::Terminated;
-            Status::Ok
-        })
-    }
+pub extern "C" fn fmi3Terminate(instance: Handle) -> Status {
+    enter(instance, "fmi3Terminate", Phase::RUNNING, |instance| {
+        instance.kept.phase = Phase::Terminated;
+        Status::Ok
+    })
 }
 
 /// Back to just after instantiation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Reset(instance: *mut Instance) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { enter(instance, "fmi3Reset", Phase::ANY, Instance::reset) }
+pub extern "C" fn fmi3Reset(instance: Handle) -> Status {
+    enter(instance, "fmi3Reset", Phase::ANY, Instance::reset)
 }
 
 /// Reads Float64 variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFloat64(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3GetFloat64(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *mut f64,
+    mut values: Output<f64>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3GetFloat64", Phase::ANY, |instance| {
-            door::get(instance, Version::Three, Kind::Real, array(vr, count), array_mut(values, length), |x| x)
-        })
-    }
+    enter(instance, "fmi3GetFloat64", Phase::ANY, |instance| {
+        door::get(instance, Version::Three, Kind::Real, array(&vr, count), array_mut(&mut values, length), |x| x)
+    })
 }
 
 /// Reads Int32 variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetInt32(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3GetInt32(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *mut i32,
+    mut values: Output<i32>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3GetInt32", Phase::ANY, |instance| {
-            let (vr, values) = (array(vr, count), array_mut(values, length));
-            door::get(instance, Version::Three, Kind::Integer, vr, values, door::to_integer)
-        })
-    }
+    enter(instance, "fmi3GetInt32", Phase::ANY, |instance| {
+        let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
+        door::get(instance, Version::Three, Kind::Integer, vr, values, door::to_integer)
+    })
 }
 
 /// Reads Enumeration variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetInt64(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3GetInt64(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *mut i64,
+    mut values: Output<i64>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3GetInt64", Phase::ANY, |instance| {
-            let (vr, values) = (array(vr, count), array_mut(values, length));
-            door::get(instance, Version::Three, ENUMERATION, vr, values, |x| x as i64)
-        })
-    }
+    enter(instance, "fmi3GetInt64", Phase::ANY, |instance| {
+        let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
+        door::get(instance, Version::Three, ENUMERATION, vr, values, |x| x as i64)
+    })
 }
 
 /// Reads Boolean variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetBoolean(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3GetBoolean(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *mut u8,
+    mut values: Output<u8>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3GetBoolean", Phase::ANY, |instance| {
-            let (vr, values) = (array(vr, count), array_mut(values, length));
-            door::get(instance, Version::Three, Kind::Boolean, vr, values, |x| u8::from(x != 0.0))
-        })
-    }
+    enter(instance, "fmi3GetBoolean", Phase::ANY, |instance| {
+        let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
+        door::get(instance, Version::Three, Kind::Boolean, vr, values, |x| u8::from(x != 0.0))
+    })
 }
 
 /// Sets Float64 variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFloat64(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3SetFloat64(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *const f64,
+    values: Input<f64>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3SetFloat64", Phase::SETTABLE, |instance| {
-            door::set(instance, Version::Three, Kind::Real, array(vr, count), array(values, length), |x| x)
-        })
-    }
+    enter(instance, "fmi3SetFloat64", Phase::SETTABLE, |instance| {
+        door::set(instance, Version::Three, Kind::Real, array(&vr, count), array(&values, length), |x| x)
+    })
 }
 
 /// Sets Int32 variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetInt32(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3SetInt32(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *const i32,
+    values: Input<i32>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3SetInt32", Phase::SETTABLE, |instance| {
-            door::set(instance, Version::Three, Kind::Integer, array(vr, count), array(values, length), f64::from)
-        })
-    }
+    enter(instance, "fmi3SetInt32", Phase::SETTABLE, |instance| {
+        door::set(instance, Version::Three, Kind::Integer, array(&vr, count), array(&values, length), f64::from)
+    })
 }
 
 /// Sets Enumeration variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetInt64(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3SetInt64(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *const i64,
+    values: Input<i64>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3SetInt64", Phase::SETTABLE, |instance| {
-            let (vr, values) = (array(vr, count), array(values, length));
-            door::set(instance, Version::Three, ENUMERATION, vr, values, |x| x as f64)
-        })
-    }
+    enter(instance, "fmi3SetInt64", Phase::SETTABLE, |instance| {
+        let (vr, values) = (array(&vr, count), array(&values, length));
+        door::set(instance, Version::Three, ENUMERATION, vr, values, |x| x as f64)
+    })
 }
 
 /// Sets Boolean variables.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetBoolean(
-    instance: *mut Instance,
-    vr: *const u32,
+pub extern "C" fn fmi3SetBoolean(
+    instance: Handle,
+    vr: Input<u32>,
     count: usize,
-    values: *const u8,
+    values: Input<u8>,
     length: usize,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3SetBoolean", Phase::SETTABLE, |instance| {
-            let (vr, values) = (array(vr, count), array(values, length));
-            door::set(instance, Version::Three, Kind::Boolean, vr, values, |x| f64::from(u8::from(x != 0)))
-        })
-    }
+    enter(instance, "fmi3SetBoolean", Phase::SETTABLE, |instance| {
+        let (vr, values) = (array(&vr, count), array(&values, length));
+        door::set(instance, Version::Three, Kind::Boolean, vr, values, |x| f64::from(u8::from(x != 0)))
+    })
 }
 
 /// Any enumeration: all are read and written alike.
@@ -365,108 +309,86 @@ const ENUMERATION: Kind = Kind::Choice(CHOICES[0]);
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: *mut Instance, state: *mut *mut Saved) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { crate::fmi2::fmi2GetFMUstate(instance, state) }
+pub extern "C" fn fmi3GetFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
+    crate::fmi2::fmi2GetFMUstate(instance, state)
 }
 
 /// Restores a state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut Instance, state: *mut Saved) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { crate::fmi2::fmi2SetFMUstate(instance, state) }
+pub extern "C" fn fmi3SetFMUState(instance: Handle, state: *mut Saved) -> Status {
+    crate::fmi2::fmi2SetFMUstate(instance, state)
 }
 
 /// Frees a state and clears the host's pointer.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(instance: *mut Instance, state: *mut *mut Saved) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { crate::fmi2::fmi2FreeFMUstate(instance, state) }
+pub extern "C" fn fmi3FreeFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
+    crate::fmi2::fmi2FreeFMUstate(instance, state)
 }
 
 /// Bytes of a state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    instance: *mut Instance,
-    state: *mut Saved,
-    size: *mut usize,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { crate::fmi2::fmi2SerializedFMUstateSize(instance, state, size) }
+pub extern "C" fn fmi3SerializedFMUStateSize(instance: Handle, state: *mut Saved, size: Output<usize>) -> Status {
+    crate::fmi2::fmi2SerializedFMUstateSize(instance, state, size)
 }
 
 /// Writes a state into bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: *mut Instance,
-    state: *mut Saved,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { crate::fmi2::fmi2SerializeFMUstate(instance, state, bytes, size) }
+pub extern "C" fn fmi3SerializeFMUState(instance: Handle, state: *mut Saved, bytes: Output<u8>, size: usize) -> Status {
+    crate::fmi2::fmi2SerializeFMUstate(instance, state, bytes, size)
 }
 
 /// Makes a state from bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: *mut Instance,
-    bytes: *const u8,
+pub extern "C" fn fmi3DeserializeFMUState(
+    instance: Handle,
+    bytes: Input<u8>,
     size: usize,
-    state: *mut *mut Saved,
+    state: Output<*mut Saved>,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe { crate::fmi2::fmi2DeSerializeFMUstate(instance, bytes, size, state) }
+    crate::fmi2::fmi2DeSerializeFMUstate(instance, bytes, size, state)
 }
 
 /// A communication step from t to t + h.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DoStep(
-    instance: *mut Instance,
+pub extern "C" fn fmi3DoStep(
+    instance: Handle,
     t: f64,
     h: f64,
     _no_set_state_before: u8,
-    event_handling_needed: *mut u8,
-    terminate: *mut u8,
-    early_return: *mut u8,
-    last_successful_time: *mut f64,
+    mut event_handling_needed: Output<u8>,
+    mut terminate: Output<u8>,
+    mut early_return: Output<u8>,
+    mut last_successful_time: Output<f64>,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3DoStep", Phase::Step as u32, |instance| {
-            let early = match (instance.early_return_allowed, instance.event_mode_used) {
-                (false, _) => Early::No,
-                (true, true) => Early::AtEvents,
-                (true, false) if instance.kept.parameters.flag(Id::StopOnEvent) => Early::ToStop,
-                (true, false) => Early::No,
-            };
-            let end = instance.do_step(t, h, early);
-            put(event_handling_needed, u8::from(end.event && instance.event_mode_used));
-            put(terminate, u8::from(end.terminate));
-            put(early_return, u8::from(end.early));
-            put(last_successful_time, instance.kept.time);
-            end.status
-        })
-    }
+    enter(instance, "fmi3DoStep", Phase::Step as u32, |instance| {
+        let early = match (instance.early_return_allowed, instance.event_mode_used) {
+            (false, _) => Early::No,
+            (true, true) => Early::AtEvents,
+            (true, false) if instance.kept.parameters.flag(Id::StopOnEvent) => Early::ToStop,
+            (true, false) => Early::No,
+        };
+        let end = instance.do_step(t, h, early);
+        event_handling_needed.put(u8::from(end.event && instance.event_mode_used));
+        terminate.put(u8::from(end.terminate));
+        early_return.put(u8::from(end.early));
+        last_successful_time.put(instance.kept.time);
+        end.status
+    })
 }
 
 /// No input reaches an output without a step: every output depends on nothing.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetNumberOfVariableDependencies(
-    instance: *mut Instance,
+pub extern "C" fn fmi3GetNumberOfVariableDependencies(
+    instance: Handle,
     reference: u32,
-    count: *mut usize,
+    mut count: Output<usize>,
 ) -> Status {
-    // SAFETY: the host keeps the standard's rules for pointers.
-    unsafe {
-        enter(instance, "fmi3GetNumberOfVariableDependencies", Phase::ANY, |instance| {
-            if count.is_null() || whole(reference).is_none_or(|variable| !variable.role.is_output()) {
-                return instance.refuse("fmi3GetNumberOfVariableDependencies: not an output, or null pointer");
-            }
-            put(count, 0);
-            Status::Ok
-        })
-    }
+    enter(instance, "fmi3GetNumberOfVariableDependencies", Phase::ANY, |instance| {
+        if whole(reference).is_none_or(|variable| !variable.role.is_output()) || !count.put(0) {
+            return instance.refuse("fmi3GetNumberOfVariableDependencies: not an output, or null pointer");
+        }
+        Status::Ok
+    })
 }
 
 /// Types no variable has: reading or writing none is fine, any is not. The arguments after the count are of no interest, and
@@ -475,9 +397,8 @@ macro_rules! of_no_variable {
     ($phases:expr; $($name:ident)*) => {$(
         /// No variable has this type.
         #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: *mut Instance, _vr: *const u32, count: usize) -> Status {
-            // SAFETY: the host keeps the standard's rules for pointers.
-            unsafe { none_of_this_type(instance, stringify!($name), $phases, count) }
+        pub extern "C" fn $name(instance: Handle, _vr: *const u32, count: usize) -> Status {
+            none_of_this_type(instance, stringify!($name), $phases, count)
         }
     )*};
 }
@@ -498,9 +419,8 @@ macro_rules! unsupported {
     ($($name:ident)*) => {$(
         /// Not provided.
         #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: *mut Instance) -> Status {
-            // SAFETY: the host keeps the standard's rules for pointers.
-            unsafe { unsupported(instance, stringify!($name)) }
+        pub extern "C" fn $name(instance: Handle) -> Status {
+            unsupported(instance, stringify!($name))
         }
     )*};
 }

@@ -37,10 +37,11 @@ pub enum Category {
 /// Place of "logAll" in [`LOG_CATEGORIES`].
 const ALL: usize = 5;
 
-/// Logger of FMI 2.0: environment, instance name, status, category, format, arguments.
-pub type Logger2 = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
-/// Logger of FMI 3.0: environment, status, category, message.
-pub type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+/// Logger of FMI 2.0: environment, instance name, status, category, format, arguments. A C host vouches for its logger; a Rust
+/// host can only give one that is safe with any arguments.
+pub type Logger2 = extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+/// Logger of FMI 3.0: environment, status, category, message. As [`Logger2`].
+pub type Logger3 = extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
 /// The host's logger.
 #[derive(Clone, Copy)]
@@ -55,6 +56,7 @@ pub enum Logger {
 pub type Line = heapless::String<240>;
 
 /// Where messages go and which are wanted.
+#[derive(Clone)]
 pub struct Log {
     logger: Logger,
     environment: *mut c_void,
@@ -112,13 +114,12 @@ impl Log {
         // There is room: 255 bytes at most were taken.
         let _ = line.push(0);
         let (environment, status, message) = (self.environment, status as c_int, line.as_ptr().cast::<c_char>());
+        // All texts end with a zero and outlive the call.
         match self.logger {
-            // SAFETY: the host gave the function with this signature; all texts end with a zero and outlive the call.
-            Logger::Two(Some(logger)) => unsafe {
+            Logger::Two(Some(logger)) => {
                 logger(environment, self.name.as_ptr().cast(), status, name.as_ptr(), c"%s".as_ptr(), message)
-            },
-            // SAFETY: as above.
-            Logger::Three(Some(logger)) => unsafe { logger(environment, status, name.as_ptr(), message) },
+            }
+            Logger::Three(Some(logger)) => logger(environment, status, name.as_ptr(), message),
             Logger::Two(None) | Logger::Three(None) => {}
         }
     }

@@ -1,46 +1,100 @@
 //! Memory from the C library: one block at a time, zeroed, freed when dropped.
 
 use core::ffi::c_void;
-use core::ptr::{self, NonNull};
+use core::ops::{Deref, DerefMut};
+use core::ptr::NonNull;
 
 unsafe extern "C" {
-    fn calloc(count: usize, size: usize) -> *mut c_void;
+    safe fn calloc(count: usize, size: usize) -> *mut c_void;
     fn free(block: *mut c_void);
 }
 
-/// Zeroed memory for one `T` and `extra` bytes behind it, or None. Free with [`release`].
-pub fn allocate<T>(extra: usize) -> Option<NonNull<T>> {
-    let bytes = size_of::<T>().checked_add(extra)?;
-    // SAFETY: calloc takes any size; what it returns is aligned for every type of ours (checked in tests).
-    NonNull::new(unsafe { calloc(1, bytes) }.cast())
+/// A value in a block of its own, with bytes behind it. Dropped, the value is dropped and the block freed.
+pub struct Owned<T> {
+    /// From calloc: aligned for every type of ours (checked in tests), with `size_of::<T>() + extra` bytes.
+    start: NonNull<T>,
+    extra: usize,
 }
 
-/// Gives back a block of [`allocate`].
-///
-/// # Safety
-/// The pointer came from [`allocate`] and is not used again.
-pub unsafe fn release<T>(block: NonNull<T>) {
-    // SAFETY: the caller's promise.
-    unsafe { free(block.as_ptr().cast()) }
+impl<T> Owned<T> {
+    /// A value and `extra` zeroed bytes behind it; None if there is no memory.
+    pub fn new(value: T, extra: usize) -> Option<Owned<T>> {
+        let bytes = size_of::<T>().checked_add(extra)?;
+        let start = NonNull::new(calloc(1, bytes.max(1)).cast::<T>())?;
+        // SAFETY: a fresh block, large enough and aligned.
+        unsafe { start.write(value) };
+        Some(Owned { start, extra })
+    }
+
+    /// A value that [`Owned::into_pointer`] has let go of.
+    ///
+    /// # Safety
+    /// The pointer came from there, with no bytes behind the value, and is not used again.
+    pub const unsafe fn from_pointer(start: NonNull<T>) -> Owned<T> {
+        Owned { start, extra: 0 }
+    }
+
+    /// Lets go of the value: whoever has the pointer sees to it from now on.
+    pub fn into_pointer(self) -> *mut T {
+        core::mem::ManuallyDrop::new(self).start.as_ptr()
+    }
+
+    /// Where the value is.
+    pub fn pointer(&self) -> *mut T {
+        self.start.as_ptr()
+    }
+
+    /// The value and the bytes behind it.
+    pub fn parts(&self) -> (&T, &[u8]) {
+        // SAFETY: ours alone; the value was written and the bytes zeroed when it was made.
+        unsafe { (self.start.as_ref(), core::slice::from_raw_parts(self.start.add(1).as_ptr().cast(), self.extra)) }
+    }
+
+    /// As [`Owned::parts`], to change.
+    pub fn parts_mut(&mut self) -> (&mut T, &mut [u8]) {
+        let behind = self.start.as_ptr().wrapping_add(1).cast();
+        // SAFETY: as above; the two do not overlap.
+        unsafe { (self.start.as_mut(), core::slice::from_raw_parts_mut(behind, self.extra)) }
+    }
 }
 
-/// The memory of one simulation. Empty until it is needed.
+impl<T> Deref for Owned<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.parts().0
+    }
+}
+
+impl<T> DerefMut for Owned<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.parts_mut().0
+    }
+}
+
+impl<T> Drop for Owned<T> {
+    fn drop(&mut self) {
+        // SAFETY: a value that is not used again, in a block of calloc that nobody else frees.
+        unsafe {
+            self.start.drop_in_place();
+            free(self.start.as_ptr().cast());
+        }
+    }
+}
+
+/// The memory of one simulation.
 pub struct Block {
-    start: *mut c_void,
+    /// All of it behind a value of no size that has the alignment of a number.
+    bytes: Owned<[f64; 0]>,
     reals: usize,
     words: usize,
 }
 
 impl Block {
-    /// No memory.
-    pub const EMPTY: Block = Block { start: ptr::null_mut(), reals: 0, words: 0 };
-
     /// Memory for so many numbers and integers, or None.
     pub fn new(reals: usize, words: usize) -> Option<Block> {
         let bytes = reals.checked_mul(8)?.checked_add(words.checked_mul(4)?)?;
-        // SAFETY: calloc takes any size.
-        let start = unsafe { calloc(bytes.max(1), 1) };
-        (!start.is_null()).then_some(Block { start, reals, words })
+        Some(Block { bytes: Owned::new([], bytes)?, reals, words })
     }
 
     /// The block as a simulation's memory.
@@ -48,10 +102,7 @@ impl Block {
     /// # Safety
     /// Called once per block, and the block outlives what is returned.
     pub unsafe fn carve(&mut self) -> fabric::Memory<'static> {
-        if self.start.is_null() {
-            return fabric::Memory { reals: &mut [], words: &mut [] };
-        }
-        let reals = self.start.cast::<f64>();
+        let reals = self.bytes.pointer().cast::<f64>();
         // SAFETY: the block holds `reals` numbers and behind them `words` integers, zeroed and aligned by calloc; the two
         // parts do not overlap, and the caller promises to hold no others.
         unsafe {
@@ -64,18 +115,25 @@ impl Block {
     }
 }
 
-impl Drop for Block {
-    fn drop(&mut self) {
-        // SAFETY: null or a block of calloc that nobody else frees.
-        unsafe { free(self.start) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     #[test]
     fn calloc_aligns_everything_we_keep() {
         assert!(align_of::<crate::instance::Instance>() <= 16);
         assert!(align_of::<crate::state::Saved>() <= 16);
+    }
+
+    #[test]
+    fn a_value_and_the_bytes_behind_it_are_dropped_once() {
+        let counter = std::rc::Rc::new(());
+        let mut owned = Owned::new(counter.clone(), 5).unwrap();
+        owned.parts_mut().1[4] = 7;
+        assert_eq!(owned.parts().1, [0, 0, 0, 0, 7]);
+        assert_eq!(std::rc::Rc::strong_count(&*owned), 2);
+        drop(owned);
+        assert_eq!(std::rc::Rc::strong_count(&counter), 1);
+        assert!(Owned::new(counter, usize::MAX).is_none());
     }
 }

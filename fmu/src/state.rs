@@ -5,9 +5,8 @@
 
 use crate::instance::{Instance, Kept, Phase, Running, Trouble};
 use crate::log::Status;
-use crate::memory;
+use crate::memory::Owned;
 use crate::table::{COUNT, SLOTS, TOKEN_HASH};
-use core::ptr::{self, NonNull};
 use fabric::Sim;
 use fabric::snapshot::Hash;
 
@@ -21,128 +20,119 @@ const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
 
 /// A saved state. The kernel's image lies behind it in the same block.
 pub struct Saved {
-    next: *mut Saved,
+    next: Option<Owned<Saved>>,
     kept: Kept,
     /// Bytes of the image; 0 if there was no simulation yet.
     image: usize,
-    /// Bytes there is room for.
-    room: usize,
     /// Whether the image came as bytes from the host; else `save` wrote it.
     from_bytes: bool,
 }
 
-/// The states of an instance that its host holds; freed with it.
-pub struct States(*mut Saved);
+impl Owned<Saved> {
+    /// The kernel's image.
+    fn image(&self) -> &[u8] {
+        let (saved, behind) = self.parts();
+        behind.get(..saved.image).unwrap_or(&[])
+    }
 
-impl Default for States {
-    fn default() -> States {
-        States(ptr::null_mut())
+    /// The kernel's image, to write.
+    fn image_mut(&mut self) -> &mut [u8] {
+        let (saved, behind) = self.parts_mut();
+        behind.get_mut(..saved.image).unwrap_or(&mut [])
+    }
+
+    /// Bytes there is room for.
+    fn room(&self) -> usize {
+        self.parts().1.len()
     }
 }
 
+/// The states of an instance that its host holds; freed with it. The host names a state by its address, which is looked up
+/// here and never trusted.
+#[derive(Default)]
+pub struct States(Option<Owned<Saved>>);
+
 impl States {
     /// The state a host's pointer means, if it is one of this instance.
-    fn find(&self, wanted: *const Saved) -> Option<NonNull<Saved>> {
-        let mut at = self.0;
-        while let Some(saved) = NonNull::new(at) {
-            if saved.as_ptr().cast_const() == wanted {
+    fn find(&self, wanted: *const Saved) -> Option<&Owned<Saved>> {
+        core::iter::successors(self.0.as_ref(), |saved| saved.next.as_ref())
+            .find(|saved| saved.pointer().cast_const() == wanted)
+    }
+
+    /// As [`States::find`], to change.
+    fn find_mut(&mut self, wanted: *const Saved) -> Option<&mut Owned<Saved>> {
+        let mut at = self.0.as_mut();
+        while let Some(saved) = at {
+            if saved.pointer().cast_const() == wanted {
                 return Some(saved);
             }
-            // SAFETY: the list holds only live blocks made by `add`.
-            at = unsafe { saved.as_ref() }.next;
+            at = saved.next.as_mut();
         }
         None
     }
 
-    fn add(&mut self, kept: &Kept, image: usize, from_bytes: bool) -> Option<NonNull<Saved>> {
-        let saved = memory::allocate::<Saved>(image)?;
-        // SAFETY: a fresh block of the right size and alignment.
-        unsafe { saved.write(Saved { next: self.0, kept: *kept, image, room: image, from_bytes }) };
-        self.0 = saved.as_ptr();
-        Some(saved)
+    /// A new state with room for an image; None if there is no memory.
+    fn add(&mut self, kept: &Kept, image: usize, from_bytes: bool) -> Option<&mut Owned<Saved>> {
+        let mut saved = Owned::new(Saved { next: None, kept: *kept, image, from_bytes }, image)?;
+        saved.next = self.0.take();
+        Some(self.0.insert(saved))
     }
 
     /// Frees one state; false if it is none of this instance's.
-    pub fn remove(&mut self, wanted: *mut Saved) -> bool {
-        let Some(found) = self.find(wanted) else { return false };
-        // SAFETY: found in the list, hence live.
-        let next = unsafe { found.as_ref() }.next;
-        if self.0 == wanted {
-            self.0 = next;
-        } else {
-            let mut at = self.0;
-            while let Some(mut before) = NonNull::new(at) {
-                // SAFETY: the list holds only live blocks, and nothing else refers to them now.
-                let before = unsafe { before.as_mut() };
-                if before.next == wanted {
-                    before.next = next;
-                    break;
+    pub fn remove(&mut self, wanted: *const Saved) -> bool {
+        let mut at = &mut self.0;
+        loop {
+            match at {
+                None => return false,
+                Some(saved) if saved.pointer().cast_const() == wanted => {
+                    *at = saved.next.take();
+                    return true;
                 }
-                at = before.next;
+                Some(saved) => at = &mut saved.next,
             }
         }
-        // SAFETY: made by `add`, and no longer in the list.
-        unsafe { memory::release(found) };
-        true
     }
 }
 
 impl Drop for States {
+    /// One after the other: each would else drop its next from within, as deep as there are states.
     fn drop(&mut self) {
-        while !self.0.is_null() {
-            self.remove(self.0);
+        while let Some(mut first) = self.0.take() {
+            self.0 = first.next.take();
         }
-    }
-}
-
-/// The image behind a state.
-///
-/// # Safety
-/// `saved` is live and nothing else refers to its image.
-unsafe fn image_of<'a>(saved: NonNull<Saved>) -> &'a mut [u8] {
-    // SAFETY: `add` made room for `room` >= `image` bytes behind the struct.
-    unsafe {
-        let length = (*saved.as_ptr()).image;
-        core::slice::from_raw_parts_mut(saved.as_ptr().add(1).cast::<u8>(), length)
     }
 }
 
 impl Instance {
     /// Copies the present state. A state given by the host is written over, if its memory is large enough.
-    pub fn save(&mut self, given: *mut Saved) -> Result<NonNull<Saved>, Status> {
+    pub fn save(&mut self, given: *mut Saved) -> Result<*mut Saved, Status> {
         let image = self.running.as_ref().map_or(0, |running| running.sim.snapshot_bytes());
         if let Some(failure) = self.running.as_ref().and_then(|running| running.sim.failure()) {
             return Err(self.refuse(failure.code().text().to_str().unwrap_or("")));
         }
-        let reused = if given.is_null() {
-            None
+        let reused = self.states.find(given);
+        if reused.is_none() && !given.is_null() {
+            return Err(self.refuse("not a state of this instance"));
+        }
+        let pointer = if reused.is_some_and(|saved| saved.room() >= image) {
+            given
         } else {
-            Some(self.states.find(given).ok_or_else(|| self.refuse("not a state of this instance"))?)
+            let Some(saved) = self.states.add(&self.kept, image, false) else { return Err(self.out_of_memory()) };
+            let pointer = saved.pointer();
+            self.states.remove(given);
+            pointer
         };
-        let saved = match reused {
-            // SAFETY: found in the list, hence live.
-            Some(saved) if unsafe { saved.as_ref() }.room >= image => {
-                // SAFETY: as above; nothing else refers to it.
-                let state = unsafe { &mut *saved.as_ptr() };
-                state.kept = self.kept;
-                state.image = image;
-                state.from_bytes = false;
-                saved
-            }
-            _ => {
-                let Some(saved) = self.states.add(&self.kept, image, false) else { return Err(self.out_of_memory()) };
-                self.states.remove(given);
-                saved
-            }
-        };
-        if let Some(running) = &self.running {
-            // SAFETY: live, and nothing else refers to its image.
-            let bytes = unsafe { image_of(saved) };
-            if let Err(error) = running.sim.save(bytes) {
+        if let Some(saved) = self.states.find_mut(pointer) {
+            saved.kept = self.kept;
+            saved.image = image;
+            saved.from_bytes = false;
+            if let Some(running) = &self.running
+                && let Err(error) = running.sim.save(saved.image_mut())
+            {
                 return Err(self.refuse(&error.text()));
             }
         }
-        Ok(saved)
+        Ok(pointer)
     }
 
     /// Frees a state of this instance.
@@ -157,9 +147,7 @@ impl Instance {
     /// Puts the instance into a saved state. On an error nothing has changed.
     pub fn restore(&mut self, saved: *const Saved) -> Status {
         let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
-        // SAFETY: found in the list, hence live; nothing else refers to it during this call.
-        let (kept, from_bytes, image) =
-            unsafe { ((*saved.as_ptr()).kept, (*saved.as_ptr()).from_bytes, &*image_of(saved)) };
+        let (kept, from_bytes, image) = (saved.kept, saved.from_bytes, saved.image());
         if image.is_empty() {
             self.running = None;
             self.restored(&kept);
@@ -187,15 +175,13 @@ impl Instance {
     /// Bytes of a state of this instance.
     pub fn serialized_size(&self, saved: *const Saved) -> Result<usize, Status> {
         let saved = self.states.find(saved).ok_or_else(|| self.refuse("not a state of this instance"))?;
-        // SAFETY: found in the list, hence live.
-        Ok(FRAME_BYTES + unsafe { saved.as_ref() }.image)
+        Ok(FRAME_BYTES + saved.image)
     }
 
     /// Writes a state into bytes.
     pub fn serialize(&self, saved: *const Saved, bytes: &mut [u8]) -> Status {
         let Some(saved) = self.states.find(saved) else { return self.refuse("not a state of this instance") };
-        // SAFETY: found in the list, hence live; nothing else refers to it during this call.
-        let (mut kept, image) = unsafe { ((*saved.as_ptr()).kept, &*image_of(saved)) };
+        let (mut kept, image) = (saved.kept, saved.image());
         let total = FRAME_BYTES + image.len();
         let Some(bytes) = bytes.get_mut(..total) else { return self.refuse("serialized state: buffer too short") };
         let mut words = bytes.as_chunks_mut::<8>().0.iter_mut();
@@ -222,7 +208,7 @@ impl Instance {
     }
 
     /// Makes a state from bytes. Anything but an unchanged image of the same build is refused.
-    pub fn deserialize(&mut self, bytes: &[u8]) -> Result<NonNull<Saved>, Status> {
+    pub fn deserialize(&mut self, bytes: &[u8]) -> Result<*mut Saved, Status> {
         let malformed = "serialized state: malformed, truncated or altered";
         let (words, rest) = bytes.as_chunks::<8>();
         let Some((checksum, body)) = words.split_last().filter(|_| rest.is_empty() && bytes.len() >= FRAME_BYTES)
@@ -248,12 +234,10 @@ impl Instance {
         }
         let image = bytes.len() - FRAME_BYTES;
         let Some(saved) = self.states.add(&kept, image, true) else { return Err(self.out_of_memory()) };
-        // SAFETY: just made; nothing else refers to its image.
-        let places = unsafe { image_of(saved) };
-        for (place, word) in places.as_chunks_mut::<8>().0.iter_mut().zip(at) {
+        for (place, word) in saved.image_mut().as_chunks_mut::<8>().0.iter_mut().zip(at) {
             *place = word.to_le_bytes();
         }
-        Ok(saved)
+        Ok(saved.pointer())
     }
 }
 
@@ -286,6 +270,7 @@ fn visit(kept: &mut Kept, word: &mut impl FnMut(u64) -> u64) -> bool {
 mod tests {
     use super::*;
     use crate::log::{Log, Logger};
+    use core::ptr;
 
     #[test]
     fn the_traversal_has_the_stated_length() {
@@ -303,14 +288,24 @@ mod tests {
         let mut instance = Instance::new(Log::new(Logger::Two(None), ptr::null_mut(), c"", false));
         let first = instance.save(ptr::null_mut()).unwrap();
         let second = instance.save(ptr::null_mut()).unwrap();
-        assert_eq!(instance.save(first.as_ptr()).unwrap(), first);
-        let mut bytes = std::vec![0; instance.serialized_size(second.as_ptr()).unwrap()];
-        assert_eq!(instance.serialize(second.as_ptr(), &mut bytes), Status::Ok);
+        assert_eq!(instance.save(first).unwrap(), first);
+        let mut bytes = std::vec![0; instance.serialized_size(second).unwrap()];
+        assert_eq!(instance.serialize(second, &mut bytes), Status::Ok);
         assert!(instance.deserialize(&bytes).is_ok());
         bytes[40] ^= 1;
         assert!(instance.deserialize(&bytes).is_err());
-        assert_eq!(instance.free(first.as_ptr()), Status::Ok);
-        assert_eq!(instance.free(first.as_ptr()), Status::Error);
-        assert_eq!(instance.restore(second.as_ptr()), Status::Ok);
+        assert_eq!(instance.free(first), Status::Ok);
+        assert_eq!(instance.free(first), Status::Error);
+        assert_eq!(instance.restore(second), Status::Ok);
+    }
+
+    #[test]
+    fn many_states_are_freed_in_a_small_stack() {
+        let thread = std::thread::Builder::new().stack_size(1 << 17).spawn(|| {
+            let instance = Instance::new(Log::new(Logger::Two(None), ptr::null_mut(), c"", false));
+            let mut states = States::default();
+            assert!((0..20_000).all(|_| states.add(&instance.kept, 8, false).is_some()));
+        });
+        assert!(thread.unwrap().join().is_ok());
     }
 }

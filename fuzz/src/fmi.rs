@@ -6,8 +6,10 @@
 
 use crate::bytes::Bytes;
 use fabric::snapshot::Hash;
+use fabric_fmu::door::{Handle, Text};
 use fabric_fmu::fmi2::*;
 use fabric_fmu::fmi3::*;
+use fabric_fmu::host::{Input, Output};
 use fabric_fmu::instance::{Instance, MOST_ELEMENTS};
 use fabric_fmu::log::Status;
 use fabric_fmu::state::Saved;
@@ -101,8 +103,35 @@ pub fn run(data: &[u8]) -> bool {
     player.stepped
 }
 
-/// The host's logger of FMI 3.0.
-unsafe extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c_char, message: *const c_char) {
+/// A host's pointer to an instance.
+///
+/// # Safety
+/// As of [`Handle::given`].
+unsafe fn at(instance: *mut Instance) -> Handle {
+    // SAFETY: the caller's promise.
+    unsafe { Handle::given(instance) }
+}
+
+/// A host's pointer to what is read.
+///
+/// # Safety
+/// As of [`Input::given`].
+unsafe fn from<T>(start: *const T) -> Input<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Input::given(start) }
+}
+
+/// A host's pointer to what is written.
+///
+/// # Safety
+/// As of [`Output::given`].
+unsafe fn to<T>(start: *mut T) -> Output<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Output::given(start) }
+}
+
+/// The host's logger of FMI 3.0. Only the FMU calls it.
+extern "C" fn logger(environment: *mut c_void, status: c_int, category: *const c_char, message: *const c_char) {
     assert!(environment.is_null() && (0..=4).contains(&status) && !category.is_null() && !message.is_null());
     // SAFETY: a text that ends with a zero.
     assert!(unsafe { std::ffi::CStr::from_ptr(message) }.to_bytes().len() > 3);
@@ -143,12 +172,12 @@ impl Player<'_> {
                 if self.three {
                     let (events, early) = (u8::from(self.events), u8::from(self.early));
                     if odd == 31 {
-                        fmi3InstantiateModelExchange(name, token, null(), 0, 1, null_mut(), Some(logger))
+                        fmi3InstantiateModelExchange(Text::given(name), token, null(), 0, 1, null_mut(), Some(logger))
                     } else {
                         let log = Some(logger as _);
                         fmi3InstantiateCoSimulation(
-                            name,
-                            token,
+                            Text::given(name),
+                            Text::given(token),
                             null(),
                             0,
                             1,
@@ -163,7 +192,15 @@ impl Player<'_> {
                     }
                 } else {
                     let kind = if odd == 31 { 0 } else { 1 };
-                    fmi2Instantiate(name, kind, token, null(), callbacks.as_ptr().cast(), 0, 1)
+                    fmi2Instantiate(
+                        Text::given(name),
+                        kind,
+                        Text::given(token),
+                        null(),
+                        from(callbacks.as_ptr().cast()),
+                        0,
+                        1,
+                    )
                 }
             };
             assert_eq!(self.instance.is_null(), attempt);
@@ -175,7 +212,7 @@ impl Player<'_> {
     /// The instance is not used again.
     unsafe fn free(&mut self) {
         // SAFETY: made by one of the two, which free alike.
-        unsafe { if self.three { fmi3FreeInstance(self.instance) } else { fmi2FreeInstance(self.instance) } }
+        unsafe { if self.three { fmi3FreeInstance(at(self.instance)) } else { fmi2FreeInstance(at(self.instance)) } }
         self.held.clear();
     }
 
@@ -202,7 +239,7 @@ impl Player<'_> {
         assert_eq!(status, OK);
         if self.three && self.events {
             // SAFETY: a live instance.
-            assert_eq!(unsafe { fmi3EnterStepMode(self.instance) } as i32, OK);
+            assert_eq!(unsafe { fmi3EnterStepMode(at(self.instance)) } as i32, OK);
             self.known.state = STEP;
         }
     }
@@ -214,9 +251,9 @@ impl Player<'_> {
         let status = unsafe {
             let (given, end) = (stop.is_some(), stop.unwrap_or(0.0));
             if self.three {
-                fmi3EnterInitializationMode(self.instance, 0, 0.0, start, u8::from(given), end)
+                fmi3EnterInitializationMode(at(self.instance), 0, 0.0, start, u8::from(given), end)
             } else {
-                fmi2SetupExperiment(self.instance, 0, 0.0, start, c_int::from(given), end)
+                fmi2SetupExperiment(at(self.instance), 0, 0.0, start, c_int::from(given), end)
             }
         } as i32;
         assert_eq!(status, expected);
@@ -234,7 +271,7 @@ impl Player<'_> {
             return OK; // done with the times
         }
         // SAFETY: a live instance.
-        let status = unsafe { fmi2EnterInitializationMode(self.instance) } as i32;
+        let status = unsafe { fmi2EnterInitializationMode(at(self.instance)) } as i32;
         assert_eq!(status, self.ok_in(INSTANTIATED, true));
         if status == OK {
             self.known.state = INITIALIZATION;
@@ -246,9 +283,9 @@ impl Player<'_> {
         // SAFETY: a live instance.
         let status = unsafe {
             if self.three {
-                fmi3ExitInitializationMode(self.instance)
+                fmi3ExitInitializationMode(at(self.instance))
             } else {
-                fmi2ExitInitializationMode(self.instance)
+                fmi2ExitInitializationMode(at(self.instance))
             }
         } as i32;
         if !self.allowed(INITIALIZATION) {
@@ -290,8 +327,9 @@ impl Player<'_> {
             24 => {
                 let expected = self.ok_in(STEP | EVENT, true);
                 // SAFETY: a live instance.
-                let status =
-                    unsafe { if self.three { fmi3Terminate(self.instance) } else { fmi2Terminate(self.instance) } };
+                let status = unsafe {
+                    if self.three { fmi3Terminate(at(self.instance)) } else { fmi2Terminate(at(self.instance)) }
+                };
                 assert_eq!(status as i32, expected);
                 if expected == OK {
                     self.known.state = TERMINATED;
@@ -300,7 +338,8 @@ impl Player<'_> {
             }
             25 => {
                 // SAFETY: a live instance.
-                let status = unsafe { if self.three { fmi3Reset(self.instance) } else { fmi2Reset(self.instance) } };
+                let status =
+                    unsafe { if self.three { fmi3Reset(at(self.instance)) } else { fmi2Reset(at(self.instance)) } };
                 assert_eq!(status as i32, OK);
                 self.make_small();
                 if self.bytes.once_in(2) {
@@ -346,9 +385,18 @@ impl Player<'_> {
         // SAFETY: a live instance, and numbers.
         let status = unsafe {
             if self.three {
-                fmi3DoStep(self.instance, t, h, 0, &mut event, &mut terminate, &mut early, &mut reached)
+                fmi3DoStep(
+                    at(self.instance),
+                    t,
+                    h,
+                    0,
+                    to(&mut event),
+                    to(&mut terminate),
+                    to(&mut early),
+                    to(&mut reached),
+                )
             } else {
-                fmi2DoStep(self.instance, t, h, 1)
+                fmi2DoStep(at(self.instance), t, h, 1)
             }
         } as i32;
         if !(sound && self.allowed(STEP)) {
@@ -362,7 +410,7 @@ impl Player<'_> {
         assert_ne!(status, ERROR, "a possible step refused");
         if !self.three {
             // SAFETY: a live instance, and a number.
-            assert_eq!(unsafe { fmi2GetRealStatus(self.instance, 2, &mut reached) } as i32, OK);
+            assert_eq!(unsafe { fmi2GetRealStatus(at(self.instance), 2, to(&mut reached)) } as i32, OK);
         }
         // A discarded step has not moved time; in FMI 2.0 one that ended the simulation has.
         let stopped = status == DISCARD && reached != time;
@@ -385,9 +433,9 @@ impl Player<'_> {
         let mut state = null_mut();
         // SAFETY: a live instance; the state is freed at once.
         unsafe {
-            let status = fmi2GetFMUstate(self.instance, &mut state);
+            let status = fmi2GetFMUstate(at(self.instance), to(&mut state));
             if status == Status::Ok {
-                fmi2FreeFMUstate(self.instance, &mut state);
+                fmi2FreeFMUstate(at(self.instance), to(&mut state));
             }
             status == Status::Error
         }
@@ -420,17 +468,19 @@ impl Player<'_> {
             let n = values.len();
             let status = if self.three {
                 match variable.kind {
-                    Kind::Real => fmi3SetFloat64(c, &first, 1, values.as_ptr(), n),
-                    Kind::Integer => fmi3SetInt32(c, &first, 1, integers.as_ptr(), n),
-                    Kind::Choice(_) => fmi3SetInt64(c, &first, 1, longs.as_ptr(), n),
-                    Kind::Boolean => fmi3SetBoolean(c, &first, 1, truths.as_ptr(), n),
+                    Kind::Real => fmi3SetFloat64(at(c), from(&first), 1, from(values.as_ptr()), n),
+                    Kind::Integer => fmi3SetInt32(at(c), from(&first), 1, from(integers.as_ptr()), n),
+                    Kind::Choice(_) => fmi3SetInt64(at(c), from(&first), 1, from(longs.as_ptr()), n),
+                    Kind::Boolean => fmi3SetBoolean(at(c), from(&first), 1, from(truths.as_ptr()), n),
                 }
             } else {
                 let references: Vec<u32> = (first..first + n as u32).collect();
                 match variable.kind {
-                    Kind::Real => fmi2SetReal(c, references.as_ptr(), n, values.as_ptr()),
-                    Kind::Integer | Kind::Choice(_) => fmi2SetInteger(c, references.as_ptr(), n, integers.as_ptr()),
-                    Kind::Boolean => fmi2SetBoolean(c, references.as_ptr(), n, integers.as_ptr()),
+                    Kind::Real => fmi2SetReal(at(c), from(references.as_ptr()), n, from(values.as_ptr())),
+                    Kind::Integer | Kind::Choice(_) => {
+                        fmi2SetInteger(at(c), from(references.as_ptr()), n, from(integers.as_ptr()))
+                    }
+                    Kind::Boolean => fmi2SetBoolean(at(c), from(references.as_ptr()), n, from(integers.as_ptr())),
                 }
             };
             status as i32
@@ -498,17 +548,19 @@ impl Player<'_> {
         let status = unsafe {
             if self.three {
                 match kind {
-                    Kind::Real => fmi3GetFloat64(c, &first, 1, values.as_mut_ptr(), n),
-                    Kind::Integer => fmi3GetInt32(c, &first, 1, integers.as_mut_ptr(), n),
-                    Kind::Choice(_) => fmi3GetInt64(c, &first, 1, longs.as_mut_ptr(), n),
-                    Kind::Boolean => fmi3GetBoolean(c, &first, 1, truths.as_mut_ptr(), n),
+                    Kind::Real => fmi3GetFloat64(at(c), from(&first), 1, to(values.as_mut_ptr()), n),
+                    Kind::Integer => fmi3GetInt32(at(c), from(&first), 1, to(integers.as_mut_ptr()), n),
+                    Kind::Choice(_) => fmi3GetInt64(at(c), from(&first), 1, to(longs.as_mut_ptr()), n),
+                    Kind::Boolean => fmi3GetBoolean(at(c), from(&first), 1, to(truths.as_mut_ptr()), n),
                 }
             } else {
                 let references: Vec<u32> = (first..first + n as u32).collect();
                 match kind {
-                    Kind::Real => fmi2GetReal(c, references.as_ptr(), n, values.as_mut_ptr()),
-                    Kind::Integer | Kind::Choice(_) => fmi2GetInteger(c, references.as_ptr(), n, integers.as_mut_ptr()),
-                    Kind::Boolean => fmi2GetBoolean(c, references.as_ptr(), n, integers.as_mut_ptr()),
+                    Kind::Real => fmi2GetReal(at(c), from(references.as_ptr()), n, to(values.as_mut_ptr())),
+                    Kind::Integer | Kind::Choice(_) => {
+                        fmi2GetInteger(at(c), from(references.as_ptr()), n, to(integers.as_mut_ptr()))
+                    }
+                    Kind::Boolean => fmi2GetBoolean(at(c), from(references.as_ptr()), n, to(integers.as_mut_ptr())),
                 }
             }
         };
@@ -552,15 +604,15 @@ impl Player<'_> {
         let c = self.instance;
         // SAFETY: a live instance, and arrays and numbers of this function.
         unsafe {
-            let status = fmi2GetFMUstate(c, &mut state) as i32;
+            let status = fmi2GetFMUstate(at(c), to(&mut state)) as i32;
             assert_eq!(status, if self.known.state == FAILED { ERROR } else { OK });
             if status == ERROR {
                 return None;
             }
-            assert_eq!(fmi2SerializedFMUstateSize(c, state, &mut size) as i32, OK);
+            assert_eq!(fmi2SerializedFMUstateSize(at(c), state, to(&mut size)) as i32, OK);
             let mut bytes = vec![0; size];
-            assert_eq!(fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr(), size) as i32, OK);
-            assert_eq!(fmi2FreeFMUstate(c, &mut state) as i32, OK);
+            assert_eq!(fmi2SerializeFMUstate(at(c), state, to(bytes.as_mut_ptr()), size) as i32, OK);
+            assert_eq!(fmi2FreeFMUstate(at(c), to(&mut state)) as i32, OK);
             assert!(state.is_null());
             Some(bytes)
         }
@@ -585,7 +637,11 @@ impl Player<'_> {
         let bytes = self.image();
         // SAFETY: a live instance, and a pointer or null.
         let status = unsafe {
-            if self.three { fmi3GetFMUState(self.instance, argument) } else { fmi2GetFMUstate(self.instance, argument) }
+            if self.three {
+                fmi3GetFMUState(at(self.instance), to(argument))
+            } else {
+                fmi2GetFMUstate(at(self.instance), to(argument))
+            }
         };
         assert_eq!(status as i32, expected);
         if expected == OK {
@@ -605,15 +661,15 @@ impl Player<'_> {
         let Some(held) = self.held.get(self.bytes.below(self.held.len().max(1))).filter(|_| odd < 6).cloned() else {
             let state = if odd == 7 { (&raw mut stranger).cast() } else { null_mut() };
             // SAFETY: a live instance, and a pointer that is only compared.
-            assert_eq!(unsafe { fmi2SetFMUstate(self.instance, state) } as i32, ERROR);
+            assert_eq!(unsafe { fmi2SetFMUstate(at(self.instance), state) } as i32, ERROR);
             return false;
         };
         // SAFETY: a live instance, and a state of its own.
         let status = unsafe {
             if self.three {
-                fmi3SetFMUState(self.instance, held.pointer)
+                fmi3SetFMUState(at(self.instance), held.pointer)
             } else {
-                fmi2SetFMUstate(self.instance, held.pointer)
+                fmi2SetFMUstate(at(self.instance), held.pointer)
             }
         } as i32;
         assert!(status == OK || (held.forged && status == ERROR), "a state not restored");
@@ -636,9 +692,9 @@ impl Player<'_> {
         // SAFETY: a live instance, and a pointer.
         let status = unsafe {
             if self.three {
-                fmi3FreeFMUState(self.instance, &mut state)
+                fmi3FreeFMUState(at(self.instance), to(&mut state))
             } else {
-                fmi2FreeFMUstate(self.instance, &mut state)
+                fmi2FreeFMUstate(at(self.instance), to(&mut state))
             }
         };
         assert_eq!((status as i32, state.is_null()), if odd == 7 { (ERROR, false) } else { (OK, true) });
@@ -651,14 +707,14 @@ impl Player<'_> {
         let mut size = 0;
         // SAFETY: a live instance, a state of its own, and arrays of the lengths said.
         unsafe {
-            assert_eq!(fmi2SerializedFMUstateSize(c, held.pointer, null_mut()) as i32, ERROR);
-            assert_eq!(fmi2SerializedFMUstateSize(c, held.pointer, &mut size) as i32, OK);
+            assert_eq!(fmi2SerializedFMUstateSize(at(c), held.pointer, to(null_mut())) as i32, ERROR);
+            assert_eq!(fmi2SerializedFMUstateSize(at(c), held.pointer, to(&mut size)) as i32, OK);
             let length = if self.bytes.once_in(2) { self.bytes.byte() as usize * size / 256 } else { size };
             let mut bytes = vec![0; length];
             let status = if self.three {
-                fmi3SerializeFMUState(c, held.pointer, bytes.as_mut_ptr(), length)
+                fmi3SerializeFMUState(at(c), held.pointer, to(bytes.as_mut_ptr()), length)
             } else {
-                fmi2SerializeFMUstate(c, held.pointer, bytes.as_mut_ptr(), length)
+                fmi2SerializeFMUstate(at(c), held.pointer, to(bytes.as_mut_ptr()), length)
             };
             assert_eq!(status as i32, if length == size { OK } else { ERROR });
             assert!(length != size || held.forged || bytes == held.bytes);
@@ -700,9 +756,9 @@ impl Player<'_> {
         // SAFETY: a live instance, and an array of the length said.
         let status = unsafe {
             if self.three {
-                fmi3DeserializeFMUState(self.instance, bytes.as_ptr(), bytes.len(), &mut state)
+                fmi3DeserializeFMUState(at(self.instance), from(bytes.as_ptr()), bytes.len(), to(&mut state))
             } else {
-                fmi2DeSerializeFMUstate(self.instance, bytes.as_ptr(), bytes.len(), &mut state)
+                fmi2DeSerializeFMUstate(at(self.instance), from(bytes.as_ptr()), bytes.len(), to(&mut state))
             }
         } as i32;
         let altered = bytes != held.bytes;
@@ -722,24 +778,24 @@ impl Player<'_> {
     fn statuses(&mut self) -> bool {
         let c = self.instance;
         let kind = self.bytes.below(4) as c_int;
-        let (mut status, mut time, mut truth, mut count) = (Status::Ok, 0.0, 0, 0);
+        let (mut status, mut time, mut truth, mut count) = (0, 0.0, 0, 0);
         // SAFETY: a live instance, and numbers or null.
         unsafe {
             if self.three {
                 let reference = VARIABLES[self.bytes.below(VARIABLES.len())];
                 let expected = if reference.role.is_output() { OK } else { ERROR };
-                let got = fmi3GetNumberOfVariableDependencies(c, reference.reference, &mut count) as i32;
+                let got = fmi3GetNumberOfVariableDependencies(at(c), reference.reference, to(&mut count)) as i32;
                 assert_eq!((got, count), (expected, 0));
                 return false;
             }
             let states = STEP | TERMINATED;
-            assert_eq!(fmi2GetStatus(c, kind, &mut status) as i32, self.ok_in(states, kind == 0));
-            assert_eq!(fmi2GetRealStatus(c, kind, &mut time) as i32, self.ok_in(states, kind == 2));
-            assert_eq!(fmi2GetBooleanStatus(c, kind, &mut truth) as i32, self.ok_in(states, kind == 3));
+            assert_eq!(fmi2GetStatus(at(c), kind, to(&mut status)) as i32, self.ok_in(states, kind == 0));
+            assert_eq!(fmi2GetRealStatus(at(c), kind, to(&mut time)) as i32, self.ok_in(states, kind == 2));
+            assert_eq!(fmi2GetBooleanStatus(at(c), kind, to(&mut truth)) as i32, self.ok_in(states, kind == 3));
             assert!(kind != 2 || !self.allowed(states) || time == self.known.time);
-            assert_eq!(fmi2GetRealStatus(c, 2, null_mut()) as i32, ERROR);
-            assert_eq!(fmi2GetIntegerStatus(c, kind, &mut truth) as i32, ERROR);
-            assert_eq!(fmi2GetStringStatus(c, kind, null_mut()) as i32, ERROR);
+            assert_eq!(fmi2GetRealStatus(at(c), 2, to(null_mut())) as i32, ERROR);
+            assert_eq!(fmi2GetIntegerStatus(at(c), kind, &mut truth) as i32, ERROR);
+            assert_eq!(fmi2GetStringStatus(at(c), kind, null_mut()) as i32, ERROR);
         }
         false
     }
@@ -756,21 +812,22 @@ impl Player<'_> {
             match self.bytes.below(3) {
                 0 => {
                     let expected = self.ok_in(STEP, self.events);
-                    assert_eq!(fmi3EnterEventMode(c) as i32, expected);
+                    assert_eq!(fmi3EnterEventMode(at(c)) as i32, expected);
                     if expected == OK {
                         self.known.state = EVENT;
                     }
                 }
                 1 => {
                     let expected = self.ok_in(EVENT, true);
-                    assert_eq!(fmi3EnterStepMode(c) as i32, expected);
+                    assert_eq!(fmi3EnterStepMode(at(c)) as i32, expected);
                     if expected == OK {
                         self.known.state = STEP;
                     }
                 }
                 _ => {
                     let [a, b, d, e, f] = &mut flags;
-                    let status = fmi3UpdateDiscreteStates(c, a, b, d, e, f, &mut next) as i32;
+                    let status =
+                        fmi3UpdateDiscreteStates(at(c), to(a), to(b), to(d), to(e), to(f), to(&mut next)) as i32;
                     assert_eq!(status, self.ok_in(EVENT, true));
                     assert_eq!(status == OK, flags.iter().all(|&flag| flag <= 1));
                 }
@@ -781,15 +838,17 @@ impl Player<'_> {
     fn debug_logging(&mut self) -> bool {
         let names = [c"logStatusError", c"logEvents", c"logAll", c"nonsense"];
         let name = self.bytes.below(6);
-        let list = [names.get(name).map_or(null(), |name| name.as_ptr())];
+        let text = names.get(name).map_or(null(), |name| name.as_ptr());
+        // SAFETY: null, or a text that ends with a zero.
+        let list = [unsafe { Text::given(text) }];
         let (list, count) = if name == 5 { (null(), self.bytes.below(2)) } else { (list.as_ptr(), 1) };
         let on = self.bytes.below(2);
         // SAFETY: a live instance, and a list of the length said or null.
         let status = unsafe {
             if self.three {
-                fmi3SetDebugLogging(self.instance, on as u8, count, list)
+                fmi3SetDebugLogging(at(self.instance), on as u8, count, from(list))
             } else {
-                fmi2SetDebugLogging(self.instance, on as c_int, count, list)
+                fmi2SetDebugLogging(at(self.instance), on as c_int, count, from(list))
             }
         };
         let sound = name < 3 || (name == 5 && count == 0);
@@ -812,13 +871,13 @@ impl Player<'_> {
                     fmi3GetOutputDerivatives,
                     fmi3ActivateModelPartition,
                 ];
-                self.bytes.choose(&functions)(c)
+                self.bytes.choose(&functions)(at(c))
             } else {
                 match self.bytes.below(4) {
-                    0 => fmi2GetDirectionalDerivative(c, null(), 0, null(), 0, null(), null_mut()),
-                    1 => fmi2SetRealInputDerivatives(c, null(), 0, null(), null()),
-                    2 => fmi2GetRealOutputDerivatives(c, null(), 0, null(), null_mut()),
-                    _ => fmi2CancelStep(c),
+                    0 => fmi2GetDirectionalDerivative(at(c), null(), 0, null(), 0, null(), null_mut()),
+                    1 => fmi2SetRealInputDerivatives(at(c), null(), 0, null(), null()),
+                    2 => fmi2GetRealOutputDerivatives(at(c), null(), 0, null(), null_mut()),
+                    _ => fmi2CancelStep(at(c)),
                 }
             }
         };
@@ -836,9 +895,13 @@ impl Player<'_> {
             let (got, put, readable) = if self.three {
                 let gets = [fmi3GetFloat32, fmi3GetInt8, fmi3GetUInt64, fmi3GetString, fmi3GetBinary, fmi3GetClock];
                 let sets = [fmi3SetFloat32, fmi3SetInt8, fmi3SetUInt64, fmi3SetString, fmi3SetBinary, fmi3SetClock];
-                (self.bytes.choose(&gets)(c, null(), n), self.bytes.choose(&sets)(c, null(), n), ANY)
+                (self.bytes.choose(&gets)(at(c), null(), n), self.bytes.choose(&sets)(at(c), null(), n), ANY)
             } else {
-                (fmi2GetString(c, null(), n, null_mut()), fmi2SetString(c, null(), n, null()), ANY & !INSTANTIATED)
+                (
+                    fmi2GetString(at(c), null(), n, null_mut()),
+                    fmi2SetString(at(c), null(), n, null()),
+                    ANY & !INSTANTIATED,
+                )
             };
             assert_eq!((got as i32, put as i32), (self.ok_in(readable, n == 0), self.ok_in(settable, n == 0)));
         }
@@ -852,18 +915,18 @@ impl Player<'_> {
         // SAFETY: null is refused before anything is looked at.
         unsafe {
             let statuses = [
-                fmi2DoStep(c, 0.0, 1.0, 0),
-                fmi2Reset(c),
-                fmi2Terminate(c),
-                fmi2GetReal(c, null(), 1, null_mut()),
-                fmi2SetReal(c, null(), 1, null()),
-                fmi2GetFMUstate(c, &mut state),
-                fmi3EnterStepMode(c),
-                fmi3GetFloat64(c, null(), 1, null_mut(), 1),
-                fmi3DoStep(c, 0.0, 1.0, 0, null_mut(), null_mut(), null_mut(), null_mut()),
+                fmi2DoStep(at(c), 0.0, 1.0, 0),
+                fmi2Reset(at(c)),
+                fmi2Terminate(at(c)),
+                fmi2GetReal(at(c), from(null()), 1, to(null_mut())),
+                fmi2SetReal(at(c), from(null()), 1, from(null())),
+                fmi2GetFMUstate(at(c), to(&mut state)),
+                fmi3EnterStepMode(at(c)),
+                fmi3GetFloat64(at(c), from(null()), 1, to(null_mut()), 1),
+                fmi3DoStep(at(c), 0.0, 1.0, 0, to(null_mut()), to(null_mut()), to(null_mut()), to(null_mut())),
             ];
-            fmi2FreeInstance(c);
-            fmi3FreeInstance(c);
+            fmi2FreeInstance(at(c));
+            fmi3FreeInstance(at(c));
             assert_eq!(statuses, [Status::Error; 9]);
         }
         false

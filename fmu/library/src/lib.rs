@@ -12,28 +12,23 @@ extern crate std;
 
 #[cfg(feature = "bare")]
 mod bare {
+    // Neither takes arguments or returns. With `gate` the function exists nowhere, which is the point.
     // rustc links without default libraries: without these lines there is no dependency on the C library.
     #[cfg_attr(target_os = "linux", link(name = "c"))]
     #[cfg_attr(target_os = "windows", link(name = "msvcrt"))]
     unsafe extern "C" {
         #[cfg(feature = "gate")]
-        fn a_panic_is_reachable() -> !;
+        safe fn a_panic_is_reachable() -> !;
         #[cfg(not(feature = "gate"))]
-        fn abort() -> !;
+        safe fn abort() -> !;
     }
 
     #[panic_handler]
     fn panic(_: &core::panic::PanicInfo) -> ! {
-        // SAFETY: takes no arguments and does not return. With `gate` the function exists nowhere, which is the point.
         #[cfg(feature = "gate")]
-        unsafe {
-            a_panic_is_reachable()
-        }
-        // SAFETY: the C library's abort, which takes no arguments and does not return.
+        a_panic_is_reachable();
         #[cfg(not(feature = "gate"))]
-        unsafe {
-            abort()
-        }
+        abort();
     }
 
     // The precompiled core library names this symbol. Hidden and never called.

@@ -10,6 +10,8 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report as statistics};
+use fabric_fmu::door::{Handle, Text};
+use fabric_fmu::host::{Input, Output};
 use fabric_fmu::instance::Instance;
 use fabric_fmu::log::Status;
 use fabric_fmu::state::Saved;
@@ -40,6 +42,33 @@ struct Fmu {
     place: *mut Instance,
 }
 
+/// A host's pointer to an instance.
+///
+/// # Safety
+/// As of [`Handle::given`].
+unsafe fn at(instance: *mut Instance) -> Handle {
+    // SAFETY: the caller's promise.
+    unsafe { Handle::given(instance) }
+}
+
+/// A host's pointer to what is read.
+///
+/// # Safety
+/// As of [`Input::given`].
+unsafe fn from<T>(start: *const T) -> Input<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Input::given(start) }
+}
+
+/// A host's pointer to what is written.
+///
+/// # Safety
+/// As of [`Output::given`].
+unsafe fn to<T>(start: *mut T) -> Output<T> {
+    // SAFETY: the caller's promise.
+    unsafe { Output::given(start) }
+}
+
 fn reference(id: Id) -> u32 {
     VARIABLES[id as usize].reference
 }
@@ -59,11 +88,19 @@ impl Fmu {
                 Version::Two => {
                     let none: [*const c_void; 5] = [ptr::null(); 5];
                     let callbacks = none.as_ptr().cast();
-                    fmi2::fmi2Instantiate(name.as_ptr(), 1, token.as_ptr(), ptr::null(), callbacks, 0, 0)
+                    fmi2::fmi2Instantiate(
+                        Text::given(name.as_ptr()),
+                        1,
+                        Text::given(token.as_ptr()),
+                        ptr::null(),
+                        from(callbacks),
+                        0,
+                        0,
+                    )
                 }
                 Version::Three => fmi3::fmi3InstantiateCoSimulation(
-                    name.as_ptr(),
-                    token.as_ptr(),
+                    Text::given(name.as_ptr()),
+                    Text::given(token.as_ptr()),
                     ptr::null(),
                     0,
                     0,
@@ -94,20 +131,29 @@ impl Fmu {
         unsafe {
             match version {
                 Version::Two => {
-                    ok(fmi2::fmi2SetInteger(place, references.as_ptr(), count, values.as_ptr()), "SetInteger")?;
-                    ok(fmi2::fmi2SetInteger(place, &mode, 1, &driven), "SetInteger")?;
-                    ok(fmi2::fmi2SetReal(place, velocity.as_ptr(), 3, slow.as_ptr()), "SetReal")?;
-                    ok(fmi2::fmi2SetupExperiment(place, 0, 0.0, 0.0, 0, 0.0), "SetupExperiment")?;
-                    ok(fmi2::fmi2EnterInitializationMode(place), "EnterInitializationMode")?;
-                    ok(fmi2::fmi2ExitInitializationMode(place), "ExitInitializationMode")?;
+                    ok(
+                        fmi2::fmi2SetInteger(at(place), from(references.as_ptr()), count, from(values.as_ptr())),
+                        "SetInteger",
+                    )?;
+                    ok(fmi2::fmi2SetInteger(at(place), from(&mode), 1, from(&driven)), "SetInteger")?;
+                    ok(fmi2::fmi2SetReal(at(place), from(velocity.as_ptr()), 3, from(slow.as_ptr())), "SetReal")?;
+                    ok(fmi2::fmi2SetupExperiment(at(place), 0, 0.0, 0.0, 0, 0.0), "SetupExperiment")?;
+                    ok(fmi2::fmi2EnterInitializationMode(at(place)), "EnterInitializationMode")?;
+                    ok(fmi2::fmi2ExitInitializationMode(at(place)), "ExitInitializationMode")?;
                 }
                 Version::Three => {
                     let wide = i64::from(driven);
-                    ok(fmi3::fmi3SetInt32(place, references.as_ptr(), count, values.as_ptr(), count), "SetInt32")?;
-                    ok(fmi3::fmi3SetInt64(place, &mode, 1, &wide, 1), "SetInt64")?;
-                    ok(fmi3::fmi3SetFloat64(place, velocity.as_ptr(), 1, slow.as_ptr(), 3), "SetFloat64")?;
-                    ok(fmi3::fmi3EnterInitializationMode(place, 0, 0.0, 0.0, 0, 0.0), "EnterInitializationMode")?;
-                    ok(fmi3::fmi3ExitInitializationMode(place), "ExitInitializationMode")?;
+                    ok(
+                        fmi3::fmi3SetInt32(at(place), from(references.as_ptr()), count, from(values.as_ptr()), count),
+                        "SetInt32",
+                    )?;
+                    ok(fmi3::fmi3SetInt64(at(place), from(&mode), 1, from(&wide), 1), "SetInt64")?;
+                    ok(
+                        fmi3::fmi3SetFloat64(at(place), from(velocity.as_ptr()), 1, from(slow.as_ptr()), 3),
+                        "SetFloat64",
+                    )?;
+                    ok(fmi3::fmi3EnterInitializationMode(at(place), 0, 0.0, 0.0, 0, 0.0), "EnterInitializationMode")?;
+                    ok(fmi3::fmi3ExitInitializationMode(at(place)), "ExitInitializationMode")?;
                 }
             }
         }
@@ -121,10 +167,17 @@ impl Fmu {
         // SAFETY: the instance lives.
         unsafe {
             match self.version {
-                Version::Two => fmi2::fmi2DoStep(self.place, t, h, 1),
-                Version::Three => {
-                    fmi3::fmi3DoStep(self.place, t, h, 1, &mut event, &mut terminate, &mut early, &mut last)
-                }
+                Version::Two => fmi2::fmi2DoStep(at(self.place), t, h, 1),
+                Version::Three => fmi3::fmi3DoStep(
+                    at(self.place),
+                    t,
+                    h,
+                    1,
+                    to(&mut event),
+                    to(&mut terminate),
+                    to(&mut early),
+                    to(&mut last),
+                ),
             }
         }
     }
@@ -137,8 +190,10 @@ impl Fmu {
         // SAFETY: the instance lives; arrays are as long as said.
         let status = unsafe {
             match self.version {
-                Version::Two => fmi2::fmi2GetReal(self.place, references.as_ptr(), 3, force.as_mut_ptr()),
-                Version::Three => fmi3::fmi3GetFloat64(self.place, references.as_ptr(), 1, force.as_mut_ptr(), 3),
+                Version::Two => fmi2::fmi2GetReal(at(self.place), from(references.as_ptr()), 3, to(force.as_mut_ptr())),
+                Version::Three => {
+                    fmi3::fmi3GetFloat64(at(self.place), from(references.as_ptr()), 1, to(force.as_mut_ptr()), 3)
+                }
             }
         };
         (status, force)
@@ -148,7 +203,7 @@ impl Fmu {
 impl Drop for Fmu {
     fn drop(&mut self) {
         // SAFETY: made by `new`, freed once. Both versions free alike.
-        unsafe { fmi2::fmi2FreeInstance(self.place) }
+        unsafe { fmi2::fmi2FreeInstance(at(self.place)) }
     }
 }
 
@@ -207,25 +262,28 @@ pub fn states(effort: Effort, progress: &Progress, report: &mut Report) -> Resul
         // SAFETY: the instance lives; states are its own; the array is as long as said.
         unsafe {
             let clock = Clock::start();
-            ok(fmi2::fmi2GetFMUstate(fmu.place, &mut state), "GetFMUstate")?;
+            ok(fmi2::fmi2GetFMUstate(at(fmu.place), to(&mut state)), "GetFMUstate")?;
             times[0].push(1e3 * clock.seconds());
             let clock = Clock::start();
-            ok(fmi2::fmi2SetFMUstate(fmu.place, state), "SetFMUstate")?;
+            ok(fmi2::fmi2SetFMUstate(at(fmu.place), state), "SetFMUstate")?;
             times[1].push(1e3 * clock.seconds());
-            ok(fmi2::fmi2SerializedFMUstateSize(fmu.place, state, &mut size), "SerializedFMUstateSize")?;
+            ok(fmi2::fmi2SerializedFMUstateSize(at(fmu.place), state, to(&mut size)), "SerializedFMUstateSize")?;
             let mut bytes = vec![0_u8; size];
             let clock = Clock::start();
-            ok(fmi2::fmi2SerializeFMUstate(fmu.place, state, bytes.as_mut_ptr(), size), "SerializeFMUstate")?;
+            ok(fmi2::fmi2SerializeFMUstate(at(fmu.place), state, to(bytes.as_mut_ptr()), size), "SerializeFMUstate")?;
             times[2].push(1e3 * clock.seconds());
             let clock = Clock::start();
-            ok(fmi2::fmi2DeSerializeFMUstate(fmu.place, bytes.as_ptr(), size, &mut copy), "DeSerializeFMUstate")?;
+            ok(
+                fmi2::fmi2DeSerializeFMUstate(at(fmu.place), from(bytes.as_ptr()), size, to(&mut copy)),
+                "DeSerializeFMUstate",
+            )?;
             times[3].push(1e3 * clock.seconds());
-            ok(fmi2::fmi2FreeFMUstate(fmu.place, &mut copy), "FreeFMUstate")?;
+            ok(fmi2::fmi2FreeFMUstate(at(fmu.place), to(&mut copy)), "FreeFMUstate")?;
         }
         progress.add(1, || "fmu states".to_string());
     }
     // SAFETY: as above.
-    unsafe { ok(fmi2::fmi2FreeFMUstate(fmu.place, &mut state), "FreeFMUstate")? };
+    unsafe { ok(fmi2::fmi2FreeFMUstate(at(fmu.place), to(&mut state)), "FreeFMUstate")? };
     for (name, times) in ["get", "set", "serialise", "deserialise"].into_iter().zip(&times) {
         report.figure("states", format!("state, 350 x 350: {name}"), statistics::least(times), "ms");
     }
