@@ -19,7 +19,7 @@ impl<T> Input<T> {
     /// A pointer as a host would give it.
     ///
     /// # Safety
-    /// The promise above; every bit pattern is a valid `T`.
+    /// The promise above; what is there is a valid `T`.
     pub const unsafe fn given(pointer: *const T) -> Input<T> {
         Input(pointer)
     }
@@ -41,7 +41,7 @@ impl<T> Output<T> {
     /// A pointer as a host would give it.
     ///
     /// # Safety
-    /// The promise above; every bit pattern is a valid `T`.
+    /// The promise above; what is there is a valid `T`, or every bit pattern is one.
     pub const unsafe fn given(pointer: *mut T) -> Output<T> {
         Output(pointer)
     }

@@ -62,10 +62,8 @@ fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
 
 /// The files of the kernel that may have unsafe code.
 const UNSAFE_IN_KERNEL: [&str; 2] = ["kernel/src/bands.rs", "kernel/src/lanes.rs"];
-/// Unsafe blocks that the two interfaces should have at most.
-const UNSAFE_WANTED: usize = 40;
-/// What they have; more than that fails.
-const UNSAFE_AT_MOST: usize = 182;
+/// Unsafe blocks that the two interfaces may have.
+const UNSAFE_AT_MOST: usize = 40;
 
 /// Counts unsafe blocks in the source. That each has its SAFETY line is clippy's to see (`undocumented_unsafe_blocks`).
 fn unsafe_blocks() -> Outcome {
@@ -80,9 +78,8 @@ fn unsafe_blocks() -> Outcome {
             kernel += count;
         }
     }
-    let verdict = if interfaces > UNSAFE_WANTED { "NOT REACHED: " } else { "" };
     println!(
-        "figure 4: {verdict}{kernel} blocks in the kernel, all in {}; {interfaces} in C interface and FMU; each with a \
+        "figure 4: {kernel} blocks in the kernel, all in {}; {interfaces} in C interface and FMU; each with a \
          SAFETY line",
         UNSAFE_IN_KERNEL.join(" and ")
     );

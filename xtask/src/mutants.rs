@@ -728,7 +728,7 @@ fn report(files: &[&str], all: &[Mutant], fates: &BTreeMap<usize, Fate>, options
         let caught = [total.caught, total.caught + total.by_digest][k];
         let mut value = format!("{:.1} % ({caught} of {}){by}", 100.0 * total.shares()[k], total.viable);
         if k == 1 && !options.with_digests {
-            value = format!("not measured: at least {value}");
+            value = format!("at least {value}");
         }
         if options.shard.is_some() {
             let (low, high) = interval(caught, total.viable);
