@@ -136,13 +136,8 @@ pub fn calls() -> Vec<Case> {
         unchanged(name, code, field, Drive::Prescribed, move |sim| sim.follow(&motion(change), 100))
     };
     vec![
-        unchanged("set_motion with a NaN", Code::NotFinite, "positions", Drive::Free, |sim| {
-            let mut positions = vec![0.0; 3 * sim.layout().nodes()];
-            sim.copy_positions(&mut positions)?;
-            positions[17] = f64::NAN;
-            let velocities = vec![0.0; positions.len()];
-            sim.set_motion(&positions, &velocities)
-        }),
+        unchanged("set_motion with a NaN", Code::NotFinite, "positions", Drive::Free, |sim| place(sim, f64::NAN)),
+        unchanged("set_motion 1e160 m away", Code::OutOfRange, "positions", Drive::Free, |sim| place(sim, 1e160)),
         unchanged("external force infinite", Code::NotFinite, "external.force", Drive::Free, |sim| {
             sim.set_external_load([0.0, f64::INFINITY, 0.0], [0.0; 3])
         }),
@@ -154,6 +149,15 @@ pub fn calls() -> Vec<Case> {
             sim.set_external_load([1.0, 0.0, 0.0], [0.0; 3])
         }),
     ]
+}
+
+/// Puts the height of a node somewhere else.
+fn place(sim: &mut Sim<'_>, height: f64) -> Result<(), Error> {
+    let mut positions = vec![0.0; 3 * sim.layout().nodes()];
+    sim.copy_positions(&mut positions)?;
+    positions[17] = height;
+    let velocities = vec![0.0; positions.len()];
+    sim.set_motion(&positions, &velocities)
 }
 
 fn unchanged(
