@@ -79,8 +79,7 @@ fn unsafe_blocks() -> Outcome {
         }
     }
     println!(
-        "figure 4: {kernel} blocks in the kernel, all in {}; {interfaces} in C interface and FMU; each with a \
-         SAFETY line",
+        "figure 4: {kernel} blocks in {}, {interfaces} in C interface and FMU; each with a SAFETY line",
         UNSAFE_IN_KERNEL.join(" and ")
     );
     if interfaces <= UNSAFE_AT_MOST {
