@@ -104,8 +104,10 @@ impl Sim<'_> {
         ];
         let finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()))
             && body.orientation.coords.iter().all(|x| x.is_finite())
-            && [sums.work, sums.loss, sums.external_work].iter().all(|x| x.is_finite());
-        if finite { Ok(()) } else { Err(Failure::NonFinite) }
+            && [sums.work, sums.loss, sums.external_work, sums.halving_energy].iter().all(|x| x.is_finite());
+        let (v, w) = (body.velocity, body.angular_velocity);
+        let lost = self.model.loses_body(math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
+        if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
     }
 
     /// For bands, before the sweep: the candidates of the next pass, or why there can be none. The state stays as it is.
@@ -162,7 +164,7 @@ impl Sim<'_> {
         self.take_halves(true);
         let after = self.energy().map_or(before, |energy| energy.residual);
         self.state.sums.halving_energy += after - before;
-        if self.state.sums.halving_energy.is_finite() { Ok(()) } else { Err(Failure::NonFinite) }
+        self.refuse_lost_body()
     }
 
     /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.

@@ -14,6 +14,10 @@ use crate::toe::Toe;
 use crate::weave;
 use crate::yarn::DamageLaw;
 
+/// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
+/// [`crate::sweep::LOST`]).
+const LOST_SPEED: f64 = 1e30;
+
 /// Constants derived from the scene.
 pub(crate) struct Model {
     pub limits: StepLimits,
@@ -114,11 +118,22 @@ impl Model {
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
     pub(crate) fn too_fast(&self, speed: f64, rate: f64) -> bool {
+        let turning = if self.solid.feels_torque() { rate } else { 0.0 };
+        let within = self.surface_speed(speed, rate) < self.unit_speed && self.limits.dt * turning <= 0.5;
+        !within
+    }
+
+    /// Whether a body is so fast that its impulses on the nodes leave no state that is one.
+    pub(crate) fn loses_body(&self, speed: f64, rate: f64) -> bool {
+        let within = self.surface_speed(speed, rate) <= LOST_SPEED * self.unit_speed;
+        !within
+    }
+
+    /// The speed that no point of the body's surface exceeds, m/s.
+    fn surface_speed(&self, speed: f64, rate: f64) -> f64 {
         // A body that does not turn may be of any size: 0 times an infinite reach is no number.
         let turns = self.solid.feels_torque() && rate != 0.0;
-        let (turning, reach) = if turns { (rate, self.solid.reach()) } else { (0.0, 0.0) };
-        let within = speed + turning * reach < self.unit_speed && self.limits.dt * turning <= 0.5;
-        !within
+        speed + if turns { rate * self.solid.reach() } else { 0.0 }
     }
 
     /// Whether the body's kinetic energy at this rate and any accepted speed is too large for a number.

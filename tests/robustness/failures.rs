@@ -86,6 +86,20 @@ fn an_overflowing_load_is_not_finite() {
     latched(&mut sim, failure, &image);
 }
 
+/// A load whose body throws the nodes it touches beyond all bounds: told by the step itself, not by the next.
+#[test]
+fn a_load_that_leaves_no_fabric_is_told_in_its_own_step() {
+    let scene = small_sheet(9, 50.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(10).unwrap();
+    let image = image_of(&sim);
+    assert!(sim.contact().unwrap().work > 0.0);
+    sim.set_external_load([0.0, 0.0, 1e150], [0.0; 3]).unwrap();
+    assert_eq!(sim.step(), Err(Failure::NonFinite));
+    latched(&mut sim, Failure::NonFinite, &image);
+}
+
 /// A torque that overflows the spin: told by the step itself, before anyone reads a body that is nowhere.
 #[test]
 fn an_overflowing_torque_is_not_finite_in_its_own_step() {
