@@ -180,10 +180,12 @@ fn measure(only: &[String]) -> Outcome {
             // The column beside it says so.
             *value = value.trim_start_matches("NOT REACHED: ").to_string();
         }
+        let value = values.join("; ");
+        println!("row {}: {}: {value}", row.number, row.figure);
         measured.push(Record {
             number: row.number.to_string(),
             figure: row.figure.to_string(),
-            value: values.join("; "),
+            value,
             floor: row.floor.to_string(),
             reached,
             command: row.by.shown(row.number),

@@ -78,10 +78,7 @@ fn unsafe_blocks() -> Outcome {
             kernel += count;
         }
     }
-    println!(
-        "figure 4: {kernel} blocks in {}, {interfaces} in C interface and FMU; each with a SAFETY line",
-        UNSAFE_IN_KERNEL.join(" and ")
-    );
+    println!("figure 4: {kernel} blocks in {}, {interfaces} in C interface and FMU", UNSAFE_IN_KERNEL.join(" and "));
     if interfaces <= UNSAFE_AT_MOST {
         return Ok(());
     }

@@ -134,6 +134,12 @@ struct Test {
 
 /// Lists, builds, runs and reports.
 pub fn run(options: &Options) -> Outcome {
+    if let Some(unknown) = options.suite.iter().find(|name| !SUITES.contains(&name.as_str())) {
+        return Err(format!("there is no suite {unknown}; there are {}", SUITES.join(", ")));
+    }
+    if let Some(unknown) = options.file.iter().find(|name| !top().join(format!("kernel/src/{name}.rs")).exists()) {
+        return Err(format!("there is no kernel/src/{unknown}.rs; without --file it is {}", FILES.join(", ")));
+    }
     let files: Vec<&str> =
         if options.file.is_empty() { FILES.to_vec() } else { options.file.iter().map(String::as_str).collect() };
     let all = list(&files)?;
