@@ -140,7 +140,25 @@ pub fn check() -> Outcome {
             return Err(format!("{path} is not what docs/reliability gives: run `cargo xtask figures --page`"));
         }
     }
+    firmware_as_documented()?;
     println!("  {} rows, {} records", ROWS.len(), records.len());
+    Ok(())
+}
+
+/// docs/embedding.md has the numbers that the firmware last printed: flash, RAM, instructions of a step, mean and most.
+fn firmware_as_documented() -> Outcome {
+    let read = |path: &str| std::fs::read_to_string(top().join(path)).map_err(|error| format!("{path}: {error}"));
+    let (page, record) = (read("docs/embedding.md")?, read("docs/reliability/digests.toml")?);
+    let said = record.lines().find(|line| line.starts_with("said = ")).unwrap_or_default();
+    for number in said.split(|c: char| !c.is_ascii_digit()).filter(|digits| digits.len() > 3) {
+        let (thousands, rest) = number.split_at(number.len() - 3);
+        let shown = format!("{thousands},{rest}");
+        if !page.contains(&shown) {
+            return Err(format!(
+                "docs/embedding.md does not have the firmware's {shown}: see docs/reliability/digests.toml"
+            ));
+        }
+    }
     Ok(())
 }
 
