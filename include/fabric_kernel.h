@@ -14,9 +14,14 @@
  * the defaults for fields of a scene that are not there. Sizes that no version had are refused.
  *
  * Threads. "Threads: changes" - no other call on the same simulation at the same time. "Threads: looks" - other calls that
- * look may run at the same time. fk_bands_pass and fk_bands_progress may be
- * called by several threads at once (examples/c/threads.c). Different simulations are independent. No call waits, locks, allocates, or keeps a pointer
- * it was given but for the block of fk_init.
+ * look may run at the same time. fk_bands_pass and fk_bands_progress may be called by several threads at once
+ * (examples/c/threads.c). Different simulations are independent. No call waits, locks or allocates. None keeps a pointer it was
+ * given, but for the block of fk_init, and the scratch of fk_bands_begin until fk_bands_end.
+ *
+ * Pointers. Each is null or valid for the length stated: one number, a structure of its struct_size, an array of the count beside
+ * it, for sim a handle of fk_init whose block is still there. Nobody else writes there during the call, nor reads what the call
+ * writes. Places of one call overlap neither one another nor the block or scratch. FK_MOVED_BLOCK is a courtesy: it tells a block
+ * that was moved, copied or never initialised, and cannot see freed memory.
  *
  * "Touches" says what is written. Every call computes rounding to nearest and with subnormal numbers, whatever the host has
  * set, and puts the host's floating-point environment back: the bits do not depend on it.
@@ -698,8 +703,9 @@ int32_t fk_bands_pass(const struct fk_sim *sim,
                       uint32_t *last);
 
 // How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
-// latched (FK_ARRESTED | ...). Any pointer may be null; any thread may look at any time. When `passes` has grown, the next
-// pass may begin; while a thread's own band has not been called, none of the three changes.
+// latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may look between fk_bands_begin and fk_bands_end, also while
+// others are in fk_bands_pass; the end drops what this looks at. When `passes` has grown, the next pass may begin; while a
+// thread's own band has not been called, none of the three changes.
 // Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
 int32_t fk_bands_progress(const struct fk_sim *sim,
                           uint64_t *passes,

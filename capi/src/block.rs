@@ -30,7 +30,7 @@ pub struct fk_sim {
 const HANDLE_BYTES: usize = size_of::<fk_sim>().next_multiple_of(ALIGN);
 
 /// Bytes of a block for a scene.
-pub fn bytes(layout: &Layout) -> Result<usize, Error> {
+pub(crate) fn bytes(layout: &Layout) -> Result<usize, Error> {
     let too_many = Error::plain(Code::TooManyNodes, "sheet.nodes_x");
     let numbers = layout.reals().checked_mul(8).and_then(|b| b.checked_add(layout.words().checked_mul(4)?));
     numbers.and_then(|b| b.checked_add(HANDLE_BYTES)).filter(|&b| b <= isize::MAX as usize).ok_or(too_many)
@@ -44,8 +44,9 @@ impl ToChange {
     /// A handle as a host would give it.
     ///
     /// # Safety
-    /// Null, or readable memory as large as a handle. If that is a handle of [`fk_init`](crate::calls::fk_init) where it was made,
-    /// its block and the scratch of its bands are still lent, and nobody else calls the simulation during the call.
+    /// Null, or readable memory as large as a handle that has been initialised, by [`fk_init`](crate::calls::fk_init) or with
+    /// anything else. If that is a handle of fk_init where it was made, its block and the scratch of its bands are still lent, and
+    /// nobody else calls the simulation during the call.
     pub const unsafe fn given(handle: *mut fk_sim) -> ToChange {
         ToChange(handle)
     }
@@ -78,14 +79,14 @@ impl Lent {
     /// Memory as a host would give it.
     ///
     /// # Safety
-    /// Null, or as many writable bytes as stand beside it, which nobody else uses until the simulation is no longer called (a
-    /// block) or `fk_bands_end` (scratch).
+    /// Null, or as many writable bytes as stand beside it, initialised or not, which nobody else uses until the simulation is no
+    /// longer called (a block) or `fk_bands_end` (scratch).
     pub const unsafe fn given(start: *mut c_void) -> Lent {
         Lent(start)
     }
 
     /// Whether there is none.
-    pub fn is_null(&self) -> bool {
+    pub(crate) fn is_null(&self) -> bool {
         self.0.is_null()
     }
 
@@ -106,13 +107,14 @@ impl Lent {
 }
 
 /// Makes a simulation at the start of a block. On an error nothing has been written.
-pub fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_sim, Error> {
+pub(crate) fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_sim, Error> {
     let layout = Layout::of(scene)?;
     let memory = memory.start(length, bytes(&layout)?, "memory")?;
     let handle = memory.cast::<fk_sim>();
     // SAFETY: the block has room for handle, numbers and integers in this order; the handle and the numbers start at a multiple of
-    // 64 bytes, the integers at a multiple of 8; nothing else uses the block; every bit pattern is a valid f64 or u32. The
-    // simulation is made where it stays; then the other fields are written, which drop nothing.
+    // 64 bytes, the integers at a multiple of 8; nothing else uses the block. The host need not have initialised it: every bit
+    // pattern is a valid f64 or u32, and the kernel reads none of its numbers before it has written it. The simulation is made
+    // where it stays; then the other fields are written, which drop nothing.
     unsafe {
         let reals = memory.add(HANDLE_BYTES).cast::<f64>();
         let words = reals.add(layout.reals()).cast::<u32>();
@@ -129,21 +131,21 @@ pub fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_sim, Err
 }
 
 /// The block behind a handle.
-pub fn open(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
+pub(crate) fn open(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
     without_bands(&handle.to_look_at())?;
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it.
     Ok(unsafe { &mut *handle.0 })
 }
 
 /// The block behind a handle, to be looked at.
-pub fn look(handle: &ToLookAt) -> Result<&fk_sim, Error> {
+pub(crate) fn look(handle: &ToLookAt) -> Result<&fk_sim, Error> {
     without_bands(handle)?;
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody change it.
     Ok(unsafe { &*handle.0 })
 }
 
 /// The bands that have a simulation. Bands of one simulation may be looked at by several threads at once.
-pub fn bands(handle: &ToLookAt) -> Result<&Bands<'static, 'static>, Error> {
+pub(crate) fn bands(handle: &ToLookAt) -> Result<&Bands<'static, 'static>, Error> {
     let bands = bands_of(handle)?;
     // SAFETY: null, or set by begin() to bands in the scratch, which the host lends until end().
     unsafe { bands.as_ref() }.ok_or(Error::plain(Code::BandOutOfTurn, "bands"))
@@ -153,7 +155,7 @@ pub fn bands(handle: &ToLookAt) -> Result<&Bands<'static, 'static>, Error> {
 ///
 /// # Errors
 /// A number of bands, or an integrator, that a sheet cannot be cut for.
-pub fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
+pub(crate) fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
     // Far less than the rows themselves, which have been found to fit.
     Ok(BANDS_BYTES + 8 * layout.band_reals(of)?)
 }
@@ -162,7 +164,7 @@ pub fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
 const BANDS_BYTES: usize = size_of::<Bands<'static, 'static>>().next_multiple_of(ALIGN);
 
 /// Hands the simulation to `of` bands.
-pub fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Result<(), Error> {
+pub(crate) fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Result<(), Error> {
     without_bands(&handle.to_look_at())?;
     let handle = handle.0;
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it. The
@@ -172,7 +174,8 @@ pub fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Result<()
     let scratch = scratch.start(length, needed, "scratch")?;
     let place = scratch.cast::<Bands<'static, 'static>>();
     // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it until end();
-    // every bit pattern is a valid f64. The handle as above.
+    // the host need not have initialised it, but every bit pattern is a valid f64, and the bands read no number before they have
+    // written it. The handle as above.
     unsafe {
         let numbers = scratch.add(BANDS_BYTES).cast::<f64>();
         let numbers = core::slice::from_raw_parts_mut(numbers, (needed - BANDS_BYTES) / 8);
@@ -187,7 +190,7 @@ pub fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Result<()
 }
 
 /// Takes the simulation back; a step that only some bands have taken is completed.
-pub fn end(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
+pub(crate) fn end(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
     let bands = bands_of(&handle.to_look_at())?;
     if bands.is_null() {
         return Err(Error::plain(Code::BandOutOfTurn, "bands"));
@@ -214,8 +217,8 @@ fn bands_of(handle: &ToLookAt) -> Result<*mut Bands<'static, 'static>, Error> {
     if !handle.addr().is_multiple_of(ALIGN) {
         return Err(Error::plain(Code::MovedBlock, "sim"));
     }
-    // SAFETY: not null and aligned; the host vouches for the memory. All fields read are plain integers and pointers, valid
-    // whatever they hold.
+    // SAFETY: not null and aligned; the host vouches for a handle of fk_init, or for memory of this size that it has initialised.
+    // All fields read are plain integers and pointers, valid whatever they hold.
     let (magic, address, bands) = unsafe { ((*handle).magic, (*handle).address, (*handle).bands) };
     if magic == MAGIC && address == handle.addr() { Ok(bands) } else { Err(Error::plain(Code::MovedBlock, "sim")) }
 }

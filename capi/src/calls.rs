@@ -3,10 +3,12 @@
 //! Stepping calls save, set (round to nearest, subnormals kept) and restore the floating-point environment, so that a host
 //! built with fast-math gets the same bits.
 //!
-//! No function here is unsafe to Rust, although each trusts its host: the promise about a pointer is made where one of these types
-//! is made, by the unsafe [`Input::given`], [`Output::given`], [`ToLookAt::given`], [`ToChange::given`] and [`Lent::given`]. A C
-//! host makes it by calling, and it is checked no further than the errors of a call say. What trusts it stands in `host.rs`
-//! (numbers and arrays), `sizes.rs` (structures) and `block.rs` (handles and lent memory).
+//! # Safety of all functions here
+//! The pointers are as their types' [`Input::given`], [`Output::given`], [`ToLookAt::given`], [`ToChange::given`] and
+//! [`Lent::given`] ask, still, and the counts beside them are theirs. A C host promises that by calling (the header's "Pointers");
+//! it is checked no further than the errors of a call say. The functions themselves have no unsafe code: what trusts the host
+//! stands in `host.rs` (numbers and arrays), `sizes.rs` (structures) and `block.rs` (handles and lent memory).
+#![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::float::in_our_environment;
@@ -87,15 +89,20 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 /// Threads: any, each with its own scene. Time: constant. Touches: `scene`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_scene_default(scene: Output<fk_scene>, struct_size: u64) -> i32 {
-    fk_scene_preset(scene, struct_size, FK_PRESET_SHEET_10IN_CYLINDER)
+pub unsafe extern "C" fn fk_scene_default(scene: Output<fk_scene>, struct_size: u64) -> i32 {
+    preset_into(scene, struct_size, FK_PRESET_SHEET_10IN_CYLINDER)
 }
 
 /// Fills `scene` with a preset (FK_PRESET_...). `struct_size` is sizeof(fk_scene) as the caller was compiled.
 /// Threads: any, each with its own scene. Time: constant. Touches: `scene`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_UNKNOWN_CHOICE.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_scene_preset(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
+pub unsafe extern "C" fn fk_scene_preset(scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
+    preset_into(scene, struct_size, preset)
+}
+
+/// Fills a scene with a preset.
+fn preset_into(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
     let mut fill = || {
         let part = Part::of_size(&mut scene, struct_size)?;
         let preset = match preset {
@@ -119,7 +126,7 @@ pub extern "C" fn fk_scene_preset(mut scene: Output<fk_scene>, struct_size: u64,
 /// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
 /// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>) -> i32 {
+pub unsafe extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>) -> i32 {
     let check = || {
         let scene = read_scene(&scene);
         // By reference, here and below: a copy of the scene would take a kilobyte of stack.
@@ -135,7 +142,7 @@ pub extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>
 /// Threads: any. Time: constant. Touches: `bytes`, `align`; neither on an error.
 /// Errors: those of fk_scene_check but for the time step.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_memory_size(scene: Input<fk_scene>, mut bytes: Output<u64>, mut align: Output<u64>) -> i32 {
+pub unsafe extern "C" fn fk_memory_size(scene: Input<fk_scene>, mut bytes: Output<u64>, mut align: Output<u64>) -> i32 {
     let mut answer = || {
         let scene = read_scene(&scene);
         let scene = scene.as_ref().map_err(|error| *error)?;
@@ -158,7 +165,7 @@ pub extern "C" fn fk_memory_size(scene: Input<fk_scene>, mut bytes: Output<u64>,
 /// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_MISALIGNED, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
 /// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_init(
+pub unsafe extern "C" fn fk_init(
     memory: Lent,
     bytes: u64,
     scene: Input<fk_scene>,
@@ -262,7 +269,7 @@ fn get_even_failed<T: Structure>(
 /// Threads: changes. Time: a pass over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
+pub unsafe extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
     let mut reset = || {
         let block = block::open(&mut sim)?;
         in_our_environment(|| block.sim.reset());
@@ -277,7 +284,7 @@ pub extern "C" fn fk_reset(mut sim: ToChange) -> i32 {
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK; failures FK_NON_FINITE, FK_CONTACT_CAPACITY, FK_TOO_FAST and with the theta
 /// rule FK_NOT_CONVERGED, which every later call but fk_reset, fk_state_load, fk_get_counters and fk_get_fault repeats.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_step(sim: ToChange) -> i32 {
+pub unsafe extern "C" fn fk_step(sim: ToChange) -> i32 {
     change(sim, |sim| Ok(sim.step()?))
 }
 
@@ -286,7 +293,7 @@ pub extern "C" fn fk_step(sim: ToChange) -> i32 {
 /// Threads: changes. Time: `steps` steps. Touches: the block.
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
+pub unsafe extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
     change(sim, |sim| Ok(sim.advance(steps)?))
 }
 
@@ -296,7 +303,7 @@ pub extern "C" fn fk_advance(sim: ToChange, steps: u64) -> i32 {
 /// them.
 /// Errors: as fk_step.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, mut taken: Output<u64>) -> i32 {
+pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, mut taken: Output<u64>) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
         let count = sim.advance_until(mask, steps)?;
         taken.put(count);
@@ -312,7 +319,7 @@ pub extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, mut tak
 /// FK_DRIVE_FREE), FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as
 /// fk_step.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, steps: u64) -> i32 {
+pub unsafe extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, steps: u64) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
         let path = read(&path)?;
         known_size::<fk_motion>(path.end.struct_size)?;
@@ -325,7 +332,7 @@ pub extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, steps: u64) -> 
 /// Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_MOVED_BLOCK, a latched
 /// failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_bands_size(sim: ToLookAt, of: u32, mut bytes: Output<u64>) -> i32 {
+pub unsafe extern "C" fn fk_bands_size(sim: ToLookAt, of: u32, mut bytes: Output<u64>) -> i32 {
     view(sim, |sim| put_number(&mut bytes, "bytes", block::bands_bytes(sim.layout(), of)? as u64))
 }
 
@@ -335,7 +342,7 @@ pub extern "C" fn fk_bands_size(sim: ToLookAt, of: u32, mut bytes: Output<u64>) 
 /// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MISALIGNED, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_BAND_OUT_OF_TURN (bands are in
 /// use), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_bands_begin(sim: ToChange, of: u32, scratch: Lent, bytes: u64) -> i32 {
+pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, scratch: Lent, bytes: u64) -> i32 {
     status(in_our_environment(|| block::begin(sim, of, scratch, bytes)))
 }
 
@@ -346,7 +353,7 @@ pub extern "C" fn fk_bands_begin(sim: ToChange, of: u32, scratch: Lent, bytes: u
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
 /// changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_bands_pass(sim: ToLookAt, band: u32, mut last: Output<u32>) -> i32 {
+pub unsafe extern "C" fn fk_bands_pass(sim: ToLookAt, band: u32, mut last: Output<u32>) -> i32 {
     let mut pass = || {
         let completed = in_our_environment(|| block::bands(&sim)?.pass(band))?;
         last.put(u32::from(completed));
@@ -356,11 +363,12 @@ pub extern "C" fn fk_bands_pass(sim: ToLookAt, band: u32, mut last: Output<u32>)
 }
 
 /// How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
-/// latched (FK_ARRESTED | ...). Any pointer may be null; any thread may look at any time. When `passes` has grown, the next
-/// pass may begin; while a thread's own band has not been called, none of the three changes.
+/// latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may look between fk_bands_begin and fk_bands_end, also while
+/// others are in fk_bands_pass; the end drops what this looks at. When `passes` has grown, the next pass may begin; while a
+/// thread's own band has not been called, none of the three changes.
 /// Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_bands_progress(
+pub unsafe extern "C" fn fk_bands_progress(
     sim: ToLookAt,
     mut passes: Output<u64>,
     mut steps: Output<u64>,
@@ -382,7 +390,7 @@ pub extern "C" fn fk_bands_progress(
 /// bands have taken is completed. Returns the failure of the last pass, if there was one.
 /// Errors: FK_NULL_POINTER, FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK; failures as fk_step.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_bands_end(mut sim: ToChange) -> i32 {
+pub unsafe extern "C" fn fk_bands_end(mut sim: ToChange) -> i32 {
     let mut end = || {
         let block = in_our_environment(|| block::end(&mut sim))?;
         match block.sim.failure() {
@@ -400,7 +408,7 @@ pub extern "C" fn fk_bands_end(mut sim: ToChange) -> i32 {
 /// Threads: looks. Time: constant. Touches: `steps`, `seconds`.
 /// Errors: FK_NULL_POINTER (sim), FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut seconds: Output<f64>) -> i32 {
+pub unsafe extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut seconds: Output<f64>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         steps.put(sim.step_count());
         seconds.put(sim.time());
@@ -413,7 +421,7 @@ pub extern "C" fn fk_get_time(sim: ToLookAt, mut steps: Output<u64>, mut seconds
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_limits>) -> i32 {
+pub unsafe extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_limits>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let limits = sim.step_limits();
         let struct_size = size_of::<fk_step_limits>() as u64;
@@ -427,7 +435,7 @@ pub extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_limits>)
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>) -> i32 {
+pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let layout = sim.layout();
         let horizontal = layout.x.segments() * layout.nodes_y;
@@ -447,7 +455,7 @@ pub extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>) -> i32 {
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_projectile(sim: ToLookAt, out: Output<fk_motion>) -> i32 {
+pub unsafe extern "C" fn fk_get_projectile(sim: ToLookAt, out: Output<fk_motion>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let motion = sim.projectile()?;
         let value = fk_motion {
@@ -468,7 +476,7 @@ pub extern "C" fn fk_get_projectile(sim: ToLookAt, out: Output<fk_motion>) -> i3
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_NOT_FINITE, FK_WRONG_DRIVE (the scene's drive is FK_DRIVE_PRESCRIBED),
 /// FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, torque: Input<f64>) -> i32 {
+pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, torque: Input<f64>) -> i32 {
     let work = |sim: &mut fabric::Sim<'static>| {
         let (force, torque) = (array(&force, 3, "external.force")?, array(&torque, 3, "external.torque")?);
         let (&[fx, fy, fz], &[tx, ty, tz]) = (force, torque) else {
@@ -488,7 +496,7 @@ pub extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, torque:
 /// moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
 /// FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities: Input<f64>, n: u64) -> i32 {
+pub unsafe extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities: Input<f64>, n: u64) -> i32 {
     change(sim, |sim| sim.set_motion(array(&positions, n, "positions")?, array(&velocities, n, "velocities")?))
 }
 
@@ -499,7 +507,7 @@ pub extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE, FK_ALREADY_STARTED,
 /// FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_set_largest_stretch(sim: ToChange, stretches: Input<f64>, n: u64) -> i32 {
+pub unsafe extern "C" fn fk_set_largest_stretch(sim: ToChange, stretches: Input<f64>, n: u64) -> i32 {
     change(sim, |sim| sim.set_largest_stretch(array(&stretches, n, "stretches")?))
 }
 
@@ -507,7 +515,7 @@ pub extern "C" fn fk_set_largest_stretch(sim: ToChange, stretches: Input<f64>, n
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_contact(sim: ToLookAt, out: Output<fk_contact>) -> i32 {
+pub unsafe extern "C" fn fk_get_contact(sim: ToLookAt, out: Output<fk_contact>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let contact = sim.contact()?;
         let value = fk_contact {
@@ -527,7 +535,7 @@ pub extern "C" fn fk_get_contact(sim: ToLookAt, out: Output<fk_contact>) -> i32 
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>) -> i32 {
+pub unsafe extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let support = sim.support()?;
         let struct_size = size_of::<fk_support>() as u64;
@@ -541,7 +549,7 @@ pub extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>) -> i32 
 /// Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>) -> i32 {
+pub unsafe extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let energy = sim.energy()?;
         let value = fk_energy {
@@ -566,7 +574,7 @@ pub extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>) -> i32 {
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output<f64>) -> i32 {
+pub unsafe extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output<f64>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let residual = sim.momentum_residual()?;
         let out = array_mut(&mut out, 3, "out")?;
@@ -580,7 +588,7 @@ pub extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output<f64>) 
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_fabric(sim: ToLookAt, out: Output<fk_fabric>) -> i32 {
+pub unsafe extern "C" fn fk_get_fabric(sim: ToLookAt, out: Output<fk_fabric>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let fabric = sim.fabric()?;
         let struct_size = size_of::<fk_fabric>() as u64;
@@ -594,7 +602,7 @@ pub extern "C" fn fk_get_fabric(sim: ToLookAt, out: Output<fk_fabric>) -> i32 {
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_counters(sim: ToLookAt, out: Output<fk_counters>) -> i32 {
+pub unsafe extern "C" fn fk_get_counters(sim: ToLookAt, out: Output<fk_counters>) -> i32 {
     let work = |block: &fk_sim| {
         let counters = block.sim.counters();
         let value = fk_counters {
@@ -620,7 +628,7 @@ pub extern "C" fn fk_get_counters(sim: ToLookAt, out: Output<fk_counters>) -> i3
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>) -> i32 {
+pub unsafe extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>) -> i32 {
     let work = |block: &fk_sim| {
         let value = block.last.as_ref().map_or(fk_fault::NONE, fk_fault::of);
         Ok(value)
@@ -632,7 +640,7 @@ pub extern "C" fn fk_get_fault(sim: ToLookAt, out: Output<fk_fault>) -> i32 {
 /// Threads: looks. Time: constant. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>) -> i32 {
+pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let outcomes = sim.outcomes();
         let latched = Outcome::ALL.map(|outcome| outcomes.latched.get(outcome as usize).copied().flatten());
@@ -653,7 +661,7 @@ pub extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>) -> i32 
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_copy_positions(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+pub unsafe extern "C" fn fk_copy_positions(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
     view(sim, |sim| sim.copy_positions(array_mut(&mut out, n, "out")?))
 }
 
@@ -661,7 +669,7 @@ pub extern "C" fn fk_copy_positions(sim: ToLookAt, mut out: Output<f64>, n: u64)
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_copy_velocities(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+pub unsafe extern "C" fn fk_copy_velocities(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
     view(sim, |sim| sim.copy_velocities(array_mut(&mut out, n, "out")?))
 }
 
@@ -670,7 +678,7 @@ pub extern "C" fn fk_copy_velocities(sim: ToLookAt, mut out: Output<f64>, n: u64
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_copy_damage(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+pub unsafe extern "C" fn fk_copy_damage(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
     view(sim, |sim| sim.copy_damage(array_mut(&mut out, n, "out")?))
 }
 
@@ -678,7 +686,7 @@ pub extern "C" fn fk_copy_damage(sim: ToLookAt, mut out: Output<f64>, n: u64) ->
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: as fk_copy_positions.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_copy_stretch(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
+pub unsafe extern "C" fn fk_copy_stretch(sim: ToLookAt, mut out: Output<f64>, n: u64) -> i32 {
     view(sim, |sim| sim.copy_stretch(array_mut(&mut out, n, "out")?))
 }
 
@@ -686,7 +694,7 @@ pub extern "C" fn fk_copy_stretch(sim: ToLookAt, mut out: Output<f64>, n: u64) -
 /// Threads: looks. Time: constant. Touches: `bytes`.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_state_size(sim: ToLookAt, mut bytes: Output<u64>) -> i32 {
+pub unsafe extern "C" fn fk_state_size(sim: ToLookAt, mut bytes: Output<u64>) -> i32 {
     view(sim, |sim| put_number(&mut bytes, "bytes", sim.snapshot_bytes() as u64))
 }
 
@@ -696,7 +704,7 @@ pub extern "C" fn fk_state_size(sim: ToLookAt, mut bytes: Output<u64>) -> i32 {
 /// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_MOVED_BLOCK, a
 /// latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_state_save(sim: ToLookAt, mut image: Output<u8>, bytes: u64) -> i32 {
+pub unsafe extern "C" fn fk_state_save(sim: ToLookAt, mut image: Output<u8>, bytes: u64) -> i32 {
     view(sim, |sim| sim.save(array_mut(&mut image, bytes, "image")?))
 }
 
@@ -706,7 +714,7 @@ pub extern "C" fn fk_state_save(sim: ToLookAt, mut image: Output<u8>, bytes: u64
 /// Errors: FK_NULL_POINTER, FK_WRONG_LENGTH (`bytes` is more than memory can have), FK_IMAGE_MALFORMED,
 /// FK_IMAGE_OF_ANOTHER_SCENE, FK_IMAGE_INVALID, FK_MOVED_BLOCK.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_state_load(sim: ToChange, image: Input<u8>, bytes: u64) -> i32 {
+pub unsafe extern "C" fn fk_state_load(sim: ToChange, image: Input<u8>, bytes: u64) -> i32 {
     change_even_failed(sim, |sim| sim.load(array(&image, bytes, "image")?))
 }
 
@@ -714,7 +722,7 @@ pub extern "C" fn fk_state_load(sim: ToChange, image: Input<u8>, bytes: u64) -> 
 /// Threads: looks. Time: a pass over the sheet. Touches: `digest`.
 /// Errors: FK_NULL_POINTER, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i32 {
+pub unsafe extern "C" fn fk_digest(sim: ToLookAt, mut digest: Output<u64>) -> i32 {
     view(sim, |sim| put_number(&mut digest, "digest", sim.digest()))
 }
 
@@ -948,13 +956,13 @@ mod tests {
             let (mut bytes, mut align, mut handle, mut digest) = (0, 0, core::ptr::null_mut(), 0);
             // SAFETY: structures, numbers and block of this test; the block is as long and aligned as asked for.
             unsafe {
-                let asked = Input::given(&raw const structure);
-                assert_eq!(fk_memory_size(asked, Output::given(&mut bytes), Output::given(&mut align)), FK_OK);
+                let asked = || Input::given(&raw const structure);
+                assert_eq!(fk_memory_size(asked(), Output::given(&mut bytes), Output::given(&mut align)), FK_OK);
                 let mut block = std::vec![[0_u64; 8]; bytes as usize / 64 + 2];
                 let start = block.as_mut_ptr().cast::<u8>();
                 let start = start.add(start.align_offset(align as usize));
                 let (block, no_fault) = (Lent::given(start.cast()), Output::given(core::ptr::null_mut()));
-                assert_eq!(fk_init(block, bytes, asked, Output::given(&mut handle), no_fault), FK_OK);
+                assert_eq!(fk_init(block, bytes, asked(), Output::given(&mut handle), no_fault), FK_OK);
                 assert_eq!(fk_advance(ToChange::given(handle), steps), FK_OK);
                 assert_eq!(fk_digest(ToLookAt::given(handle), Output::given(&mut digest)), FK_OK);
             }

@@ -4,8 +4,11 @@ use crate::block::{self, ToChange};
 use fabric::InstructionSet;
 
 /// Uses the instruction set of this number (`InstructionSet`). FK_UNKNOWN_CHOICE if there is none or this machine lacks it.
+///
+/// # Safety
+/// As of [`crate::calls`].
 #[unsafe(no_mangle)]
-pub extern "C" fn fk_use_instructions(mut sim: ToChange, set: u32) -> i32 {
+pub unsafe extern "C" fn fk_use_instructions(mut sim: ToChange, set: u32) -> i32 {
     let Some(set) = InstructionSet::ALL.into_iter().find(|known| *known as u32 == set) else {
         return fabric::Code::UnknownChoice.number();
     };

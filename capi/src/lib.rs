@@ -2,7 +2,8 @@
 //! `include/fabric_kernel.h` is made from this crate (`cargo xtask header`).
 //!
 //! Rules: every call returns a status (0 is success, negative numbers are errors, never reused); the caller owns all memory;
-//! nothing is allocated, kept or called back; one simulation must not be used by two threads at once, but for its bands
+//! nothing is allocated or called back, and no pointer kept but for the block of `fk_init`, and the scratch of `fk_bands_begin` until
+//! `fk_bands_end`; one simulation must not be used by two threads at once, but for its bands
 //! (`fk_bands_pass`); different ones may.
 #![no_std]
 #![deny(missing_docs)]

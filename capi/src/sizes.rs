@@ -9,12 +9,28 @@ use crate::host::{Input, Output};
 use crate::types::*;
 use fabric::{Code, Error, Scene};
 
-/// A structure that starts with its own size, of which any bits are a value: integers and floating-point numbers.
-pub(crate) trait Structure: Copy {
+/// A structure that starts with its own size.
+///
+/// # Safety
+/// It is `repr(C)`, its first field is a `u64`, and any bits are a value: it has integers, floating-point numbers and arrays of
+/// them only, and no padding. (Its sizes, `OLDER` among them, are checked where they are used.)
+pub(crate) unsafe trait Structure: Copy {
     /// Name for faults.
     const NAME: &'static str;
     /// Sizes of earlier releases, bytes. Each is the start of the present structure.
     const OLDER: &'static [usize];
+}
+
+/// Whether a structure's older sizes, bytes, grow from that of its first field to less than the present one.
+const fn growing(older: &[usize], present: usize) -> bool {
+    let (mut older, mut least) = (older, size_of::<u64>());
+    while let [size, later @ ..] = older {
+        if *size < least {
+            return false;
+        }
+        (older, least) = (later, *size + 1);
+    }
+    least <= present
 }
 
 /// A structure that the host fills.
@@ -26,7 +42,8 @@ pub(crate) trait Filled: Structure {
 /// Structures, each with its older sizes.
 macro_rules! structures {
     ($($name:ident: $older:expr),* $(,)?) => {$(
-        impl Structure for $name {
+        // SAFETY: a structure of `types.rs`, all of which are as asked; that none has padding is tested (tests/c/abi/layout.inc).
+        unsafe impl Structure for $name {
             const NAME: &'static str = stringify!($name);
             const OLDER: &'static [usize] = &$older;
         }
@@ -65,6 +82,7 @@ impl Filled for fk_path {
 /// The size of a host's structure, if this library knows it.
 pub(crate) fn known_size<T: Structure>(size: u64) -> Result<usize, Error> {
     let present = size_of::<T>();
+    const { assert!(growing(T::OLDER, size_of::<T>())) }
     let mut known = T::OLDER.iter().copied().chain([present]);
     let unknown = Error::new(Code::StructSize, T::NAME, size as f64, present as f64);
     known.find(|&known| known as u64 == size).ok_or(unknown)
@@ -92,8 +110,9 @@ pub(crate) fn read<T: Filled>(given: &Input<T>) -> Result<T, Error> {
 fn read_into<T: Structure>(given: &Input<T>, value: &mut T) -> Result<(), Error> {
     let pointer = given.pointer();
     usable(pointer)?;
-    // SAFETY: not null and aligned; the host vouches for as many bytes as the first field, its size, says. They are at most those
-    // of T, and the start of a T on both sides. The size field then says `size`; nothing reads it again.
+    // SAFETY: not null and aligned; the host vouches for its first field, the size, and for as many initialised bytes as that says.
+    // Of a size that is known they are at most those of T, and the start of a T on both sides, where any bits are a value. The size
+    // field then says `size`; nothing reads it again.
     unsafe {
         let size = known_size::<T>(pointer.cast::<u64>().read())?;
         core::ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut *value).cast::<u8>(), size);
@@ -119,7 +138,7 @@ impl<'h, T: Structure> Part<'h, T> {
     /// Refuses null, misaligned and unknown-sized structures; this one says its size itself.
     pub(crate) fn of(place: &'h mut Output<T>) -> Result<Part<'h, T>, Error> {
         usable(place.pointer())?;
-        // SAFETY: not null and aligned; the host vouches for the first field, which is the size.
+        // SAFETY: not null and aligned; the host vouches for the first field, the size, which it has set.
         let size = unsafe { place.pointer().cast::<u64>().read() };
         Part::of_size(place, size)
     }
@@ -133,7 +152,8 @@ impl<'h, T: Structure> Part<'h, T> {
     /// Writes a structure as far as the host's goes. Its size is that of the host.
     pub(crate) fn put(self, value: T) {
         let pointer = self.place.pointer();
-        // SAFETY: not null and aligned; the host vouches for `size` bytes, which are at least 8 and at most those of T.
+        // SAFETY: not null and aligned; the host vouches for `size` bytes, which are at least 8 and at most those of T. They are
+        // only written.
         unsafe {
             core::ptr::copy_nonoverlapping((&raw const value).cast::<u8>(), pointer.cast::<u8>(), self.size);
             pointer.cast::<u64>().write(self.size as u64);
@@ -161,7 +181,8 @@ mod tests {
         c: [u32; 2],
     }
 
-    impl Structure for Grown {
+    // SAFETY: as asked: one u64, then two numbers and two halves of a third.
+    unsafe impl Structure for Grown {
         const NAME: &'static str = "grown";
         const OLDER: &'static [usize] = &[16, 24];
     }
@@ -190,6 +211,14 @@ mod tests {
         assert_eq!(read_and_put(given, news), (Ok(Grown { c: [3, 4], ..given }), Ok(written)));
         let given = Grown { struct_size: 32, ..given };
         assert_eq!(read_and_put(given, news), (Ok(given), Ok(news)));
+    }
+
+    #[test]
+    fn older_sizes_grow_from_the_first_field_to_the_present() {
+        assert!(growing(&[], 8) && growing(&[8], 16) && growing(&[16, 24], 32));
+        for older in [[0, 24], [7, 24], [24, 24], [24, 16], [24, 32], [24, 40]] {
+            assert!(!growing(&older, 32), "{older:?}");
+        }
     }
 
     #[test]

@@ -6,14 +6,15 @@ use crate::host::{Input, Output};
 use crate::instance::{Instance, MOST_ELEMENTS, Phase};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
+use crate::state::Saved;
 use crate::table::{Kind, TIME_REFERENCE, TOKEN, Variable};
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;
-use core::ptr::NonNull;
+use core::ptr::{self, NonNull};
 
 /// Version of the interface, where the two differ.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Version {
+pub(crate) enum Version {
     /// A value reference means an element.
     Two,
     /// A value reference means a whole array.
@@ -42,7 +43,6 @@ impl Handle {
 
 /// A text of the host's: null, or ended by a zero.
 #[repr(transparent)]
-#[derive(Clone, Copy)]
 pub struct Text(*const c_char);
 
 impl Text {
@@ -55,14 +55,19 @@ impl Text {
     }
 
     /// The text; None for null.
-    pub fn get(&self) -> Option<&CStr> {
+    pub(crate) fn get(&self) -> Option<&CStr> {
         // SAFETY: not null; the host vouches for the rest.
         (!self.0.is_null()).then(|| unsafe { CStr::from_ptr(self.0) })
     }
 }
 
 /// Runs `work` on an instance if it is in one of `phases`.
-pub fn enter(mut handle: Handle, function: &str, phases: u32, work: impl FnOnce(&mut Instance) -> Status) -> Status {
+pub(crate) fn enter(
+    mut handle: Handle,
+    function: &str,
+    phases: u32,
+    work: impl FnOnce(&mut Instance) -> Status,
+) -> Status {
     let Some(instance) = handle.instance() else { return Status::Error };
     if instance.kept.phase as u32 & phases == 0 {
         let mut line = Line::new();
@@ -73,7 +78,7 @@ pub fn enter(mut handle: Handle, function: &str, phases: u32, work: impl FnOnce(
 }
 
 /// A new instance if the token is that of this build.
-pub fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance>> {
+pub(crate) fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance>> {
     if name.get().is_none_or(|name| name.to_bytes().iter().all(u8::is_ascii_whitespace)) {
         log.say(Category::Error, "instanceName: missing");
         return None;
@@ -90,7 +95,7 @@ pub fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance>> {
 }
 
 /// Frees an instance with everything it holds.
-pub fn destroy(handle: Handle) {
+pub(crate) fn destroy(handle: Handle) {
     if let Some(place) = NonNull::new(handle.0) {
         // SAFETY: made by `create`, which puts nothing behind it; the host vouches that it has not freed it, and for not using
         // it again.
@@ -98,13 +103,83 @@ pub fn destroy(handle: Handle) {
     }
 }
 
+/// The function's name in refusals for the phase. The six below are allowed in every phase, so that it is never told.
+const STATES: &str = "FMU state";
+
+/// Copies the state; a state given by the host is used again.
+pub(crate) fn get_state(handle: Handle, mut state: Output<*mut Saved>) -> Status {
+    enter(handle, STATES, Phase::ANY, |instance| {
+        let Some([state]) = state.elements(1) else { return instance.refuse("null pointer") };
+        match instance.save(*state) {
+            Ok(saved) => {
+                *state = saved;
+                Status::Ok
+            }
+            Err(status) => status,
+        }
+    })
+}
+
+/// Restores a state.
+pub(crate) fn set_state(handle: Handle, state: *mut Saved) -> Status {
+    enter(handle, STATES, Phase::ANY, |instance| instance.restore(state))
+}
+
+/// Frees a state and clears the host's pointer.
+pub(crate) fn free_state(handle: Handle, mut state: Output<*mut Saved>) -> Status {
+    enter(handle, STATES, Phase::ANY, |instance| {
+        if state.pointer().is_null() {
+            return Status::Ok;
+        }
+        let Some([state]) = state.elements(1) else { return instance.refuse("misaligned pointer") };
+        let status = instance.free(*state);
+        if status == Status::Ok {
+            *state = ptr::null_mut();
+        }
+        status
+    })
+}
+
+/// Bytes of a state.
+pub(crate) fn serialized_size(handle: Handle, state: *mut Saved, mut size: Output<usize>) -> Status {
+    enter(handle, STATES, Phase::ANY, |instance| match instance.serialized_size(state) {
+        Ok(bytes) if size.put(bytes) => Status::Ok,
+        Ok(_) => instance.refuse("null pointer"),
+        Err(status) => status,
+    })
+}
+
+/// Writes a state into bytes.
+pub(crate) fn serialize(handle: Handle, state: *mut Saved, mut bytes: Output<u8>, size: usize) -> Status {
+    enter(handle, STATES, Phase::ANY, |instance| match array_mut(&mut bytes, size) {
+        Some(bytes) => instance.serialize(state, bytes),
+        None => instance.refuse("null array"),
+    })
+}
+
+/// Makes a state from bytes.
+pub(crate) fn deserialize(handle: Handle, bytes: Input<u8>, size: usize, mut state: Output<*mut Saved>) -> Status {
+    enter(handle, STATES, Phase::ANY, |instance| {
+        let Some(bytes) = array(&bytes, size).filter(|_| !state.pointer().is_null()) else {
+            return instance.refuse("null pointer");
+        };
+        match instance.deserialize(bytes) {
+            Ok(saved) => {
+                state.put(saved);
+                Status::Ok
+            }
+            Err(status) => status,
+        }
+    })
+}
+
 /// For functions of a type that no variable has: reading or writing none is fine, any is not.
-pub fn none_of_this_type(handle: Handle, function: &str, phases: u32, count: usize) -> Status {
+pub(crate) fn none_of_this_type(handle: Handle, function: &str, phases: u32, count: usize) -> Status {
     if count == 0 { enter(handle, function, phases, |_| Status::Ok) } else { unsupported(handle, function) }
 }
 
 /// For functions that are not provided.
-pub fn unsupported(handle: Handle, function: &str) -> Status {
+pub(crate) fn unsupported(handle: Handle, function: &str) -> Status {
     enter(handle, function, Phase::ANY, |instance| {
         let mut line = Line::new();
         let _ = write!(line, "{function}: not supported");
@@ -113,12 +188,12 @@ pub fn unsupported(handle: Handle, function: &str) -> Status {
 }
 
 /// An array of the host's; None for null with a length.
-pub fn array<T>(start: &Input<T>, count: usize) -> Option<&[T]> {
+pub(crate) fn array<T>(start: &Input<T>, count: usize) -> Option<&[T]> {
     if count == 0 { Some(&[]) } else { start.elements(count) }
 }
 
 /// An array of the host's to write into; None for null with a length.
-pub fn array_mut<T>(start: &mut Output<T>, count: usize) -> Option<&mut [T]> {
+pub(crate) fn array_mut<T>(start: &mut Output<T>, count: usize) -> Option<&mut [T]> {
     if count == 0 { Some(&mut []) } else { start.elements(count) }
 }
 
@@ -148,7 +223,7 @@ fn refuse_reference(instance: &Instance, reference: u32) -> Status {
 }
 
 /// Reads variables one after the other into `values`.
-pub fn get<T: Default>(
+pub(crate) fn get<T: Default>(
     instance: &mut Instance,
     version: Version,
     kind: Kind,
@@ -185,7 +260,7 @@ pub fn get<T: Default>(
 }
 
 /// Sets variables from `values`, all or none.
-pub fn set<T: Copy>(
+pub(crate) fn set<T: Copy>(
     instance: &mut Instance,
     version: Version,
     kind: Kind,
@@ -221,6 +296,6 @@ pub fn set<T: Copy>(
 }
 
 /// A count as an Integer; what does not fit is cut off at the ends.
-pub fn to_integer(value: f64) -> i32 {
+pub(crate) fn to_integer(value: f64) -> i32 {
     value as i32
 }

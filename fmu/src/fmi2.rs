@@ -1,7 +1,12 @@
 //! The functions of FMI 2.0 for co-simulation. Each is a thin door to [`Instance`]; signatures are those of `fmi2Functions.h`.
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged.
+//!
+//! # Safety of all functions here
+//! The pointers are as their types' [`Handle::given`], [`Text::given`], [`Input::given`] and [`Output::given`] ask, still, and the
+//! counts beside them are theirs. Pointers that are plain here are never followed.
 #![allow(non_snake_case)] // the standard's names
+#![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
 use crate::host::{Input, Output};
@@ -42,7 +47,7 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
 
 /// Chooses log categories.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, count: usize, categories: Input<Text>) -> Status {
+pub unsafe extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, count: usize, categories: Input<Text>) -> Status {
     enter(c, "fmi2SetDebugLogging", Phase::ANY, |instance| {
         let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
         if instance.log.switch(on != 0, names.iter().map(Text::get)) {
@@ -55,7 +60,7 @@ pub extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, count: usize, catego
 
 /// A new instance, or null.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2Instantiate(
+pub unsafe extern "C" fn fmi2Instantiate(
     name: Text,
     fmu_type: c_int,
     guid: Text,
@@ -76,13 +81,13 @@ pub extern "C" fn fmi2Instantiate(
 
 /// Frees an instance and its states.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2FreeInstance(c: Handle) {
+pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
     door::destroy(c)
 }
 
 /// Start and stop time.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetupExperiment(
+pub unsafe extern "C" fn fmi2SetupExperiment(
     c: Handle,
     _tolerance_defined: c_int,
     _tolerance: f64,
@@ -97,19 +102,19 @@ pub extern "C" fn fmi2SetupExperiment(
 
 /// Begins initialisation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2EnterInitializationMode(c: Handle) -> Status {
+pub unsafe extern "C" fn fmi2EnterInitializationMode(c: Handle) -> Status {
     enter(c, "fmi2EnterInitializationMode", Phase::Instantiated as u32, Instance::enter_initialization)
 }
 
 /// Makes the simulation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2ExitInitializationMode(c: Handle) -> Status {
+pub unsafe extern "C" fn fmi2ExitInitializationMode(c: Handle) -> Status {
     enter(c, "fmi2ExitInitializationMode", Phase::Initialization as u32, Instance::exit_initialization)
 }
 
 /// Ends the run; values may still be read.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2Terminate(c: Handle) -> Status {
+pub unsafe extern "C" fn fmi2Terminate(c: Handle) -> Status {
     enter(c, "fmi2Terminate", Phase::RUNNING, |instance| {
         instance.kept.phase = Phase::Terminated;
         Status::Ok
@@ -118,13 +123,13 @@ pub extern "C" fn fmi2Terminate(c: Handle) -> Status {
 
 /// Back to just after instantiation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2Reset(c: Handle) -> Status {
+pub unsafe extern "C" fn fmi2Reset(c: Handle) -> Status {
     enter(c, "fmi2Reset", Phase::ANY, Instance::reset)
 }
 
 /// Reads Real variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut values: Output<f64>) -> Status {
+pub unsafe extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut values: Output<f64>) -> Status {
     enter(c, "fmi2GetReal", Phase::READABLE_IN_2, |instance| {
         door::get(instance, Version::Two, Kind::Real, array(&vr, n), array_mut(&mut values, n), |x| x)
     })
@@ -132,7 +137,7 @@ pub extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut values: O
 
 /// Reads Integer and Enumeration variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
+pub unsafe extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
     enter(c, "fmi2GetInteger", Phase::READABLE_IN_2, |instance| {
         let convert = door::to_integer;
         door::get(instance, Version::Two, Kind::Integer, array(&vr, n), array_mut(&mut values, n), convert)
@@ -141,7 +146,7 @@ pub extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut values
 
 /// Reads Boolean variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
+pub unsafe extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
     enter(c, "fmi2GetBoolean", Phase::READABLE_IN_2, |instance| {
         let convert = |x| c_int::from(x != 0.0);
         door::get(instance, Version::Two, Kind::Boolean, array(&vr, n), array_mut(&mut values, n), convert)
@@ -150,13 +155,13 @@ pub extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut values
 
 /// There are no String variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetString(c: Handle, _vr: *const u32, n: usize, _values: *mut *const c_char) -> Status {
+pub unsafe extern "C" fn fmi2GetString(c: Handle, _vr: *const u32, n: usize, _values: *mut *const c_char) -> Status {
     none_of_this_type(c, "fmi2GetString", Phase::READABLE_IN_2, n)
 }
 
 /// Sets Real variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input<f64>) -> Status {
+pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input<f64>) -> Status {
     enter(c, "fmi2SetReal", Phase::SETTABLE, |instance| {
         door::set(instance, Version::Two, Kind::Real, array(&vr, n), array(&values, n), |x| x)
     })
@@ -164,7 +169,7 @@ pub extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input
 
 /// Sets Integer and Enumeration variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
+pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
     enter(c, "fmi2SetInteger", Phase::SETTABLE, |instance| {
         door::set(instance, Version::Two, Kind::Integer, array(&vr, n), array(&values, n), f64::from)
     })
@@ -172,7 +177,7 @@ pub extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, values: In
 
 /// Sets Boolean variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
+pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
     enter(c, "fmi2SetBoolean", Phase::SETTABLE, |instance| {
         let convert = |x: c_int| f64::from(u8::from(x != 0));
         door::set(instance, Version::Two, Kind::Boolean, array(&vr, n), array(&values, n), convert)
@@ -181,91 +186,54 @@ pub extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, values: In
 
 /// There are no String variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetString(c: Handle, _vr: *const u32, n: usize, _values: *const *const c_char) -> Status {
+pub unsafe extern "C" fn fmi2SetString(c: Handle, _vr: *const u32, n: usize, _values: *const *const c_char) -> Status {
     none_of_this_type(c, "fmi2SetString", Phase::SETTABLE, n)
 }
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetFMUstate(c: Handle, mut state: Output<*mut Saved>) -> Status {
-    enter(c, "fmi2GetFMUstate", Phase::ANY, |instance| {
-        let Some([state]) = state.elements(1) else { return instance.refuse("null pointer") };
-        match instance.save(*state) {
-            Ok(saved) => {
-                *state = saved;
-                Status::Ok
-            }
-            Err(status) => status,
-        }
-    })
+pub unsafe extern "C" fn fmi2GetFMUstate(c: Handle, state: Output<*mut Saved>) -> Status {
+    door::get_state(c, state)
 }
 
 /// Restores a state.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetFMUstate(c: Handle, state: *mut Saved) -> Status {
-    enter(c, "fmi2SetFMUstate", Phase::ANY, |instance| instance.restore(state))
+pub unsafe extern "C" fn fmi2SetFMUstate(c: Handle, state: *mut Saved) -> Status {
+    door::set_state(c, state)
 }
 
 /// Frees a state and clears the host's pointer.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2FreeFMUstate(c: Handle, mut state: Output<*mut Saved>) -> Status {
-    enter(c, "fmi2FreeFMUstate", Phase::ANY, |instance| {
-        if state.pointer().is_null() {
-            return Status::Ok;
-        }
-        let Some([state]) = state.elements(1) else { return instance.refuse("misaligned pointer") };
-        let status = instance.free(*state);
-        if status == Status::Ok {
-            *state = ptr::null_mut();
-        }
-        status
-    })
+pub unsafe extern "C" fn fmi2FreeFMUstate(c: Handle, state: Output<*mut Saved>) -> Status {
+    door::free_state(c, state)
 }
 
 /// Bytes of a state.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SerializedFMUstateSize(c: Handle, state: *mut Saved, mut size: Output<usize>) -> Status {
-    enter(c, "fmi2SerializedFMUstateSize", Phase::ANY, |instance| match instance.serialized_size(state) {
-        Ok(bytes) if size.put(bytes) => Status::Ok,
-        Ok(_) => instance.refuse("null pointer"),
-        Err(status) => status,
-    })
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: Handle, state: *mut Saved, size: Output<usize>) -> Status {
+    door::serialized_size(c, state, size)
 }
 
 /// Writes a state into bytes.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SerializeFMUstate(c: Handle, state: *mut Saved, mut bytes: Output<u8>, size: usize) -> Status {
-    enter(c, "fmi2SerializeFMUstate", Phase::ANY, |instance| match array_mut(&mut bytes, size) {
-        Some(bytes) => instance.serialize(state, bytes),
-        None => instance.refuse("null array"),
-    })
+pub unsafe extern "C" fn fmi2SerializeFMUstate(c: Handle, state: *mut Saved, bytes: Output<u8>, size: usize) -> Status {
+    door::serialize(c, state, bytes, size)
 }
 
 /// Makes a state from bytes.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2DeSerializeFMUstate(
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     c: Handle,
     bytes: Input<u8>,
     size: usize,
-    mut state: Output<*mut Saved>,
+    state: Output<*mut Saved>,
 ) -> Status {
-    enter(c, "fmi2DeSerializeFMUstate", Phase::ANY, |instance| {
-        let Some(bytes) = array(&bytes, size).filter(|_| !state.pointer().is_null()) else {
-            return instance.refuse("null pointer");
-        };
-        match instance.deserialize(bytes) {
-            Ok(saved) => {
-                state.put(saved);
-                Status::Ok
-            }
-            Err(status) => status,
-        }
-    })
+    door::deserialize(c, bytes, size, state)
 }
 
 /// Not provided.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetDirectionalDerivative(
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     c: Handle,
     _unknown: *const u32,
     _unknowns: usize,
@@ -279,7 +247,7 @@ pub extern "C" fn fmi2GetDirectionalDerivative(
 
 /// Not provided: the acceleration is an input variable.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetRealInputDerivatives(
+pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     c: Handle,
     _vr: *const u32,
     _n: usize,
@@ -291,7 +259,7 @@ pub extern "C" fn fmi2SetRealInputDerivatives(
 
 /// Not provided.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetRealOutputDerivatives(
+pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     c: Handle,
     _vr: *const u32,
     _n: usize,
@@ -303,7 +271,7 @@ pub extern "C" fn fmi2GetRealOutputDerivatives(
 
 /// A communication step from t to t + h.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
+pub unsafe extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
     enter(c, "fmi2DoStep", Phase::Step as u32, |instance| {
         let stop = instance.kept.parameters.flag(Id::StopOnEvent);
         let end = instance.do_step(t, h, if stop { Early::ToStop } else { Early::No });
@@ -313,13 +281,13 @@ pub extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_before: c_
 
 /// Nothing runs in the background.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2CancelStep(c: Handle) -> Status {
+pub unsafe extern "C" fn fmi2CancelStep(c: Handle) -> Status {
     unsupported(c, "fmi2CancelStep")
 }
 
 /// Nothing is ever pending.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
+pub unsafe extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
     enter(c, "fmi2GetStatus", Phase::AFTER_SETTING_UP, |instance| {
         if kind != DO_STEP_STATUS || !value.put(Status::Ok as c_int) {
             return instance.refuse("fmi2GetStatus: unknown kind, or null pointer");
@@ -330,7 +298,7 @@ pub extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output<c_int>
 
 /// Where the last step ended.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Output<f64>) -> Status {
+pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Output<f64>) -> Status {
     enter(c, "fmi2GetRealStatus", Phase::AFTER_SETTING_UP, |instance| {
         if kind != LAST_SUCCESSFUL_TIME || !value.put(instance.kept.time) {
             return instance.refuse("fmi2GetRealStatus: unknown kind, or null pointer");
@@ -341,13 +309,13 @@ pub extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Output<f6
 
 /// There is no such status.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetIntegerStatus(c: Handle, _kind: c_int, _value: *mut c_int) -> Status {
+pub unsafe extern "C" fn fmi2GetIntegerStatus(c: Handle, _kind: c_int, _value: *mut c_int) -> Status {
     unsupported(c, "fmi2GetIntegerStatus")
 }
 
 /// Whether the last step ended the simulation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
+pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
     enter(c, "fmi2GetBooleanStatus", Phase::AFTER_SETTING_UP, |instance| {
         if kind != TERMINATED || !value.put(c_int::from(instance.kept.terminated)) {
             return instance.refuse("fmi2GetBooleanStatus: unknown kind, or null pointer");
@@ -358,6 +326,6 @@ pub extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output
 
 /// There is no such status.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetStringStatus(c: Handle, _kind: c_int, _value: *mut *const c_char) -> Status {
+pub unsafe extern "C" fn fmi2GetStringStatus(c: Handle, _kind: c_int, _value: *mut *const c_char) -> Status {
     unsupported(c, "fmi2GetStringStatus")
 }

@@ -2,7 +2,12 @@
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged. A `fmi3Boolean` is
 //! taken as a byte, so that no bit pattern of a host is an invalid value here.
+//!
+//! # Safety of all functions here
+//! The pointers are as their types' [`Handle::given`], [`Text::given`], [`Input::given`] and [`Output::given`] ask, still, and the
+//! counts beside them are theirs. Pointers that are plain here are never followed.
 #![allow(non_snake_case)] // the standard's names
+#![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
 use crate::host::{Input, Output};
@@ -22,7 +27,12 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
 
 /// Chooses log categories.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetDebugLogging(instance: Handle, on: u8, count: usize, categories: Input<Text>) -> Status {
+pub unsafe extern "C" fn fmi3SetDebugLogging(
+    instance: Handle,
+    on: u8,
+    count: usize,
+    categories: Input<Text>,
+) -> Status {
     enter(instance, "fmi3SetDebugLogging", Phase::ANY, |instance| {
         let Some(names) = array(&categories, count) else { return instance.refuse("null array") };
         if instance.log.switch(on != 0, names.iter().map(Text::get)) {
@@ -35,7 +45,7 @@ pub extern "C" fn fmi3SetDebugLogging(instance: Handle, on: u8, count: usize, ca
 
 /// A new instance, or null.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3InstantiateCoSimulation(
+pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     name: Text,
     token: Text,
     _resources: *const c_char,
@@ -64,7 +74,7 @@ pub extern "C" fn fmi3InstantiateCoSimulation(
 
 /// Not provided: null.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3InstantiateModelExchange(
+pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     name: Text,
     _token: *const c_char,
     _resources: *const c_char,
@@ -78,7 +88,7 @@ pub extern "C" fn fmi3InstantiateModelExchange(
 
 /// Not provided: null.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3InstantiateScheduledExecution(
+pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     name: Text,
     _token: *const c_char,
     _resources: *const c_char,
@@ -101,13 +111,13 @@ fn only_co_simulation(name: Text, environment: *mut c_void, logger: Option<Logge
 
 /// Frees an instance and its states.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3FreeInstance(instance: Handle) {
+pub unsafe extern "C" fn fmi3FreeInstance(instance: Handle) {
     door::destroy(instance)
 }
 
 /// Start and stop time; begins initialisation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3EnterInitializationMode(
+pub unsafe extern "C" fn fmi3EnterInitializationMode(
     instance: Handle,
     _tolerance_defined: u8,
     _tolerance: f64,
@@ -125,14 +135,14 @@ pub extern "C" fn fmi3EnterInitializationMode(
 
 /// Makes the simulation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> Status {
+pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> Status {
     let phases = Phase::Initialization as u32;
     enter(instance, "fmi3ExitInitializationMode", phases, Instance::exit_initialization)
 }
 
 /// From stepping to handling events.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
+pub unsafe extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
     enter(instance, "fmi3EnterEventMode", Phase::Step as u32, |instance| {
         if !instance.event_mode_used {
             return instance.refuse("fmi3EnterEventMode: instantiated without event mode");
@@ -144,7 +154,7 @@ pub extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
 
 /// Discrete outputs are already up to date.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3UpdateDiscreteStates(
+pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     instance: Handle,
     need_update: Output<u8>,
     mut terminate: Output<u8>,
@@ -165,7 +175,7 @@ pub extern "C" fn fmi3UpdateDiscreteStates(
 
 /// From handling events to stepping.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
+pub unsafe extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
     enter(instance, "fmi3EnterStepMode", Phase::Event as u32, |instance| {
         instance.kept.phase = Phase::Step;
         Status::Ok
@@ -174,7 +184,7 @@ pub extern "C" fn fmi3EnterStepMode(instance: Handle) -> Status {
 
 /// Ends the run; values may still be read.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3Terminate(instance: Handle) -> Status {
+pub unsafe extern "C" fn fmi3Terminate(instance: Handle) -> Status {
     enter(instance, "fmi3Terminate", Phase::RUNNING, |instance| {
         instance.kept.phase = Phase::Terminated;
         Status::Ok
@@ -183,13 +193,13 @@ pub extern "C" fn fmi3Terminate(instance: Handle) -> Status {
 
 /// Back to just after instantiation.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3Reset(instance: Handle) -> Status {
+pub unsafe extern "C" fn fmi3Reset(instance: Handle) -> Status {
     enter(instance, "fmi3Reset", Phase::ANY, Instance::reset)
 }
 
 /// Reads Float64 variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetFloat64(
+pub unsafe extern "C" fn fmi3GetFloat64(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -203,7 +213,7 @@ pub extern "C" fn fmi3GetFloat64(
 
 /// Reads Int32 variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetInt32(
+pub unsafe extern "C" fn fmi3GetInt32(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -218,7 +228,7 @@ pub extern "C" fn fmi3GetInt32(
 
 /// Reads Enumeration variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetInt64(
+pub unsafe extern "C" fn fmi3GetInt64(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -233,7 +243,7 @@ pub extern "C" fn fmi3GetInt64(
 
 /// Reads Boolean variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetBoolean(
+pub unsafe extern "C" fn fmi3GetBoolean(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -248,7 +258,7 @@ pub extern "C" fn fmi3GetBoolean(
 
 /// Sets Float64 variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetFloat64(
+pub unsafe extern "C" fn fmi3SetFloat64(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -262,7 +272,7 @@ pub extern "C" fn fmi3SetFloat64(
 
 /// Sets Int32 variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetInt32(
+pub unsafe extern "C" fn fmi3SetInt32(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -276,7 +286,7 @@ pub extern "C" fn fmi3SetInt32(
 
 /// Sets Enumeration variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetInt64(
+pub unsafe extern "C" fn fmi3SetInt64(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -291,7 +301,7 @@ pub extern "C" fn fmi3SetInt64(
 
 /// Sets Boolean variables.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetBoolean(
+pub unsafe extern "C" fn fmi3SetBoolean(
     instance: Handle,
     vr: Input<u32>,
     count: usize,
@@ -309,48 +319,57 @@ const ENUMERATION: Kind = Kind::Choice(CHOICES[0]);
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
-    crate::fmi2::fmi2GetFMUstate(instance, state)
+pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
+    door::get_state(instance, state)
 }
 
 /// Restores a state.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetFMUState(instance: Handle, state: *mut Saved) -> Status {
-    crate::fmi2::fmi2SetFMUstate(instance, state)
+pub unsafe extern "C" fn fmi3SetFMUState(instance: Handle, state: *mut Saved) -> Status {
+    door::set_state(instance, state)
 }
 
 /// Frees a state and clears the host's pointer.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3FreeFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
-    crate::fmi2::fmi2FreeFMUstate(instance, state)
+pub unsafe extern "C" fn fmi3FreeFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
+    door::free_state(instance, state)
 }
 
 /// Bytes of a state.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SerializedFMUStateSize(instance: Handle, state: *mut Saved, size: Output<usize>) -> Status {
-    crate::fmi2::fmi2SerializedFMUstateSize(instance, state, size)
+pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
+    instance: Handle,
+    state: *mut Saved,
+    size: Output<usize>,
+) -> Status {
+    door::serialized_size(instance, state, size)
 }
 
 /// Writes a state into bytes.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3SerializeFMUState(instance: Handle, state: *mut Saved, bytes: Output<u8>, size: usize) -> Status {
-    crate::fmi2::fmi2SerializeFMUstate(instance, state, bytes, size)
+pub unsafe extern "C" fn fmi3SerializeFMUState(
+    instance: Handle,
+    state: *mut Saved,
+    bytes: Output<u8>,
+    size: usize,
+) -> Status {
+    door::serialize(instance, state, bytes, size)
 }
 
 /// Makes a state from bytes.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3DeserializeFMUState(
+pub unsafe extern "C" fn fmi3DeserializeFMUState(
     instance: Handle,
     bytes: Input<u8>,
     size: usize,
     state: Output<*mut Saved>,
 ) -> Status {
-    crate::fmi2::fmi2DeSerializeFMUstate(instance, bytes, size, state)
+    door::deserialize(instance, bytes, size, state)
 }
 
 /// A communication step from t to t + h.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3DoStep(
+pub unsafe extern "C" fn fmi3DoStep(
     instance: Handle,
     t: f64,
     h: f64,
@@ -378,7 +397,7 @@ pub extern "C" fn fmi3DoStep(
 
 /// No input reaches an output without a step: every output depends on nothing.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetNumberOfVariableDependencies(
+pub unsafe extern "C" fn fmi3GetNumberOfVariableDependencies(
     instance: Handle,
     reference: u32,
     mut count: Output<usize>,
@@ -397,7 +416,7 @@ macro_rules! of_no_variable {
     ($phases:expr; $($name:ident)*) => {$(
         /// No variable has this type.
         #[unsafe(no_mangle)]
-        pub extern "C" fn $name(instance: Handle, _vr: *const u32, count: usize) -> Status {
+        pub unsafe extern "C" fn $name(instance: Handle, _vr: *const u32, count: usize) -> Status {
             none_of_this_type(instance, stringify!($name), $phases, count)
         }
     )*};
@@ -419,7 +438,7 @@ macro_rules! unsupported {
     ($($name:ident)*) => {$(
         /// Not provided.
         #[unsafe(no_mangle)]
-        pub extern "C" fn $name(instance: Handle) -> Status {
+        pub unsafe extern "C" fn $name(instance: Handle) -> Status {
             unsupported(instance, stringify!($name))
         }
     )*};

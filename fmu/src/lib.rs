@@ -3,9 +3,9 @@
 //! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and the token.
 //! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin doors to it, one C function each.
 //!
-//! What a host hands over nothing here can check: null is refused, all else is as the host says. That trust stands in the types of
-//! [`host`], and in [`door::Handle`], [`door::Text`] and the loggers of [`log`], so the exported functions are safe code: a C host
-//! makes its promise by calling, a Rust host with `unsafe`, in `given`.
+//! What a host hands over nothing here can check: null is refused, all else is as the host says. So the exported functions are
+//! unsafe to Rust, while a C host makes its promise by calling. That trust stands in the types of [`host`], and in
+//! [`door::Handle`], [`door::Text`] and the loggers of [`log`]; the functions themselves have no unsafe code.
 //!
 //! Promises: memory comes from the C library's `calloc`, the large block once per instance when initialisation ends; no
 //! allocation while stepping, no thread, no global state; the floating-point environment of the host is saved, set and
@@ -17,13 +17,13 @@ extern crate std;
 
 pub mod coupling;
 pub mod door;
-pub mod float;
+mod float;
 pub mod fmi2;
 pub mod fmi3;
 pub mod host;
 pub mod instance;
 pub mod log;
-pub mod memory;
+mod memory;
 pub mod parameters;
 pub mod state;
 pub mod table;

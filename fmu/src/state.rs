@@ -117,7 +117,7 @@ impl Instance {
         let pointer = if reused.is_some_and(|saved| saved.room() >= image) {
             given
         } else {
-            let Some(saved) = self.states.add(&self.kept, image, false) else { return Err(self.out_of_memory()) };
+            let Some(saved) = self.states.add(&self.kept, image, true) else { return Err(self.out_of_memory()) };
             let pointer = saved.pointer();
             self.states.remove(given);
             pointer
@@ -125,12 +125,14 @@ impl Instance {
         if let Some(saved) = self.states.find_mut(pointer) {
             saved.kept = self.kept;
             saved.image = image;
-            saved.from_bytes = false;
+            // Until the image is wholly ours it is one to be loaded with every check.
+            saved.from_bytes = true;
             if let Some(running) = &self.running
                 && let Err(error) = running.sim.save(saved.image_mut())
             {
                 return Err(self.refuse(&error.text()));
             }
+            saved.from_bytes = false;
         }
         Ok(pointer)
     }

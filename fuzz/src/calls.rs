@@ -289,7 +289,8 @@ impl Player<'_> {
             10 => self.set_stretch(slot),
             11 => {
                 let expected = if slot.bands.is_some() { FK_BAND_OUT_OF_TURN } else { FK_OK };
-                assert_eq!(fk_reset(slot.to_change()), expected);
+                // SAFETY: a live handle.
+                assert_eq!(unsafe { fk_reset(slot.to_change()) }, expected);
                 if expected == FK_OK {
                     slot.twin.reset();
                     slot.last = FK_OK;
@@ -356,7 +357,8 @@ impl Player<'_> {
         let steps = self.steps(slot);
         let one = steps == 1 && self.bytes.once_in(2);
         let expected = slot.stopped(false).unwrap_or_else(|| number(slot.twin.advance(steps)));
-        let status = if one { fk_step(slot.to_change()) } else { fk_advance(slot.to_change(), steps) };
+        // SAFETY: a live handle.
+        let status = unsafe { if one { fk_step(slot.to_change()) } else { fk_advance(slot.to_change(), steps) } };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -646,7 +648,8 @@ impl Player<'_> {
 
     /// A structure of results.
     fn get(&mut self, slot: &Slot) {
-        fn one<T: Copy>(bytes: &mut Bytes, slot: &Slot, lives: bool, call: extern "C" fn(ToLookAt, Output<T>) -> i32) {
+        type Get<T> = unsafe extern "C" fn(ToLookAt, Output<T>) -> i32;
+        fn one<T: Copy>(bytes: &mut Bytes, slot: &Slot, lives: bool, call: Get<T>) {
             let given = structure(bytes, empty::<T>());
             // SAFETY: initialised bytes of a block of this length.
             let content = || unsafe { std::slice::from_raw_parts(given.kept.start(), given.kept.bytes()) }.to_vec();
@@ -745,7 +748,8 @@ impl Slot {
 
     /// fk_bands_end; the model takes the steps that the bands have taken.
     fn end_bands(&mut self) {
-        let status = fk_bands_end(self.to_change());
+        // SAFETY: a live handle, whose bands are in no call.
+        let status = unsafe { fk_bands_end(self.to_change()) };
         if self.bands.take().is_none() {
             assert_eq!(status, FK_BAND_OUT_OF_TURN);
             return;
