@@ -45,7 +45,7 @@ const OURS: u64 = 0;
 /// Bits that the host keeps inside, too: of FPSCR the three that say how loops end or how long vectors are, not how to round.
 const KEPT: u64 = if cfg!(target_arch = "arm") { 7 << 16 } else { 0 };
 
-// With SSE2 the x87 only carries numbers: a load and a store, which are exact.
+// With SSE2 the x87 does no arithmetic. It only loads, stores and converts 64-bit integers: exact up to 2^53, however it rounds.
 #[cfg(any(target_arch = "x86_64", all(target_arch = "x86", target_feature = "sse2")))]
 fn read() -> u64 {
     let mut word = 0_u32;
