@@ -23,8 +23,9 @@
  * writes. Places of one call overlap neither one another nor the block or scratch. FK_MOVED_BLOCK is a courtesy: it tells a block
  * that was moved, copied or never initialised, and cannot see freed memory.
  *
- * "Touches" says what is written. Every call computes rounding to nearest and with subnormal numbers, whatever the host has
- * set, and puts the host's floating-point environment back: the bits do not depend on it.
+ * "Touches" says what is written. On x86 with SSE2, x86-64, AArch64 and hard-float Arm every call computes rounding to nearest
+ * and with subnormal numbers, whatever the host has set, and puts the host's floating-point environment back: the bits do not
+ * depend on it. On other processors, such as RISC-V, the host must leave it at that.
  *
  * Units are SI; vectors are in the host's frame unless said otherwise; quaternions are scalar first. M1 to M15 are the equations
  * of docs/model.md. docs/embedding.md shows how to size memory, meet a deadline, drive the projectile and use several sheets.

@@ -2,6 +2,9 @@
 //!
 //! Hosts built with fast-math flush subnormals to zero or round otherwise; the same bits then come only if every call computes
 //! in one environment: round to nearest, no flushing, no traps. Status flags raised inside are hidden from the host.
+//!
+//! That is done where the compiler tells that there is such a control word: on x86 with SSE2, x86-64, AArch64 and hard-float
+//! Arm. WebAssembly and floating point in software round to nearest only. On other processors (RISC-V) the host must leave it at that.
 
 /// Runs `work` with rounding to nearest and subnormals kept.
 pub fn in_our_environment<R>(work: impl FnOnce() -> R) -> R {
@@ -21,7 +24,7 @@ struct Environment(u64);
 impl Environment {
     fn enter() -> Environment {
         let host = Environment(read());
-        write(OURS);
+        write(host.0 & KEPT | OURS);
         host
     }
 }
@@ -33,13 +36,17 @@ impl Drop for Environment {
 }
 
 /// MXCSR: all exceptions masked, round to nearest, no flush-to-zero, no denormals-are-zero.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 const OURS: u64 = 0x1f80;
-/// FPCR: all off.
-#[cfg(not(target_arch = "x86_64"))]
+/// FPCR, FPSCR: all off.
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
 const OURS: u64 = 0;
 
-#[cfg(target_arch = "x86_64")]
+/// Bits that the host keeps inside, too: of FPSCR the three that say how loops end or how long vectors are, not how to round.
+const KEPT: u64 = if cfg!(target_arch = "arm") { 7 << 16 } else { 0 };
+
+// With SSE2 the x87 does no arithmetic. It only loads, stores and converts 64-bit integers: exact up to 2^53, however it rounds.
+#[cfg(any(target_arch = "x86_64", all(target_arch = "x86", target_feature = "sse2")))]
 fn read() -> u64 {
     let mut word = 0_u32;
     // SAFETY: stores the 32-bit control register into a local of that size.
@@ -47,11 +54,27 @@ fn read() -> u64 {
     u64::from(word)
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", all(target_arch = "x86", target_feature = "sse2")))]
 fn write(word: u64) {
     let word = word as u32;
-    // SAFETY: loads the control register with a value that was read from it, or with the default one.
-    unsafe { core::arch::asm!("ldmxcsr [{}]", in(reg) &word, options(nostack, readonly, preserves_flags)) };
+    // SAFETY: reads a local of the register's size. Its value was read from the register, is the default, or sets only bits that
+    // every processor with SSE2 has; a reserved bit would be a fault.
+    unsafe { core::arch::asm!("ldmxcsr [{}]", in(reg) &word, options(nostack, readonly)) };
+}
+
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+fn read() -> u64 {
+    let word: u32;
+    // SAFETY: reads the control register, which every processor with this calling convention has; no memory is touched.
+    unsafe { core::arch::asm!("vmrs {}, fpscr", out(reg) word, options(nostack, nomem, preserves_flags)) };
+    u64::from(word)
+}
+
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+fn write(word: u64) {
+    let word = word as u32;
+    // SAFETY: writes a value that was read from the register, or the same with everything but KEPT off.
+    unsafe { core::arch::asm!("vmsr fpscr, {}", in(reg) word, options(nostack, nomem)) };
 }
 
 #[cfg(target_arch = "aarch64")]
@@ -68,13 +91,23 @@ fn write(word: u64) {
     unsafe { core::arch::asm!("msr fpcr, {}", in(reg) word, options(nostack, nomem, preserves_flags)) };
 }
 
-/// Other targets have no environment that a host changes.
-#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+/// The others: see the top.
+#[cfg(not(any(
+    target_arch = "x86_64",
+    all(target_arch = "x86", target_feature = "sse2"),
+    target_arch = "aarch64",
+    all(target_arch = "arm", target_abi = "eabihf")
+)))]
 fn read() -> u64 {
     OURS
 }
 
-#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[cfg(not(any(
+    target_arch = "x86_64",
+    all(target_arch = "x86", target_feature = "sse2"),
+    target_arch = "aarch64",
+    all(target_arch = "arm", target_abi = "eabihf")
+)))]
 fn write(_: u64) {}
 
 #[cfg(test)]
@@ -82,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", all(target_arch = "x86", target_feature = "sse2")))]
     fn the_hosts_setting_comes_back() {
         let host = read();
         write(0xffc0); // flush to zero, denormals are zero, round towards zero

@@ -1,7 +1,12 @@
-/* Starts digests.c under an operating system. */
+/* Starts digests.c under an operating system; the host rounds as ROUNDING says, which must not matter. */
 #include "digests.h"
 
+#include <fenv.h>
 #include <stdio.h>
+
+#ifndef ROUNDING
+#define ROUNDING FE_TONEAREST
+#endif
 
 void write_text(const char *text)
 {
@@ -10,5 +15,5 @@ void write_text(const char *text)
 
 int main(void)
 {
-    return print_digests();
+    return fesetround(ROUNDING) == 0 ? print_digests() : 1;
 }

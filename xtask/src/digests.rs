@@ -32,7 +32,7 @@ struct Target {
     compiler: [&'static str; 2],
     /// Options for the C compiler.
     options: &'static [&'static str],
-    /// Files besides digests.c that make the program.
+    /// Files besides digests.c, and libraries, that make the program.
     sources: &'static [&'static str],
     runner: Runner,
 }
@@ -67,7 +67,9 @@ enum Runner {
     Wine,
 }
 
-const HOSTED: &[&str] = &["tests/digests/hosted.c"];
+/// The host's own setting must not matter (fmu/src/float.rs).
+const ROUNDING_UP: &[&str] = &["-static", "-DROUNDING=FE_UPWARD"];
+const HOSTED: &[&str] = &["tests/digests/hosted.c", "-lm"];
 const BOARD: &[&str] = &["tests/digests/cortex_m7.c", "examples/cortex-m7/board.c"];
 const BOARD_OPTIONS: &[&str] = &[
     "-mcpu=cortex-m7",
@@ -140,7 +142,7 @@ const TARGETS: [Target; 12] = [
         name: "i686",
         library: Library::Of("i686-unknown-linux-gnu", ""),
         compiler: ["i686-linux-gnu-gcc", "gcc-i686-linux-gnu libc6-dev-i386-cross"],
-        options: &["-static"],
+        options: ROUNDING_UP,
         sources: HOSTED,
         runner: Runner::MachineOr(["qemu-i386-static", "qemu-user-static"]),
     },
@@ -148,7 +150,7 @@ const TARGETS: [Target; 12] = [
         name: "aarch64",
         library: Library::Of("aarch64-unknown-linux-gnu", ""),
         compiler: ["aarch64-linux-gnu-gcc", "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"],
-        options: &["-static"],
+        options: ROUNDING_UP,
         sources: HOSTED,
         runner: Runner::Linux(["qemu-aarch64-static", "qemu-user-static"]),
     },
@@ -255,8 +257,8 @@ pub fn run(options: &Options) -> Outcome {
 /// The library that the firmware of examples/cortex-m7 links.
 const FIRMWARE: Library = Library::Of("thumbv7em-none-eabihf", HARD);
 
-/// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine.
-/// Returns a line about it.
+/// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine,
+/// also if it rounds and flushes otherwise. Returns a line about it.
 fn firmware(library: &Path) -> Result<String, String> {
     if first_found(&["make", "gcc"]).is_none() {
         return Err("make or gcc is missing".into());
@@ -268,6 +270,9 @@ fn firmware(library: &Path) -> Result<String, String> {
         command.arg(format!("LIBRARY={}", library.display())).arg(format!("BUILD={}", folder.display()));
         output_within(&mut command, Duration::from_secs(900))
     };
+    let rounding_up = "CC=arm-none-eabi-gcc tests/digests/rounding.c -Wl,--wrap=main";
+    make(&["--always-make", rounding_up])?;
+    let otherwise = make(&["run"])?;
     make(&["--always-make"])?;
     let board = make(&["run"])?;
     let here = folder.join("firmware-here.exe");
@@ -283,6 +288,9 @@ fn firmware(library: &Path) -> Result<String, String> {
     let digest = |printed: &str| lines(printed).into_iter().find(|(name, _)| name == "digest");
     if digest(&board).is_none() || digest(&board) != digest(&here) {
         return Err(format!("examples/cortex-m7 prints\n{board}and on this machine\n{here}"));
+    }
+    if digest(&otherwise) != digest(&board) {
+        return Err(format!("examples/cortex-m7 prints\n{board}and if it rounds upwards and flushes\n{otherwise}"));
     }
     let counted = board.lines().last().unwrap_or_default();
     let said = format!("digest as on this machine, flash {} bytes, RAM {} bytes, {counted}", text + data, data + bss);
