@@ -1,11 +1,12 @@
 //! `cargo xtask digests`: the same scenes (tests/digests/scenes.h) by the same library on every target, compared in bits with
 //! tests/golden/digests.
 
+use crate::bochs;
 use crate::platforms::{self, Compiler};
 use crate::records::{self, Figure};
 use crate::tools::{Outcome, output, target, top};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -55,6 +56,8 @@ enum Runner {
     Machine,
     /// The same if its processor has a feature, by the name that Linux gives it.
     MachineWith(&'static str),
+    /// The same, else Bochs, where the program is linked as bare as it gets.
+    MachineOrBochs(&'static str),
     /// This machine where it can, else an emulator.
     MachineOr([&'static str; 2]),
     /// An emulator of Linux programs and its Debian package.
@@ -128,7 +131,7 @@ const TARGETS: [Target; 12] = [
         compiler: GCC,
         options: &["-DINSTRUCTIONS=3"],
         sources: HOSTED,
-        runner: Runner::MachineWith("avx512f"),
+        runner: Runner::MachineOrBochs("avx512f"),
     },
     Target {
         name: "x86-64-freestanding",
@@ -309,10 +312,15 @@ fn ready(target: &Target) -> Result<(), String> {
     {
         return Err(format!("the processor of this machine has no {feature}"));
     }
+    if let Runner::MachineOrBochs(feature) = target.runner
+        && !has(feature)
+    {
+        bochs::ready().map_err(|why| format!("the processor of this machine has no {feature}, and {why}"))?;
+    }
     let [compiler, package] = target.compiler;
     first_found(&[compiler]).ok_or(format!("{compiler} is missing (Debian: {package})"))?;
     let (programs, package): (&[&str], &str) = match &target.runner {
-        Runner::Machine | Runner::MachineWith(_) => (&[], ""),
+        Runner::Machine | Runner::MachineWith(_) | Runner::MachineOrBochs(_) => (&[], ""),
         Runner::MachineOr(_) if machine => (&[], ""),
         Runner::MachineOr([program, package]) | Runner::Linux([program, package]) => (&[*program], *package),
         Runner::Board => (&["qemu-system-arm"], "qemu-system-arm"),
@@ -337,6 +345,11 @@ fn has(feature: &str) -> bool {
     list.lines()
         .find(|line| line.starts_with("flags"))
         .is_some_and(|line| line.split_whitespace().any(|word| word == feature))
+}
+
+/// Whether a runner is Bochs on this machine.
+fn is_bochs(runner: &Runner) -> bool {
+    matches!(runner, Runner::MachineOrBochs(feature) if !has(feature))
 }
 
 /// Debian does not put it in the path.
@@ -446,7 +459,7 @@ fn compile(
 }
 
 /// Runs a program to its end; what it says is the error if it fails.
-fn finish(command: &mut Command) -> Outcome {
+pub fn finish(command: &mut Command) -> Outcome {
     let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
     if output.status.success() {
         return Ok(());
@@ -471,8 +484,12 @@ fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
         .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
         .args(target.options)
         .arg("tests/digests/digests.c")
-        .args(target.sources)
         .current_dir(top());
+    if is_bochs(&target.runner) {
+        compiler.args(FREESTANDING).arg(bochs::LAYOUT).args(bochs::SOURCES);
+    } else {
+        compiler.args(target.sources);
+    }
     if matches!(target.runner, Runner::Node) {
         let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
         finish(compiler.arg("-c").arg("-o").arg(&object))?;
@@ -489,13 +506,19 @@ fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
 
 /// Runs a program: what it printed, what ran it, and for how long.
 fn execute(runner: &Runner, program: &Path) -> Result<(String, String, f64), String> {
+    let start = Instant::now();
+    if is_bochs(runner) {
+        return Ok((bochs::run(program)?, format!("bochs, processor {}", bochs::MODEL), start.elapsed().as_secs_f64()));
+    }
     let with = |name: &str, options: &[&str]| {
         let mut command = Command::new(name);
         command.args(options).arg(program);
         (command, name.to_string())
     };
     let (mut command, by) = match runner {
-        Runner::Machine | Runner::MachineWith(_) => (Command::new(program), "this machine".into()),
+        Runner::Machine | Runner::MachineWith(_) | Runner::MachineOrBochs(_) => {
+            (Command::new(program), "this machine".into())
+        }
         // A kernel may be built without 32 bits.
         Runner::MachineOr([emulator, _]) => match Command::new(program).stdout(Stdio::null()).spawn() {
             Ok(mut child) => {
@@ -531,13 +554,7 @@ fn execute(runner: &Runner, program: &Path) -> Result<(String, String, f64), Str
 fn output_within(command: &mut Command, longest: Duration) -> Result<String, String> {
     let started = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
     let mut child = started.map_err(|error| format!("cannot start {command:?}: {error}"))?;
-    let start = Instant::now();
-    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
-        if start.elapsed() > longest {
-            child.kill().map_err(|error| error.to_string())?;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_within(&mut child, longest)?;
     let output = child.wait_with_output().map_err(|error| error.to_string())?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     if output.status.success() {
@@ -545,6 +562,18 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     } else {
         Err(format!("{command:?} failed ({}): {printed}", output.status))
     }
+}
+
+/// Waits for the end of a program, which is stopped if it takes too long.
+pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
+    let start = Instant::now();
+    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
+        if start.elapsed() > longest {
+            child.kill().map_err(|error| error.to_string())?;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    Ok(())
 }
 
 /// The pinned digests.

@@ -1,6 +1,7 @@
 //! The project's commands. They order other programs, build and pack; nothing here steps a simulation.
 
 mod abi;
+mod bochs;
 mod chosts;
 mod controls;
 mod coverage;
