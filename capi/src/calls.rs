@@ -584,18 +584,17 @@ pub unsafe extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output
     view(sim, work)
 }
 
-/// Largest deflection and stretch (M1).
-/// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+/// Largest deflection and stretch (M1). What is still joined to a support is found in the simulation's scratch.
+/// Threads: changes, though no result. Time: a pass over the sheet. Touches: the block's scratch, `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_fabric(sim: ToLookAt, out: Output<fk_fabric>) -> i32 {
-    let work = |sim: &fabric::Sim<'static>| {
+pub unsafe extern "C" fn fk_get_fabric(sim: ToChange, mut out: Output<fk_fabric>) -> i32 {
+    change(sim, |sim| {
         let fabric = sim.fabric()?;
         let struct_size = size_of::<fk_fabric>() as u64;
         let value = fk_fabric { struct_size, max_deflection: fabric.max_deflection, max_stretch: fabric.max_stretch };
-        Ok(value)
-    };
-    get(sim, out, work)
+        put(&mut out, value)
+    })
 }
 
 /// Counters; also after a failure.

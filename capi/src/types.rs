@@ -161,9 +161,9 @@ pub const FK_STATUS_CONTACT: u32 = 1;
 pub const FK_STATUS_ARRESTED: u32 = 2;
 /// fk_outcome's status: no node touched in the last 64 steps is connected to a support any more.
 pub const FK_STATUS_DETACHED: u32 = 3;
-/// fk_outcome's status: over a forward travel of one radius no contact, or only negligible work.
+/// fk_outcome's status: the projectile goes on and its contact with the fabric is over (docs/model.md, "Outcomes").
 pub const FK_STATUS_EXITED: u32 = 4;
-/// fk_outcome's status: the projectile left the sheet's box without contact.
+/// fk_outcome's status: no contact, and none to come: the projectile leaves the sheet's box for good.
 pub const FK_STATUS_PASSED: u32 = 5;
 
 /// A step count that has not happened.

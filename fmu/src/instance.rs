@@ -338,7 +338,7 @@ impl Instance {
     fn output(&mut self, id: Id, values: &mut [f64; MOST_ELEMENTS]) -> Result<(), Failure> {
         *values = [0.0; MOST_ELEMENTS];
         let kept = &self.kept;
-        let Some(Running { sim, .. }) = &self.running else {
+        let Some(Running { sim, .. }) = &mut self.running else {
             // Before the simulation exists: the body as the host gave it, and nothing has happened.
             match id {
                 Id::StatePosition => copy(values, kept.parameters.get(Id::Position)),
@@ -593,7 +593,7 @@ impl Cache {
         Ok(energy)
     }
 
-    fn fabric(&mut self, sim: &Sim) -> Result<Fabric, Failure> {
+    fn fabric(&mut self, sim: &mut Sim) -> Result<Fabric, Failure> {
         let fabric = self.fabric.map_or_else(|| sim.fabric(), Ok)?;
         self.fabric = Some(fabric);
         Ok(fabric)

@@ -272,7 +272,7 @@ pub const STATUS: Choice = Choice {
         ("contact", "contact in the last internal step"),
         ("arrested", "stopped along its direction at first contact"),
         ("detached", "the nodes under the projectile have lost every connection to a support"),
-        ("exited", "no more work of note over a travel of one radius"),
+        ("exited", "the projectile goes on and its contact with the fabric is over"),
         ("passed", "left the sheet's box without contact"),
         ("faulted", "the computation cannot go on: see the log; reset or restore a state"),
     ],

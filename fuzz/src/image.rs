@@ -104,14 +104,14 @@ pub fn run(data: &[u8]) -> bool {
         assert!(image != sound || saved == image, "not the state of the image");
         assert_eq!(sim.load(&saved), Ok(()));
         assert_eq!(sim.digest(), digest);
-        look(&sim);
+        look(&mut sim);
         let before = sim.step_count();
         let steps = 1 + bytes.below(8) as u64;
         let result = sim.advance(steps);
         assert_eq!(result.err(), sim.failure());
         if result.is_ok() {
             assert_eq!(sim.step_count(), before + steps);
-            look(&sim);
+            look(&mut sim);
         } else {
             assert_eq!(sim.step(), result);
             assert_eq!(sim.save(&mut saved).map_err(|error| error.code), result.map_err(|failure| failure.code()));
@@ -124,7 +124,7 @@ pub fn run(data: &[u8]) -> bool {
 }
 
 /// Read-outs that pass over the sheet.
-fn look(sim: &Sim) {
+fn look(sim: &mut Sim) {
     let mut nodes = vec![0.0; 3 * sim.layout().nodes()];
     let mut segments = vec![0.0; sim.layout().segments()];
     assert!(sim.energy().is_ok() && sim.fabric().is_ok() && sim.momentum_residual().is_ok());

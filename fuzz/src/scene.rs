@@ -214,7 +214,7 @@ unsafe fn look(handle: *const fk_sim) {
             fk_get_support(sim(), Output::given(&mut empty())),
             fk_get_energy(sim(), Output::given(&mut empty())),
             fk_get_momentum_residual(sim(), Output::given(residual.as_mut_ptr())),
-            fk_get_fabric(sim(), Output::given(&mut empty())),
+            fk_get_fabric(ToChange::given(handle.cast_mut()), Output::given(&mut empty())),
             fk_get_counters(sim(), Output::given(&mut empty())),
             fk_get_fault(sim(), Output::given(&mut empty())),
             fk_get_outcome(sim(), Output::given(&mut empty())),

@@ -10,15 +10,15 @@ use crate::contact::{self, Candidate, Search, Solved};
 use crate::error::Failure;
 use crate::layout::{self, CARRY_PLANES, CHUNK};
 use crate::math;
-use crate::outcome::{Components, Outcome, Sight, TEST_INTERVAL};
+use crate::outcome::TEST_INTERVAL;
 use crate::path;
 use crate::pose::Vector;
 use crate::projectile::{self, Body};
 use crate::rows::{Rows, Terms};
-use crate::scene::{AttachmentKind, Drive, Integrator, Scene, Symmetry};
+use crate::scene::{Drive, Integrator, Scene, Symmetry};
 use crate::sim::Sim;
 use crate::state::Sums;
-use crate::sweep::{Axis, Report};
+use crate::sweep::Report;
 use crate::toe::MARK_INTERVAL;
 use crate::weave;
 
@@ -519,99 +519,6 @@ impl Sim<'_> {
         let mean = math::length([w.x, w.y, w.z]) / (self.model.window_steps as f64 * self.model.limits.dt);
         sums.force_peak = if mean > sums.force_peak { mean } else { sums.force_peak };
         sums.window = Vector::zeros();
-    }
-
-    fn test_outcomes(&mut self) {
-        let detached = self.layout.track_detachment
-            && self.state.watch.first.is_some()
-            && self.state.watch.latched[Outcome::Detached as usize].is_none()
-            && self.failed_segments > 0
-            && self.contact_is_detached();
-        let sight = Sight {
-            step: self.state.step,
-            body: &self.state.body,
-            work: self.state.sums.work,
-            impulses: self.state.sums.impulses,
-            radius: self.model.solid.radius(),
-            reach: self.model.solid.reach(),
-            half_size: self.scene.half_size(),
-        };
-        if detached {
-            self.state.watch.latch(Outcome::Detached, sight.step, sight.work);
-        }
-        self.state.watch.test(&sight);
-        self.blocks.flags.fill(0);
-    }
-
-    /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
-    fn contact_is_detached(&mut self) -> bool {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        if self.scene.attachment.kind == AttachmentKind::Free || self.blocks.flags.iter().all(|&f| f == 0) {
-            return false;
-        }
-        if self.held_by_a_straight_yarn() {
-            return false;
-        }
-        let Blocks { hot, labels, runs, flags, .. } = &mut self.blocks;
-        let mut sets = Components::new(labels);
-        for j in 0..ny {
-            let row = layout::row(hot, chunks, j);
-            let live = |axis: usize, i: usize| layout::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
-            for i in 0..nx {
-                let k = j * nx + i;
-                if i + 1 < nx && live(0, i) {
-                    sets.join(k, k + 1);
-                }
-                if j + 1 < ny && live(1, i) {
-                    sets.join(k, k + nx);
-                }
-            }
-        }
-        // All fixed nodes into one component.
-        let mut support = None;
-        for (j, run) in runs.iter().enumerate() {
-            for i in (run[0]..run[1]).chain(run[2]..run[3]) {
-                let k = j * nx + i as usize;
-                match support {
-                    None => support = Some(k),
-                    Some(first) => sets.join(first, k),
-                }
-            }
-        }
-        let Some(support) = support else { return false };
-        let root = sets.find(support);
-        for k in 0..nx * ny {
-            let touched = flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1);
-            if touched && sets.find(k) == root {
-                return false;
-            }
-        }
-        true
-    }
-
-    /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
-    fn held_by_a_straight_yarn(&self) -> bool {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let live = |axis: Axis, i: usize, j: usize| {
-            let row = layout::row(self.blocks.hot, chunks, j);
-            layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
-        };
-        let fixed = |i: usize, j: usize| self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i));
-        let held = |i: usize, j: usize| {
-            // Left, right, down and up, as far as the yarn is whole.
-            (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
-                || (i + 1..nx)
-                    .map_while(|i| live(Axis::Horizontal, i - 1, j).then_some((i, j)))
-                    .any(|(i, j)| fixed(i, j))
-                || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
-                || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
-        };
-        let words = self.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
-        // At least 1, so that no division by zero has to be compiled in.
-        let nx = nx.max(1);
-        words
-            .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
-            .any(|k| held(k % nx, k / nx))
     }
 }
 

@@ -1,29 +1,42 @@
 //! Outcomes: arrested, detached, exited, passed. They latch with their step and are never acted upon: the physics goes on.
 //!
-//! Method: tested when the step count is a multiple of 64. All but "passed" are armed by the first contact.
-//! Detached is found by joining nodes over live segments into components (union by smaller number, path halving) and asking
-//! whether any node touched in the last 64 steps is joined to a support.
-//! Reference: R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
+//! Method: tested when the step count is a multiple of 64. All but "passed" need a first contact.
+//! What is joined to a support is found by joining nodes over live segments into components (union by smaller number).
+//! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
+//! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
+//! Limits: the body is taken to fly on straight (under its present load) and a loose piece to fly on with its mean velocity.
+//! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
+//! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
+use crate::blocks::{Blocks, in_runs};
+use crate::layout;
+use crate::math;
+use crate::model::start_motion;
+use crate::path;
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::scene::{AttachmentKind, Drive};
+use crate::sim::Sim;
+use crate::sweep::Axis;
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
-/// Work below this part of the first kinetic energy over a travel of R counts as "no contact" for "exited".
-pub const NEGLIGIBLE_WORK: f64 = 1e-3;
+/// "Exited" allows the work to change by this part of it ...
+pub const SETTLED_PART: f64 = 0.0025;
+/// ... or by this, J, over a travel of R, and once more by what loose pieces in the way can still take.
+pub const SETTLED_WORK: f64 = 2.5e-4;
 
 /// An outcome that can latch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Outcome {
-    /// The velocity along the direction at first contact fell to 0 or below.
+    /// The velocity along the direction at first contact fell to 0 or below. A body at rest then takes its first direction later.
     Arrested = 0,
     /// No node in contact during the last 64 steps is connected to a support any more.
     Detached = 1,
-    /// Over a forward travel of one radius there was no contact impulse, or only negligible work.
+    /// The body goes on and its contact with the fabric is over: nothing in its way can still take work of note from it.
     Exited = 2,
-    /// The projectile left the sheet's box without contact.
+    /// No contact, and none to come: the body leaves the sheet's box for good.
     Passed = 3,
 }
 
@@ -93,25 +106,6 @@ impl Watch {
     };
 }
 
-/// What a test looks at.
-#[derive(Clone, Copy, Debug)]
-pub struct Sight<'a> {
-    /// Step count.
-    pub step: u64,
-    /// The body.
-    pub body: &'a Body,
-    /// Work on the fabric so far, J.
-    pub work: f64,
-    /// Nodal impulses so far.
-    pub impulses: u64,
-    /// Radius of the projectile, m ([`crate::shape::Solid::radius`]).
-    pub radius: f64,
-    /// Distance from the centre to the farthest surface point, m.
-    pub reach: f64,
-    /// Half edge lengths of the sheet, m.
-    pub half_size: [f64; 2],
-}
-
 impl Watch {
     /// Latches an outcome once.
     pub fn latch(&mut self, outcome: Outcome, step: u64, work: f64) {
@@ -120,41 +114,27 @@ impl Watch {
         }
     }
 
+    /// Whether an outcome has latched.
+    pub fn has(&self, outcome: Outcome) -> bool {
+        self.latched.get(outcome as usize).is_some_and(|latch| latch.is_some())
+    }
+
     /// Notes the first contact.
     pub fn touch(&mut self, step: u64, body: &Body, kinetic_energy: f64) {
         if self.first.is_none() {
-            let v = body.velocity;
-            let speed = crate::math::length([v.x, v.y, v.z]);
-            let direction = if speed > 0.0 { v / speed } else { Vector::zeros() };
-            self.first = Some(FirstContact { step, direction, kinetic_energy });
+            self.first = Some(FirstContact { step, direction: direction_of(&body.velocity), kinetic_energy });
             self.checkpoint = body.position;
         }
     }
 
-    /// The tests that need only the body. Called every 64 steps.
-    pub fn test(&mut self, sight: &Sight<'_>) {
-        let Some(first) = self.first else {
-            if has_passed(sight) {
-                self.latch(Outcome::Passed, sight.step, sight.work);
-            }
-            return;
-        };
-        if sight.body.velocity.dot(&first.direction) <= 0.0 {
-            self.latch(Outcome::Arrested, sight.step, sight.work);
+    /// The direction in which the body goes into the fabric: that of its velocity just before the first contact or, if it was at
+    /// rest then, of the first velocity that a test sees. Zero as long as it has none.
+    fn take_direction(&mut self, velocity: &Vector) -> Vector {
+        let Some(first) = &mut self.first else { return Vector::zeros() };
+        if first.direction == Vector::zeros() {
+            first.direction = direction_of(velocity);
         }
-        let travel = (sight.body.position - self.checkpoint).dot(&first.direction);
-        if travel >= sight.radius {
-            let work = sight.work - self.checkpoint_work;
-            let size = if work < 0.0 { -work } else { work };
-            let untouched = sight.impulses == self.checkpoint_impulses;
-            let negligible = first.kinetic_energy > 0.0 && size <= NEGLIGIBLE_WORK * first.kinetic_energy;
-            if untouched || negligible {
-                self.latch(Outcome::Exited, sight.step, sight.work);
-            }
-            self.checkpoint = sight.body.position;
-            self.checkpoint_work = sight.work;
-            self.checkpoint_impulses = sight.impulses;
-        }
+        first.direction
     }
 
     /// Bits of all latched outcomes.
@@ -163,14 +143,360 @@ impl Watch {
     }
 }
 
-/// Beyond the sheet's box, by the body's reach, in a direction in which it moves away.
-fn has_passed(sight: &Sight<'_>) -> bool {
-    let (p, v) = (sight.body.position, sight.body.velocity);
-    let half = [sight.half_size[0], sight.half_size[1], 0.0];
-    (0..3).any(|k| {
-        let limit = half[k] + sight.reach;
-        (p[k] > limit && v[k] > 0.0) || (p[k] < -limit && v[k] < 0.0)
-    })
+/// The unit vector along a velocity; zero for none.
+fn direction_of(v: &Vector) -> Vector {
+    let speed = math::length([v.x, v.y, v.z]);
+    if speed > 0.0 { v / speed } else { Vector::zeros() }
+}
+
+/// The body as it flies on when nothing touches it.
+struct Flight {
+    position: Vector,
+    velocity: Vector,
+    /// Of the present external load, m/s^2.
+    acceleration: Vector,
+    /// Half extents along the sheet's axes as it lies now, m.
+    extents: [f64; 3],
+    /// Distance from the centre to the farthest surface point, m.
+    reach: f64,
+    /// Speed of that point by turning, m/s.
+    turning: f64,
+}
+
+impl Flight {
+    /// Whether it leaves a box for good: along some axis it lies beyond it, moves away faster than anything in the box, and no load
+    /// pulls it back. A body that turns faster than it moves away must lie beyond it in any orientation.
+    fn leaves(&self, region: &Region) -> bool {
+        [(self.extents, self.turning), ([self.reach; 3], 0.0)].iter().any(|(extents, turning)| {
+            (0..3).any(|k| {
+                let (x, v, a) = (self.position[k], self.velocity[k], self.acceleration[k]);
+                let above = x - extents[k] > region.high[k] && v - turning > region.fastest[k] && a >= 0.0;
+                let below = x + extents[k] < region.low[k] && v + turning < region.slowest[k] && a <= 0.0;
+                above || below
+            })
+        })
+    }
+
+    /// Whether a point lies before the body's centre.
+    fn has_ahead(&self, position: &Vector) -> bool {
+        (position - self.position).dot(&self.velocity) > 0.0
+    }
+
+    /// Whether a node that flies on straight never comes within the body's reach.
+    fn misses(&self, position: &Vector, velocity: &Vector) -> bool {
+        if self.acceleration != Vector::zeros() {
+            let (x, v) = ((*position).into(), (*velocity).into());
+            return self.leaves(&Region { low: x, high: x, slowest: v, fastest: v });
+        }
+        let (r, v) = (position - self.position, velocity - self.velocity);
+        let (distance2, reach2, approach) = (r.norm_squared(), self.reach * self.reach, -r.dot(&v));
+        // The least squared distance is r^2 - (r.v)^2/v^2.
+        distance2 > reach2 && (approach <= 0.0 || (distance2 - reach2) * v.norm_squared() > approach * approach)
+    }
+}
+
+/// A box about nodes, m, and the range of their velocities, m/s.
+struct Region {
+    low: [f64; 3],
+    high: [f64; 3],
+    slowest: [f64; 3],
+    fastest: [f64; 3],
+}
+
+impl Region {
+    const EMPTY: Region = Region { low: [f64::MAX; 3], high: [f64::MIN; 3], slowest: [0.0; 3], fastest: [0.0; 3] };
+
+    fn take(&mut self, x: &Vector) {
+        for k in 0..3 {
+            self.low[k] = if x[k] < self.low[k] { x[k] } else { self.low[k] };
+            self.high[k] = if x[k] > self.high[k] { x[k] } else { self.high[k] };
+        }
+    }
+
+    fn take_velocity(&mut self, v: &Vector) {
+        for k in 0..3 {
+            self.slowest[k] = if v[k] < self.slowest[k] { v[k] } else { self.slowest[k] };
+            self.fastest[k] = if v[k] > self.fastest[k] { v[k] } else { self.fastest[k] };
+        }
+    }
+
+    /// The box with its mirror image about the plane across axis k.
+    fn mirror(&mut self, k: usize) {
+        let far = if -self.low[k] > self.high[k] { -self.low[k] } else { self.high[k] };
+        (self.low[k], self.high[k]) = (-far, far);
+    }
+}
+
+impl Sim<'_> {
+    /// Tests every outcome that has not latched. Called every 64 steps.
+    pub(crate) fn test_outcomes(&mut self) {
+        let (step, work, velocity) = (self.state.step, self.state.sums.work, self.state.body.velocity);
+        if self.state.watch.first.is_none() {
+            if !self.state.watch.has(Outcome::Passed) && self.has_passed() {
+                self.state.watch.latch(Outcome::Passed, step, work);
+            }
+        } else {
+            if !self.state.watch.has(Outcome::Detached) && self.contact_is_detached() {
+                self.state.watch.latch(Outcome::Detached, step, work);
+            }
+            let along = velocity.dot(&self.state.watch.take_direction(&velocity));
+            let settled = self.pass_checkpoint();
+            if along < 0.0
+                || (along == 0.0 && self.state.watch.first.is_some_and(|first| first.direction != Vector::zeros()))
+            {
+                self.state.watch.latch(Outcome::Arrested, step, work);
+            } else if along > 0.0 && !self.state.watch.has(Outcome::Exited) && self.has_exited(settled) {
+                self.state.watch.latch(Outcome::Exited, step, work);
+            }
+        }
+        self.blocks.flags.fill(0);
+    }
+
+    /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
+    fn pass_checkpoint(&mut self) -> Option<bool> {
+        let (watch, sums, position) = (&mut self.state.watch, &self.state.sums, self.state.body.position);
+        let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
+        if travel < self.model.solid.radius() {
+            return None;
+        }
+        let change = sums.work - watch.checkpoint_work;
+        let settled = (if change < 0.0 { -change } else { change }) <= settling(sums.work);
+        watch.checkpoint = position;
+        watch.checkpoint_work = sums.work;
+        watch.checkpoint_impulses = sums.impulses;
+        Some(settled)
+    }
+
+    /// Contact is over: the body goes on and nothing that could act on it is in its way, or only loose pieces that take no more.
+    fn has_exited(&mut self, settled: Option<bool>) -> bool {
+        match settled {
+            Some(true) => self.way_is_clear(true),
+            // Without a node at the body the end of the travel need not be awaited.
+            _ => self.state.sums.contacts == 0 && self.way_is_clear(false),
+        }
+    }
+
+    /// The body has missed the sheet.
+    fn has_passed(&self) -> bool {
+        let half = self.scene.half_size();
+        let half = [half[0], half[1], 0.0];
+        let flight = self.flight();
+        if self.scene.drive == Drive::Prescribed {
+            // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
+            let start = path::into_sheet(&self.model.pose, &start_motion(&self.scene)).position;
+            return (0..3).any(|k| {
+                let (from, x, limit) = (start[k], flight.position[k], half[k] + flight.extents[k]);
+                (from < -half[k] && x > limit) || (from > half[k] && x < -limit)
+            });
+        }
+        let mut region = Region { low: half.map(|half| -half), high: half, ..Region::EMPTY };
+        let [first, end] = self.awake;
+        for j in first..end {
+            for i in 0..self.layout.nodes_x {
+                region.take(&self.position(i, j));
+                if self.scene.attachment.kind == AttachmentKind::Free {
+                    region.take_velocity(&self.velocity(i, j));
+                }
+            }
+        }
+        self.complete(&mut region);
+        flight.leaves(&region)
+    }
+
+    /// Velocity of a node at t_{n-1/2}, m/s.
+    fn velocity(&self, i: usize, j: usize) -> Vector {
+        let (_, v) = self.node(i, j);
+        Vector::from(v) * self.model.unit_speed
+    }
+
+    /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
+    fn complete(&self, region: &mut Region) {
+        let symmetry = self.scene.symmetry;
+        let swings = self.scene.attachment.kind != AttachmentKind::Free;
+        for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
+            if mirrored {
+                region.mirror(k);
+            }
+        }
+    }
+
+    fn flight(&self) -> Flight {
+        let (body, solid) = (&self.state.body, &self.model.solid);
+        let free = self.scene.drive == Drive::Free;
+        Flight {
+            position: body.position,
+            velocity: body.velocity,
+            acceleration: if free { self.state.force * self.model.inertia.inverse_mass } else { Vector::zeros() },
+            extents: solid.half_extents(&body.orientation),
+            reach: solid.reach(),
+            turning: if solid.feels_torque() { body.angular_velocity.norm() * solid.reach() } else { 0.0 },
+        }
+    }
+
+    /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
+    /// way are allowed if they have next to nothing to exchange with it.
+    fn way_is_clear(&mut self, beside_debris: bool) -> bool {
+        // Before the first failure all nodes are one piece; later, without labels, none is known to be loose.
+        let labelled = self.failed_segments > 0 && self.layout.track_detachment;
+        let support = if labelled { self.join_nodes() } else { None };
+        let one_piece_held = self.scene.attachment.kind != AttachmentKind::Free || !self.layout.track_detachment;
+        let (nx, ny, flight) = (self.layout.nodes_x.max(1), self.layout.nodes_y, self.flight());
+        let piece_of = |labels: &[u32], k: usize| match labels.get(k) {
+            Some(&label) if labelled => label as usize,
+            _ => 0,
+        };
+        let is_held = |piece: usize| if labelled { support == Some(piece) } else { one_piece_held };
+
+        self.blocks.flags.fill(0);
+        let mut held = Region::EMPTY;
+        let (mut held_behind, mut in_the_way) = (true, false);
+        let (mut mass_ahead, mut momentum_ahead) = (0.0, 0.0);
+        for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
+            let piece = piece_of(self.blocks.labels, j * nx + i);
+            let (x, v) = (self.position(i, j), self.velocity(i, j));
+            let (ahead, misses) = (flight.has_ahead(&x), flight.misses(&x, &v));
+            if is_held(piece) {
+                held.take(&x);
+                if self.scene.attachment.kind == AttachmentKind::Free {
+                    held.take_velocity(&v);
+                }
+                held_behind &= misses && !ahead;
+                continue;
+            }
+            let alone = self.is_alone(i, j);
+            let piece_ahead = flight.has_ahead(&self.position(piece % nx, piece / nx));
+            if piece_ahead && !alone {
+                let weight = self.layout.node_weight(i, j);
+                mass_ahead += weight;
+                momentum_ahead += weight * v.dot(&flight.velocity);
+            }
+            if !misses || ahead != piece_ahead {
+                in_the_way = true;
+                if let Some(flags) = self.blocks.flags.get_mut(piece / 32) {
+                    *flags |= 1 << (piece % 32);
+                }
+            }
+        }
+        self.complete(&mut held);
+        let none_held = held.low[0] > held.high[0];
+        if !(none_held || held_behind || flight.leaves(&held)) {
+            return false;
+        }
+        // Pieces of several nodes ahead, whose yarns pull them together, must also be faster than the body.
+        let overtakes = mass_ahead > 0.0 && momentum_ahead <= mass_ahead * flight.velocity.norm_squared();
+        if !in_the_way && !overtakes {
+            return true;
+        }
+        if !beside_debris {
+            return false;
+        }
+        let (mut mass, mut energy) = (0.0, 0.0);
+        for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
+            let piece = piece_of(self.blocks.labels, j * nx + i);
+            let slow_ahead = || {
+                let piece_ahead = flight.has_ahead(&self.position(piece % nx, piece / nx));
+                overtakes && piece_ahead && !is_held(piece) && !self.is_alone(i, j)
+            };
+            let flagged = self.blocks.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
+            if flagged || slow_ahead() {
+                let node_mass = self.layout.node_weight(i, j) * self.model.node_mass;
+                mass += node_mass;
+                energy += 0.5 * node_mass * (self.velocity(i, j) - flight.velocity).norm_squared();
+            }
+        }
+        flight.velocity.norm() * math::sqrt(2.0 * mass * energy) <= 4.0 * settling(self.state.sums.work)
+    }
+
+    /// Whether no live segment ends at a node: then it flies straight.
+    fn is_alone(&self, i: usize, j: usize) -> bool {
+        let live = |axis: Axis, i: Option<usize>, j: Option<usize>| {
+            let (Some(i), Some(j)) = (i, j) else { return false };
+            let row = layout::row(self.blocks.hot, self.layout.chunks, j);
+            layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+        };
+        !(live(Axis::Horizontal, Some(i), Some(j))
+            || live(Axis::Horizontal, i.checked_sub(1), Some(j))
+            || live(Axis::Vertical, Some(i), Some(j))
+            || live(Axis::Vertical, Some(i), j.checked_sub(1)))
+    }
+
+    /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
+    fn contact_is_detached(&mut self) -> bool {
+        let watched = self.layout.track_detachment && self.failed_segments > 0;
+        if !watched || self.blocks.flags.iter().all(|&f| f == 0) || self.held_by_a_straight_yarn() {
+            return false;
+        }
+        let Some(support) = self.join_nodes() else { return false };
+        let Blocks { labels, flags, .. } = &self.blocks;
+        let mut touched =
+            labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
+        !touched.any(|(_, &label)| label as usize == support)
+    }
+
+    /// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count as joined.
+    /// Gives the label of the fixed nodes, if there are any.
+    pub(crate) fn join_nodes(&mut self) -> Option<usize> {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let Blocks { hot, labels, runs, .. } = &mut self.blocks;
+        let mut sets = Components::new(labels);
+        for j in 0..ny {
+            let row = layout::row(hot, chunks, j);
+            let live = |axis: usize, i: usize| layout::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
+            for i in 0..nx {
+                let k = j * nx + i;
+                if i + 1 < nx && live(0, i) {
+                    sets.join(k, k + 1);
+                }
+                if j + 1 < ny && live(1, i) {
+                    sets.join(k, k + nx);
+                }
+            }
+        }
+        // All fixed nodes into one component.
+        let mut support = None;
+        for (j, run) in runs.iter().enumerate() {
+            for i in (run[0]..run[1]).chain(run[2]..run[3]) {
+                let k = j * nx + i as usize;
+                match support {
+                    None => support = Some(k),
+                    Some(first) => sets.join(first, k),
+                }
+            }
+        }
+        sets.flatten();
+        support.map(|k| sets.find(k))
+    }
+
+    /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
+    fn held_by_a_straight_yarn(&self) -> bool {
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let live = |axis: Axis, i: usize, j: usize| {
+            let row = layout::row(self.blocks.hot, chunks, j);
+            layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+        };
+        let fixed = |i: usize, j: usize| self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i));
+        let held = |i: usize, j: usize| {
+            // Left, right, down and up, as far as the yarn is whole.
+            (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+                || (i + 1..nx)
+                    .map_while(|i| live(Axis::Horizontal, i - 1, j).then_some((i, j)))
+                    .any(|(i, j)| fixed(i, j))
+                || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+                || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
+        };
+        let words = self.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
+        // At least 1, so that no division by zero has to be compiled in.
+        let nx = nx.max(1);
+        words
+            .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
+            .any(|k| held(k % nx, k / nx))
+    }
+}
+
+/// By how much the work may still change when it counts as final, J.
+fn settling(work: f64) -> f64 {
+    let part = SETTLED_PART * if work < 0.0 { -work } else { work };
+    if part > SETTLED_WORK { part } else { SETTLED_WORK }
 }
 
 /// Disjoint sets over the nodes, in caller's memory.
@@ -200,6 +526,17 @@ impl<'a> Components<'a> {
                 *label = grandparent;
             }
             k = grandparent as usize;
+        }
+    }
+
+    /// Gives every node the number of its component's representative.
+    pub fn flatten(&mut self) {
+        // A representative has the smallest number of its component, so those before are done.
+        for k in 0..self.labels.len() {
+            let root = self.find(k) as u32;
+            if let Some(label) = self.labels.get_mut(k) {
+                *label = root;
+            }
         }
     }
 

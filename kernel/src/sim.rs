@@ -77,7 +77,8 @@ pub struct Support {
 /// Extremes of the fabric at t_n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fabric {
-    /// Largest distance of a node from the sheet's plane, m.
+    /// Largest distance from the sheet's plane of a node that live segments join to a support, m. Of all nodes if the sheet is free,
+    /// or if segments have failed and `track_detachment` is off.
     pub max_deflection: f64,
     /// Largest stretch of a live segment.
     pub max_stretch: f64,
@@ -540,15 +541,18 @@ impl<'a> Sim<'a> {
         Ok(Support { total: self.model.pose.vector_out(total.into()), attachments })
     }
 
-    /// Deflection and stretch, with a full pass over the sheet.
-    pub fn fabric(&self) -> Result<Fabric, Failure> {
+    /// Deflection and stretch, with a full pass over the sheet. Changes nothing but scratch.
+    pub fn fabric(&mut self) -> Result<Fabric, Failure> {
         self.sound()?;
+        let support = if self.failed_segments > 0 && self.layout.track_detachment { self.join_nodes() } else { None };
         let (mut deflection, mut excess) = (0.0, 0.0);
         for j in 0..self.layout.nodes_y {
             for i in 0..self.layout.nodes_x {
                 let (u, _) = self.node(i, j);
                 let z = if u[2] < 0.0 { -u[2] } else { u[2] };
-                deflection = if z > deflection { z } else { deflection };
+                let label = self.blocks.labels.get(j * self.layout.nodes_x + i);
+                let held = support.is_none_or(|support| label.is_some_and(|&label| label as usize == support));
+                deflection = if held && z > deflection { z } else { deflection };
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     if let Some(segment) = self.segment(axis, i, j)
                         && segment.stiffness > 0.0

@@ -91,7 +91,7 @@ struct Sample {
 }
 
 impl Sample {
-    fn of(sim: &Sim<'_>, before: Option<&Sample>, impulse_before: [f64; 3]) -> Result<Sample> {
+    fn of(sim: &mut Sim<'_>, before: Option<&Sample>, impulse_before: [f64; 3]) -> Result<Sample> {
         let (motion, contact, energy, fabric) = (sim.projectile()?, sim.contact()?, sim.energy()?, sim.fabric()?);
         let counters = sim.counters();
         let time = sim.time();

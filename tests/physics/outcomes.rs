@@ -1,8 +1,8 @@
 //! Outcomes latch at the right time and say what a look at the sheet says.
 
-use fabric::{AttachmentKind, Outcome, Scene, Status};
-use fabric_tests::reference::{length, segment_ends, sub};
-use fabric_tests::{Buffers, damage, positions, small_sheet, speed};
+use fabric::{AttachmentKind, Drive, Motion, Outcome, Path, Scene, Sim, Status};
+use fabric_tests::reference::{length, rest_positions, segment_ends, sub};
+use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed};
 
 /// The mask of outcomes after at most `steps` steps, and the status.
 fn outcome(scene: &Scene, steps: u64) -> (u32, Status, f64) {
@@ -39,6 +39,149 @@ fn a_fast_sphere_exits() {
     assert_eq!(mask & (Outcome::Arrested.bit() | Outcome::Passed.bit()), 0);
     assert_eq!(status, Status::Exited);
     assert!(work > 0.5 && work < 20.0);
+}
+
+/// Runs until the body has exited, then goes on: the work of the fabric must already have had its final value, to 1 % or 1 mJ.
+fn exits_with_its_final_work(scene: &Scene, load: [f64; 3], steps: u64) -> f64 {
+    let mut memory = Buffers::of(scene);
+    let mut sim = memory.sim(scene);
+    sim.set_external_load(load, [0.0; 3]).unwrap();
+    sim.advance_until(Outcome::Exited.bit() | Outcome::Passed.bit(), steps).unwrap();
+    assert_eq!(sim.outcomes().mask & !Outcome::Detached.bit(), Outcome::Exited.bit(), "step {}", sim.step_count());
+    let work = sim.contact().unwrap().work;
+    let allowed = f64::max(1e-3, 0.01 * work.abs());
+    for _ in 0..150 {
+        sim.advance(64).unwrap();
+        let later = sim.contact().unwrap().work;
+        assert!((later - work).abs() <= allowed, "{work} J at the exit, {later} J at step {}", sim.step_count());
+    }
+    work
+}
+
+/// A heavy sphere loses next to nothing of its energy; it has exited all the same only when it is through.
+#[test]
+fn a_heavy_sphere_exits_when_it_is_through() {
+    let mut scene = small_sheet(41, 100.0);
+    let light = exits_with_its_final_work(&scene, [0.0; 3], 50_000);
+    scene.projectile.mass = 5.0;
+    let heavy = exits_with_its_final_work(&scene, [0.0; 3], 50_000);
+    // The same hit at nearly the same speed.
+    close(heavy, light, 0.15);
+}
+
+/// A sphere that strikes at 80 degrees from the normal slides along the sheet for a while before it leaves it.
+#[test]
+fn a_grazing_sphere_exits_when_it_has_left_the_sheet() {
+    let mut scene = small_sheet(61, 0.0);
+    let (sine, cosine) = 80_f64.to_radians().sin_cos();
+    scene.projectile.velocity = [100.0 * sine, 0.0, 100.0 * cosine];
+    scene.projectile.position[0] = -0.015;
+    assert!(exits_with_its_final_work(&scene, [0.0; 3], 100_000) > 0.01);
+}
+
+/// A blade larger than the sheet, on edge and heavy: the first kind of body that used to be let go too early.
+#[test]
+fn a_heavy_blade_exits_when_it_is_through() {
+    let mut scene = small_sheet(41, 250.0);
+    let body = &mut scene.projectile;
+    (body.shape, body.size, body.mass) = (fabric::Shape::Box, [0.016, 2e-3, 0.06], 0.17);
+    body.position = [0.0, 0.0, -0.0301];
+    assert!(exits_with_its_final_work(&scene, [0.0; 3], 100_000) > 1.0);
+}
+
+/// At rest on the sheet and pushed by a load that the sheet cannot bear: it was never arrested, and it exits.
+#[test]
+fn a_sphere_at_rest_that_a_load_pushes_through_is_not_arrested() {
+    assert!(exits_with_its_final_work(&small_sheet(41, 0.0), [0.0, 0.0, 2e4], 50_000) > 0.5);
+}
+
+/// The same under a load that the sheet bears: arrested where it first comes to rest, not before.
+#[test]
+fn a_sphere_at_rest_that_a_load_pushes_in_vain_is_arrested() {
+    let scene = small_sheet(41, 0.0);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.set_external_load([0.0, 0.0, 20.0], [0.0; 3]).unwrap();
+    sim.advance_until(Outcome::Arrested.bit(), 100_000).unwrap();
+    assert_eq!(sim.outcomes().mask, Outcome::Arrested.bit());
+    assert!(sim.step_count() > 1000 && sim.projectile().unwrap().velocity[2] <= 0.0);
+    // All that the load has given is in the fabric.
+    close(sim.contact().unwrap().work, sim.energy().unwrap().external_work, 0.05);
+}
+
+/// Moving away slowly under a load that will bring it back, a sphere has not passed.
+#[test]
+fn a_sphere_that_a_load_brings_back_has_not_passed() {
+    let mut scene = small_sheet(21, -0.01);
+    scene.projectile.position[2] = -0.05;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.set_external_load([0.0, 0.0, 50.0], [0.0; 3]).unwrap();
+    while sim.outcomes().first_contact.is_none() && sim.step_count() < 400_000 {
+        sim.advance(64).unwrap();
+    }
+    assert!(sim.outcomes().first_contact.is_some());
+    assert_eq!(sim.outcomes().mask & Outcome::Passed.bit(), 0);
+}
+
+/// A host that moves its body a little away and then back has not passed; one that has led it past the sheet has.
+#[test]
+fn a_prescribed_sphere_passes_when_it_has_got_past() {
+    let mut scene = small_sheet(21, 0.0);
+    scene.drive = Drive::Prescribed;
+    let after = |x: f64, z: f64| {
+        let mut scene = scene;
+        scene.projectile.position[0] = x;
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        let body = &scene.projectile;
+        let end = Motion {
+            position: [x, 0.0, z],
+            velocity: [0.0, 0.0, if z < body.position[2] { -1.0 } else { 1.0 }],
+            orientation: body.orientation,
+            angular_velocity: [0.0; 3],
+        };
+        sim.follow(&Path { first: 0, steps: 6400, end }, 6400).unwrap();
+        sim.advance(64).unwrap();
+        sim.outcomes().mask
+    };
+    let radius = scene.projectile.radius;
+    assert_eq!(after(0.0, -radius - 7e-5), 0);
+    assert_eq!(after(0.05, radius + 1e-3), Outcome::Passed.bit());
+}
+
+/// The nodes that live segments join to the fixed edge, by a search from the edge.
+fn held_nodes(scene: &Scene, sim: &Sim<'_>) -> Vec<bool> {
+    let half = scene.half_size();
+    let edge = |x: &[f64; 3]| x[0].abs() > half[0] - 1e-9 || x[1].abs() > half[1] - 1e-9;
+    let mut held: Vec<bool> = rest_positions(scene).iter().map(edge).collect();
+    let (ends, alpha) = (segment_ends(scene), damage(sim));
+    loop {
+        let before = held.iter().filter(|&&held| held).count();
+        for ([a, b], _) in ends.iter().zip(&alpha).filter(|(_, alpha)| **alpha > 0.0) {
+            (held[*a], held[*b]) = (held[*a] || held[*b], held[*a] || held[*b]);
+        }
+        if held.iter().filter(|&&held| held).count() == before {
+            return held;
+        }
+    }
+}
+
+/// The cap that a sphere has punched out flies with it; the deflection is that of the sheet that is left.
+#[test]
+fn debris_is_no_deflection() {
+    let scene = small_sheet(41, speed(80.0, 8.4e-3));
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance_until(Outcome::Exited.bit(), 50_000).unwrap();
+    let held = held_nodes(&scene, &sim);
+    let deepest = |held_only: bool| {
+        let nodes = positions(&sim).into_iter().zip(&held).filter(|(_, held)| !held_only || **held);
+        nodes.map(|(x, _)| x[2].abs()).fold(0.0, f64::max)
+    };
+    let (all, left) = (deepest(false), deepest(true));
+    assert!(left < 0.9 * all, "{left} {all}");
+    assert!((sim.fabric().unwrap().max_deflection - left).abs() < 1e-15);
 }
 
 /// A sphere beside the sheet passes, having lost exactly nothing.

@@ -282,7 +282,12 @@ fn ten_million_steps_of_flight() -> Case {
         let pass = off < 1.2e-9 && bits && passed && summary.absorbed == 0.0 && summary.energy_residual == 0.0;
         let happened = format!("position off by {off:.1e}, v bit-constant: {bits}");
         let start = summary.initial_kinetic_energy;
-        Ok(Answer { happened, pass, books: Some(Books::of(&summary, start)), fmu: fmu::case(&sim, [0.0; 3], steps)? })
+        Ok(Answer {
+            happened,
+            pass,
+            books: Some(Books::of(&summary, start)),
+            fmu: fmu::case(&mut sim, [0.0; 3], steps)?,
+        })
     };
     Case {
         theme: "Free flight",
@@ -331,7 +336,7 @@ fn unstable_axis() -> Case {
             happened,
             pass,
             books: Some(Books::of(&summary, energy)),
-            fmu: fmu::case(&sim, [0.0; 3], 1_000_000)?,
+            fmu: fmu::case(&mut sim, [0.0; 3], 1_000_000)?,
         })
     };
     Case {

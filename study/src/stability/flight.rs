@@ -7,12 +7,14 @@ use crate::memory::Buffers;
 use fabric::pose::{Vector, components, normalised};
 use fabric::projectile::into_body;
 use fabric::shape::Solid;
-use fabric::{Failure, Outcome, Scene, Sim, StepCheck, TimeStep, math};
+use fabric::{Fabric, Failure, Outcome, Scene, Sim, StepCheck, TimeStep, math};
 
 /// What a run ended with, for its check.
 pub struct Ended<'a> {
     /// Read-outs.
     pub summary: &'a Summary,
+    /// Deflection and stretch.
+    pub fabric: Fabric,
     /// The simulation; reset after a failure.
     pub sim: &'a Sim<'a>,
     /// The failure that ended the run.
@@ -136,7 +138,7 @@ impl Flight {
             failure = sim.advance_until(mask, (self.steps - sim.step_count()).min(64)).err();
             spin = sim.projectile().map_or(spin, |motion| length(motion.angular_velocity).max(spin));
         }
-        let fmu = if self.prepare.is_none() { fmu::case(&sim, self.force, self.steps)? } else { None };
+        let fmu = if self.prepare.is_none() { fmu::case(&mut sim, self.force, self.steps)? } else { None };
         if failure.is_some() {
             // Read-outs refuse after a failure; a fresh simulation stands for them.
             sim.reset();
@@ -145,7 +147,8 @@ impl Flight {
         let books = Books::of(&summary, start);
         let numbers = [summary.absorbed, summary.energy_residual, summary.momentum_residual, summary.fabric_kinetic];
         let finite = numbers.iter().chain(&summary.residual_velocity).all(|value| value.is_finite());
-        let end = Ended { summary: &summary, sim: &sim, failure, books, spin };
+        let fabric = sim.fabric()?;
+        let end = Ended { summary: &summary, fabric, sim: &sim, failure, books, spin };
         let pass = finite && (self.check)(&end);
         let happened = failure.map_or_else(|| (self.text)(&end), |failure| format!("FAULTED: {failure}"));
         Ok(Answer { happened, pass, books: failure.is_none().then_some(books), fmu })

@@ -46,7 +46,7 @@ impl FmuCase {
 
 /// The case of a simulation that has run under a constant force; `steps`: how far it should have come if it failed.
 /// What only `StepCheck::None` lets through must be refused by the FMU.
-pub fn case(sim: &Sim<'_>, force: [f64; 3], steps: u64) -> Result<Option<FmuCase>> {
+pub fn case(sim: &mut Sim<'_>, force: [f64; 3], steps: u64) -> Result<Option<FmuCase>> {
     let Some(values) = values(sim.scene(), sim.step_limits().dt) else { return Ok(None) };
     let checked = Scene { step_check: StepCheck::Refuse, ..seconds(sim.scene(), sim.step_limits().dt) };
     let outcome = if let Err(error) = checked.step_limits() {
@@ -140,7 +140,7 @@ fn values(scene: &Scene, dt: f64) -> Option<Map<String, Value>> {
 }
 
 /// What the FMU must show, by output name.
-fn outputs(sim: &Sim<'_>) -> Result<Map<String, Value>> {
+fn outputs(sim: &mut Sim<'_>) -> Result<Map<String, Value>> {
     let (motion, contact, fabric) = (sim.projectile()?, sim.contact()?, sim.fabric()?);
     let (energy, counters, limits) = (sim.energy()?, sim.counters(), sim.step_limits());
     let outputs = json!({

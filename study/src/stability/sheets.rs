@@ -164,7 +164,7 @@ fn pair(
     second.advance(count)?;
     let summary = Summary::of(&second, 0)?;
     let books = Books::of(&summary, start);
-    Ok((alike(&first, &second)?, summary, books, fmu::case(&second, [0.0; 3], count)?))
+    Ok((alike(&first, &second)?, summary, books, fmu::case(&mut second, [0.0; 3], count)?))
 }
 
 /// A strip of a few nodes by thousands, four sides held, under the sphere.
@@ -276,7 +276,7 @@ fn a_million_steps_at_rest() -> Case {
         let pass =
             changed == 2 && summary.absorbed == 0.0 && summary.energy_residual == 0.0 && summary.outcomes.is_empty();
         let happened = format!("{changed} of {} words differ, {}", before.len(), summary.ended_by);
-        Ok(Answer { happened, pass, books: Some(books), fmu: fmu::case(&sim, [0.0; 3], 1_000_064)? })
+        Ok(Answer { happened, pass, books: Some(books), fmu: fmu::case(&mut sim, [0.0; 3], 1_000_064)? })
     };
     Case {
         theme: "Sheets",
