@@ -13,8 +13,9 @@
 //! law and mass per length. The breaking velocity is searched upwards in strides of 1 % of the closed form's, the last stride by
 //! bisection to 1 m/s: beyond it there may be velocities that do not break the strip again, because the peaks grow unsteadily.
 //!
-//! Limits: a cylinder is no point. The yarn wraps it first, and the strain behind the front grows to the closed form in
-//! R V/(2 c^2), c the speed of the kink: 1 to 4 us for R = 6.35 mm, without ever being larger.
+//! Limits: a cylinder is no point. It is wrapped first: in contact over x = sqrt(2 R V t) on each side (small slopes), the yarn is
+//! longer by x^3/(6 R^2), and what it draws in, V sqrt(V t/(2 R)), grows to the closed form's V^2/(2 k) at t = R V/(2 k^2), when the
+//! contact becomes slower than the kink with its k m/s: 1 to 4 us for R = 6.35 mm. The strain is never above the closed form's.
 
 use super::closed_forms::{self, Transverse};
 use super::document::Document;
