@@ -19,6 +19,14 @@ pub fn small_points(effort: Effort, yarn: Yarn) -> Vec<Point> {
     points.collect()
 }
 
+/// Points on how failure begins in mirror-symmetric clamped sheets.
+pub fn mirrored_points(effort: Effort) -> Vec<Point> {
+    let points = [TwoSides, FourSides].into_iter().flat_map(|attachment| {
+        plan::HISTORY_ENERGIES.map(|energy| plan::small(effort, attachment, Yarn::Symmetric, energy))
+    });
+    points.collect()
+}
+
 /// Points of Fig 13: the 10 in sheet.
 pub fn large_points(effort: Effort) -> Vec<Point> {
     let points = ATTACHMENTS.iter().flat_map(|&attachment| {

@@ -84,7 +84,7 @@ enum Chosen {
 const TITLE: &str = "Powell and Zohdi (2009), reproduced";
 
 const RULE: &str = "Rule of the verdicts: a claim is read as a range that a quantity must lie in (column \"read as\"; the \
-    rows on where and in which order sheets fail were worded after first results). \"Agrees\" if the whole 95 % interval lies inside the range, \"does not\" if none of it does, otherwise \"cannot be told\". A claim \
+    rows on where, in which order and at how many places sheets fail were worded after first results). \"Agrees\" if the whole 95 % interval lies inside the range, \"does not\" if none of it does, otherwise \"cannot be told\". A claim \
     about several energies or attachments agrees if all do, and does not if one does not. The intervals are not corrected for \
     their number: of twenty true claims about one quantity each, one may come out wrong.";
 
@@ -115,6 +115,7 @@ impl Study<'_> {
         }
         if self.wants(&[Fig18, Fig19, Fig20]) {
             points.extend(figures::small_points(self.effort, Yarn::Uniform));
+            points.extend(figures::mirrored_points(self.effort));
         }
         if self.wants(&[Map]) {
             points.extend(map::points(self.effort));
@@ -136,7 +137,7 @@ impl Study<'_> {
             claims.extend(claims::of_uniform(runs, self.effort));
         }
         if self.wants(&[Map]) {
-            claims.extend(claims::of_map(&map::cells(runs, self.effort)));
+            claims.extend(claims::of_map(runs, self.effort));
         }
         claims
     }
