@@ -8,6 +8,7 @@ use super::map::{self, Cell};
 use super::micro::Micro;
 use super::plan::{self, ATTACHMENTS, Effort, HISTORY_ENERGIES, Yarn, attachment_name};
 use super::statistics::{Estimate, Verdict};
+use crate::report;
 use fabric::AttachmentKind::{self, FourCorners, FourSides, TwoSides};
 
 /// "Close", "similar": at most this factor apart. The paper's other factors are 2 and 3.
@@ -26,6 +27,8 @@ const MOST: [f64; 2] = [0.5, 1.0];
 /// Impact energies that count as low and as high, J.
 const LOW: [f64; 4] = [2.5, 5.0, 7.5, 10.0];
 const HIGH: [f64; 3] = [80.0, 160.0, 320.0];
+/// Impact energies about the ballistic limit of sheets held at their corners, J.
+const ABOUT_LIMIT: [f64; 5] = [5.0, 7.5, 10.0, 15.0, 20.0];
 /// Time between two events that follow one another rather than happen together, s: the coarse pause between samples.
 const APART: f64 = 10e-6;
 
@@ -168,6 +171,12 @@ impl Reader<'_> {
     /// Those of these energies that are computed.
     fn energies(&self, wanted: &[f64]) -> Vec<f64> {
         self.effort.energies().iter().copied().filter(|energy| wanted.contains(energy)).collect()
+    }
+
+    /// Whether more than half of the runs are not arrested.
+    fn goes_through(&self, kind: AttachmentKind, yarn: Yarn, energy: f64) -> bool {
+        let arrested = self.values(kind, yarn, energy, |record| f64::from(u8::from(record.arrested)));
+        report::mean(&arrested) < 0.5
     }
 
     /// Energies at which no run of these ensembles is arrested: there nothing is capped.
@@ -466,27 +475,32 @@ fn of_corners(reader: &Reader<'_>) -> Vec<Claim> {
             ),
         ),
     ];
-    let near = reader.energies(&map::OTHER_ENERGIES);
     let mut claims = Vec::new();
     for (yarn, saying, range) in [
         (Yarn::Uniform, "Near the limit uniform sheets fail at all four corners", FOUR),
         (Yarn::Stochastic, "Near the limit stochastic sheets fail at one or two corners", ONE_OR_TWO),
     ] {
+        let limit =
+            reader.energies(&ABOUT_LIMIT).into_iter().find(|&energy| reader.goes_through(FourCorners, yarn, energy));
         for (how, (what, value)) in readings {
-            let held: Vec<String> = near
-                .iter()
-                .map(|&energy| {
-                    let records = reader.runs.of(&plan::small(reader.effort, FourCorners, yarn, energy));
-                    let arrested = records.iter().filter(|record| record.arrested).count();
-                    format!("{arrested} of {} arrested at {energy} J", records.len())
-                })
-                .collect();
+            let text = |energy: f64| {
+                let mean = reader.mean_of(FourCorners, yarn, energy, value, range).ours.text(1);
+                let records = reader.runs.of(&plan::small(reader.effort, FourCorners, yarn, energy));
+                let arrested = records.iter().filter(|record| record.arrested).count();
+                format!("at {energy} J {mean}, {arrested} of {} arrested", records.len())
+            };
+            let note =
+                if yarn == Yarn::Uniform { "; a mirror-symmetric sheet fails at all four or at none" } else { "" };
+            let texts: Vec<String> = reader.energies(&ABOUT_LIMIT).into_iter().map(text).collect();
             claims.push(Claim::all(
                 "P3",
                 &format!("{saying} ({how})"),
-                &format!("{what}: {} to {}", range[0], range[1]),
-                near.iter().map(|&energy| reader.mean_of(FourCorners, yarn, energy, value, range)).collect(),
-                &held.join(", "),
+                &format!(
+                    "{what}: {} to {}, at the first impact energy at which more than half of the runs are not arrested",
+                    range[0], range[1]
+                ),
+                limit.iter().map(|&energy| reader.mean_of(FourCorners, yarn, energy, value, range)).collect(),
+                &(texts.join("; ") + note),
             ));
         }
     }
@@ -553,14 +567,17 @@ pub fn of_map(runs: &Runs, effort: Effort) -> Vec<Claim> {
     let reader = Reader { runs, effort };
     let symmetric = [Yarn::Symmetric, Yarn::Stochastic];
     let strain = |(what, value): Reading| {
-        let near = map::OTHER_ENERGIES.into_iter().filter(|energy| effort.map_energies().contains(energy));
         Claim::all(
             "P3",
             &format!(
                 "Strain energy is two to four times larger in uniform sheets than in stochastic ones ({what}; mirror-symmetric uniform sheet, near the limit)"
             ),
             &format!("ratio in {} to {}", TWO_TO_FOUR[0], TWO_TO_FOUR[1]),
-            near.map(|energy| reader.yarns(FourCorners, symmetric, energy, value, TWO_TO_FOUR)).collect(),
+            effort
+                .map_energies()
+                .iter()
+                .map(|&energy| reader.yarns(FourCorners, symmetric, energy, value, TWO_TO_FOUR))
+                .collect(),
             "",
         )
     };
@@ -606,28 +623,36 @@ pub fn of_map(runs: &Runs, effort: Effort) -> Vec<Claim> {
     claims
 }
 
+/// Heading of the table of claims.
+const HEADING: [&str; 6] = ["", "claim", "read as", "ours [95 % interval]", "verdict", "why"];
+
+fn rows(claims: &[Claim], line_break: &str) -> Vec<Vec<String>> {
+    let row = |claim: &Claim| {
+        vec![
+            claim.part.to_string(),
+            claim.claim.clone(),
+            claim.allows.clone(),
+            claim.checks.iter().map(Check::text).collect::<Vec<_>>().join(line_break),
+            claim.verdict.name().to_string(),
+            claim.why(),
+        ]
+    };
+    claims.iter().map(row).collect()
+}
+
 /// The table "claim, ours, verdict, why".
 pub fn table(page: &mut Page, claims: &[Claim]) {
-    let rows: Vec<Vec<String>> = claims
-        .iter()
-        .map(|claim| {
-            vec![
-                claim.part.to_string(),
-                claim.claim.clone(),
-                claim.allows.clone(),
-                claim.checks.iter().map(Check::text).collect::<Vec<_>>().join("\n"),
-                claim.verdict.name().to_string(),
-                claim.why(),
-            ]
-        })
-        .collect();
-    let heading = ["", "claim", "read as", "ours [95 % interval]", "verdict", "why"];
-    page.table(&heading, &[1, 2, 3, 4, 5], &rows);
+    page.table(&HEADING, &[1, 2, 3, 4, 5], &rows(claims, "\n"));
+}
+
+/// The same in Markdown.
+pub fn markdown(claims: &[Claim]) -> String {
+    report::markdown(&HEADING, &rows(claims, "<br>"))
 }
 
 /// The same on the terminal, short.
 pub fn print(claims: &[Claim]) {
-    let mut table = crate::report::table(&["claim", "ours [95 % interval]", "verdict"]);
+    let mut table = report::table(&["claim", "ours [95 % interval]", "verdict"]);
     for claim in claims {
         let texts: Vec<String> = claim.checks.iter().map(Check::text).collect();
         let ours =

@@ -351,17 +351,27 @@ fn ends(number: usize, nx: usize, ny: usize) -> (usize, usize) {
 /// part that is modelled.
 fn failed_places(sim: &Sim<'_>) -> Result<Vec<[f64; 2]>> {
     let (scene, layout) = (sim.scene(), sim.layout());
-    let (nx, ny) = (layout.nodes_x, layout.nodes_y);
     let mut damage = vec![0.0; layout.segments()];
     sim.copy_damage(&mut damage)?;
-    let middle = |number: usize| {
-        let (a, b) = ends(number, nx, ny);
-        let x = |node: usize| fabric::weave::rest_offset(node % nx, scene.sheet.nodes_x);
-        let y = |node: usize| fabric::weave::rest_offset(node / nx, scene.sheet.nodes_y);
-        [0.5 * (x(a) + x(b)), 0.5 * (y(a) + y(b))]
-    };
     let failed = damage.iter().enumerate().filter(|(_, alpha)| **alpha <= 0.0);
-    Ok(failed.map(|(number, _)| middle(number)).collect())
+    Ok(failed.map(|(number, _)| middle(number, scene, [layout.nodes_x, layout.nodes_y])).collect())
+}
+
+/// Middle of segment number e in the undeformed sheet, in spacings from its centre. `nodes`: those modelled along x and y;
+/// a mirrored line has one segment more, from its last node to an image.
+fn middle(number: usize, scene: &Scene, [nx, ny]: [usize; 2]) -> [f64; 2] {
+    let in_row = if scene.symmetry.mirror_x { nx } else { nx - 1 };
+    let place = |i: usize, j: usize| {
+        [fabric::weave::rest_offset(i, scene.sheet.nodes_x), fabric::weave::rest_offset(j, scene.sheet.nodes_y)]
+    };
+    if number < in_row * ny {
+        let [x, y] = place(number % in_row, number / in_row);
+        [x + 0.5, y]
+    } else {
+        let number = number - in_row * ny;
+        let [x, y] = place(number % nx, number / nx);
+        [x, y + 0.5]
+    }
 }
 
 /// Failed segments near an attachment and near the centre, by the place of their middles in the undeformed sheet; and the
@@ -403,14 +413,15 @@ fn with_images(places: &[[f64; 2]], symmetry: Symmetry) -> Vec<[f64; 2]> {
     for (axis, mirrored) in [symmetry.mirror_x, symmetry.mirror_y].into_iter().enumerate() {
         let image = |place: &[f64; 2]| {
             let mut image = *place;
-            image[axis] = -image[axis];
+            image[axis] = 0.0 - image[axis];
             image
         };
         if mirrored {
-            let images: Vec<_> = all.iter().filter(|place| place[axis] != 0.0).map(image).collect();
-            all.extend(images);
+            all.extend(all.iter().map(image).collect::<Vec<_>>());
         }
     }
+    all.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    all.dedup();
     all
 }
 
@@ -720,6 +731,8 @@ mod tests {
         // Off both planes four places, on one of them two, on both one.
         let images = with_images(&[[-20.5, -10.0], [-0.5, 0.0], [0.0, -0.5], [0.0, 0.0]], quarter);
         assert_eq!(images.len(), 4 + 2 + 2 + 1);
+        // Segments across a plane are modelled beside their image.
+        assert_eq!(with_images(&[[-0.5, 0.0], [0.5, 0.0]], quarter), [[-0.5, 0.0], [0.5, 0.0]]);
         // Four alone, and those about the centre together.
         assert_eq!(count_groups(&images), 5);
         assert_eq!(with_images(&[[-20.5, -10.0]], Symmetry::default()).len(), 1);
@@ -750,6 +763,19 @@ mod tests {
         assert_ne!(jobs[0].key(), longer.key());
         longer.step_limit = jobs[0].step_limit;
         assert_eq!(jobs[0].key(), longer.key(), "the name does not matter");
+    }
+
+    #[test]
+    fn segments_lie_where_they_should() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (5, 5);
+        let at = |number: usize, scene: &Scene, nodes: usize| middle(number, scene, [nodes, nodes]);
+        assert_eq!([0, 3, 4, 19].map(|e| at(e, &scene, 5)), [[-1.5, -2.0], [1.5, -2.0], [-1.5, -1.0], [1.5, 2.0]]);
+        assert_eq!([20, 24, 25, 39].map(|e| at(e, &scene, 5)), [[-2.0, -1.5], [2.0, -1.5], [-2.0, -0.5], [2.0, 1.5]]);
+        // A quarter has 3 nodes and 3 segments a line, the last across the plane.
+        scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+        assert_eq!([0, 2, 3, 8].map(|e| at(e, &scene, 3)), [[-1.5, -2.0], [0.5, -2.0], [-1.5, -1.0], [0.5, 0.0]]);
+        assert_eq!([9, 11, 17].map(|e| at(e, &scene, 3)), [[-2.0, -1.5], [0.0, -1.5], [0.0, 0.5]]);
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub const TWOFOLD: [f64; 2] = [1.5, 2.5];
 const FIXED_TIME: f64 = 400e-6;
 
 /// Impact energies for the washers that are not the preset ones, J.
-pub const OTHER_ENERGIES: [f64; 2] = [10.0, 15.0];
+const OTHER_ENERGIES: [f64; 2] = [10.0, 15.0];
 /// Washers with which one draw per yarn is tried.
 const PER_YARN_WASHERS: [usize; 1] = [0];
 
@@ -167,6 +167,17 @@ pub fn cells(runs: &Runs, effort: Effort) -> Vec<Cell> {
     cells
 }
 
+/// What the table of ratios shows.
+pub const TEXT: &str = "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at its corners. It does \
+    not say where the washers of the 3 in sheet sit, how large they are, whether its uniform sheet stayed symmetric, which \
+    energy is read and when, or whether a segment or a whole yarn gets a draw. The energy is what the projectile has lost \
+    (absorbed), or what rupture has dissipated (the work done by the yarn), or that with the strain energy. Below, the \
+    ratio uniform over stochastic under every combination of these readings, with its 95 % interval; in brackets how many of the uniform and of \
+    the stochastic runs were arrested. Where runs are arrested their absorbed energy is capped at the impact energy, so the \
+    ratio alone understates a difference; the ballistic limits are compared as well. A sheet that has not torn off by the \
+    end of its run is read at the end; the reading at 400 µs takes the end of runs that were over before. Mirror-symmetric \
+    sheets are read when detached at the latest: torn off evenly at all corners, they wrap the sphere and fly with it.";
+
 /// Writes map.csv and shows the map.
 pub fn show(page: &mut Page, out: &Path, runs: &Runs, effort: Effort) -> Result<()> {
     let cells = cells(runs, effort);
@@ -175,17 +186,7 @@ pub fn show(page: &mut Page, out: &Path, runs: &Runs, effort: Effort) -> Result<
         writer.serialize(cell)?;
     }
     writer.flush()?;
-    page.text(
-        "The paper says that uniform yarn over-predicts about twofold near the ballistic limit of the sheet held at its corners. It does \
-         not say where the washers of the 3 in sheet sit, how large they are, whether its uniform sheet stayed symmetric, which \
-         energy is read and when, or whether a segment or a whole yarn gets a draw. The energy is what the projectile has lost \
-         (absorbed), or what rupture has dissipated (the work done by the yarn), or that with the strain energy. Below, the \
-         ratio uniform over stochastic under every combination of these readings, with its 95 % interval; in brackets how many of the uniform and of \
-         the stochastic runs were arrested. Where runs are arrested their absorbed energy is capped at the impact energy, so the \
-         ratio alone understates a difference; the ballistic limits are compared as well. A sheet that has not torn off by the \
-         end of its run is read at the end; the reading at 400 µs takes the end of runs that were over before. Mirror-symmetric \
-         sheets are read when detached at the latest: torn off evenly at all corners, they wrap the sphere and fly with it.",
-    );
+    page.text(TEXT);
     if effort == Effort::Full {
         page.text(&format!(
             "Left out: energies other than {} J for washers that are not the preset ones, and one draw per yarn for all washers but \
@@ -250,26 +251,40 @@ fn plot(out: &Path, cells: &[Cell], effort: Effort, file: &str, [above, reading,
     Figure::svg(out, file, caption)
 }
 
-fn table(page: &mut Page, cells: &[Cell], effort: Effort) {
+fn heading(effort: Effort) -> Vec<String> {
     let mut heading = vec!["washers".to_string(), "uniform".into(), "draw".into(), "read".into()];
     heading.extend(effort.map_energies().iter().map(|energy| format!("{energy} J")));
+    heading
+}
+
+fn rows(cells: &[Cell], effort: Effort) -> Vec<Vec<String>> {
+    let same_row = |a: &Cell, b: &Cell| {
+        (a.washer, a.uniform, a.stochastic, a.read_at) == (b.washer, b.uniform, b.stochastic, b.read_at)
+    };
+    let row = |row: &[Cell]| {
+        let first = &row[0];
+        let symmetry = if first.uniform == Yarn::Uniform.name() { "whole" } else { "symmetric" };
+        let draw = if first.stochastic == Yarn::Stochastic.name() { "segment" } else { "yarn" };
+        let mut texts = vec![first.washer.to_string(), symmetry.into(), draw.into(), first.read_at.to_string()];
+        for &energy in effort.map_energies() {
+            texts.push(row.iter().find(|cell| cell.impact_j == energy).map_or(String::new(), Cell::text));
+        }
+        texts
+    };
+    cells.chunk_by(same_row).map(row).collect()
+}
+
+fn table(page: &mut Page, cells: &[Cell], effort: Effort) {
+    let heading = heading(effort);
     let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
-    let rows: Vec<Vec<String>> = cells
-        .chunk_by(|a, b| {
-            (a.washer, a.uniform, a.stochastic, a.read_at) == (b.washer, b.uniform, b.stochastic, b.read_at)
-        })
-        .map(|row| {
-            let first = &row[0];
-            let symmetry = if first.uniform == Yarn::Uniform.name() { "whole" } else { "symmetric" };
-            let draw = if first.stochastic == Yarn::Stochastic.name() { "segment" } else { "yarn" };
-            let mut texts = vec![first.washer.to_string(), symmetry.into(), draw.into(), first.read_at.to_string()];
-            for &energy in effort.map_energies() {
-                texts.push(row.iter().find(|cell| cell.impact_j == energy).map_or(String::new(), Cell::text));
-            }
-            texts
-        })
-        .collect();
-    page.table(&heading, &[1, 2, 3], &rows);
+    page.table(&heading, &[1, 2, 3], &rows(cells, effort));
+}
+
+/// The same table in Markdown.
+pub fn markdown(runs: &Runs, effort: Effort) -> String {
+    let heading = heading(effort);
+    let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
+    crate::report::markdown(&heading, &rows(&cells(runs, effort), effort))
 }
 
 /// How many runs were arrested, and the limits.
