@@ -219,6 +219,9 @@ pub fn uniform_against_stochastic(out: &Path, runs: &Runs, effort: Effort, numbe
 pub fn pictures(page: &mut Page, out: &Path, effort: Effort) -> Result<()> {
     for point in picture_points(effort) {
         let job = point.job(effort, 0, sheets::times(effort, point.attachment));
+        if !job.has_pictures(out) {
+            continue;
+        }
         page.heading(&format!("{}, seed 1", point.name()));
         let (mut views, mut maps) = (Vec::new(), Vec::new());
         for &time in job.pictures {

@@ -316,7 +316,7 @@ impl Job {
     }
 
     /// Whether all pictures of this run are there.
-    fn has_pictures(&self, out: &Path) -> bool {
+    pub fn has_pictures(&self, out: &Path) -> bool {
         self.pictures.iter().all(|&time| sheets::path(out, &self.key(), time).exists())
     }
 }
@@ -541,6 +541,8 @@ pub struct Runs {
     pub kept: usize,
     /// Runs done now.
     pub done: usize,
+    /// Runs wanted that are neither kept nor done.
+    pub missing: usize,
 }
 
 /// The file of kept runs.
@@ -570,8 +572,8 @@ fn open(path: &Path) -> Result<File> {
 }
 
 impl Runs {
-    /// Does what is missing among `jobs`, on all cores, and keeps it in `out`.
-    pub fn complete(out: &Path, effort: Effort, jobs: Vec<Job>) -> Result<Runs> {
+    /// Does what is missing among `jobs`, on all cores, and keeps it in `out`; nothing with `only_kept`.
+    pub fn complete(out: &Path, effort: Effort, jobs: Vec<Job>, only_kept: bool) -> Result<Runs> {
         let path = path_of_runs(out);
         let known = read(&path)?;
         // A job may be wanted by several figures; the first that asks for pictures has come first.
@@ -580,6 +582,7 @@ impl Runs {
         let wanted = jobs.len();
         let (there, mut missing): (Vec<Job>, Vec<Job>) =
             jobs.into_iter().partition(|job| known.contains_key(&job.key()) && job.has_pictures(out));
+        let left_out = if only_kept { std::mem::take(&mut missing).len() } else { 0 };
         // The longest first, so that no core idles at the end; otherwise in the order of the plan.
         missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
         eprintln!("{wanted} runs: {} taken from {}, {} to do", there.len(), path.display(), missing.len());
@@ -620,7 +623,7 @@ impl Runs {
         if !failures.is_empty() {
             return Err(format!("{} runs failed: {}", failures.len(), failures.join("; ")).into());
         }
-        Ok(Runs { records, effort, kept: there.len(), done: missing.len() })
+        Ok(Runs { records, effort, kept: there.len(), done: missing.len(), missing: left_out })
     }
 
     /// The runs of a point, in the order of their numbers; those not asked for are missing.
@@ -631,6 +634,12 @@ impl Runs {
     /// One number of every run of a point.
     pub fn values(&self, point: &Point, value: impl Fn(&Record) -> f64) -> Vec<f64> {
         self.of(point).into_iter().map(value).collect()
+    }
+
+    /// How many runs are missing, in words.
+    pub fn lacking(&self) -> String {
+        let wanted = self.kept + self.done + self.missing;
+        format!("Of {wanted} runs {} have not been done; points without runs are left out.", self.missing)
     }
 
     /// Processor time of all runs, s.
@@ -673,19 +682,21 @@ mod tests {
     fn kept_runs_are_not_done_again() {
         let out = std::env::temp_dir().join(format!("fabric-study-paper-{}", std::process::id()));
         std::fs::create_dir_all(&out).unwrap();
-        let first = Runs::complete(&out, Effort::Smoke, jobs()).unwrap();
-        assert_eq!((first.kept, first.done), (0, 2));
+        let none = Runs::complete(&out, Effort::Smoke, jobs(), true).unwrap();
+        assert_eq!((none.kept, none.done, none.missing), (0, 0, 2));
+        let first = Runs::complete(&out, Effort::Smoke, jobs(), false).unwrap();
+        assert_eq!((first.kept, first.done, first.missing), (0, 2, 0));
         // Half a line more, as a power cut leaves it.
         let mut file = OpenOptions::new().append(true).open(path_of_runs(&out)).unwrap();
         file.write_all(b"{\"key\":\"0123\",\"na").unwrap();
-        let again = Runs::complete(&out, Effort::Smoke, jobs()).unwrap();
+        let again = Runs::complete(&out, Effort::Smoke, jobs(), true).unwrap();
         assert_eq!((again.kept, again.done), (2, 0));
         assert_eq!(first.records, again.records);
         // The cut line is ended, so the next one stands by itself.
         let mut more = jobs();
         let point = small(Effort::Smoke, AttachmentKind::TwoSides, Yarn::Uniform, 160.0);
         more.push(point.job(Effort::Smoke, 0, &[]));
-        let third = Runs::complete(&out, Effort::Smoke, more).unwrap();
+        let third = Runs::complete(&out, Effort::Smoke, more, false).unwrap();
         assert_eq!((third.kept, third.done), (2, 1));
         assert_eq!(read(&path_of_runs(&out)).unwrap().len(), 3);
         std::fs::remove_dir_all(&out).unwrap();

@@ -39,6 +39,9 @@ pub struct Options {
     /// Also write one run (3 in sheet, corners, 40 J) as a VTK series that ParaView opens, to DIR/vtk/run.pvd.
     #[arg(long)]
     vtk: bool,
+    /// Do no runs: report what the kept ones give, and how many are missing.
+    #[arg(long, conflicts_with = "smoke")]
+    kept: bool,
     /// Also write paper.md, the claims and the map of the open question, into this folder of documents.
     #[arg(long, value_name = "DIR", conflicts_with = "smoke")]
     docs: Option<PathBuf>,
@@ -121,7 +124,7 @@ impl Study<'_> {
     }
 
     /// What the claims do not cover, in words.
-    fn scope(&self) -> String {
+    fn scope(&self, runs: &Runs) -> String {
         let chosen: Vec<String> = self
             .options
             .figure
@@ -133,7 +136,8 @@ impl Study<'_> {
         } else {
             format!("Only what is read off figures {}. ", chosen.join(", "))
         };
-        chosen + &self.effort.left_out().unwrap_or_else(|| "Ten runs a point on the 3 in sheet.".to_string())
+        let missing = if runs.missing == 0 { String::new() } else { runs.lacking() + " " };
+        chosen + &missing + &self.effort.left_out().unwrap_or_else(|| "Ten runs a point on the 3 in sheet.".to_string())
     }
 
     /// Every point that the wanted figures need.
@@ -217,7 +221,7 @@ pub fn run(options: &Options) -> Result<bool> {
         micro.seconds
     );
     let points = study.points();
-    let runs = Runs::complete(out, effort, study.jobs(&points))?;
+    let runs = Runs::complete(out, effort, study.jobs(&points), options.kept)?;
 
     let mut page = Page::new(TITLE);
     introduction(&mut page, effort, &runs);
@@ -229,7 +233,7 @@ pub fn run(options: &Options) -> Result<bool> {
         claims::print(&claims);
     }
     if let Some(folder) = &options.docs {
-        let text = PAGE.replace("{scope}", &study.scope()).replace("{rule}", RULE).replace("{text}", map::TEXT);
+        let text = PAGE.replace("{scope}", &study.scope(&runs)).replace("{rule}", RULE).replace("{text}", map::TEXT);
         let text = text.replace("{claims}\n", &claims::markdown(&claims));
         let path = folder.join("paper.md");
         std::fs::write(&path, text.replace("{map}\n", &map::markdown(&runs, effort)))?;
@@ -266,6 +270,9 @@ fn introduction(page: &mut Page, effort: Effort, runs: &Runs) {
     );
     if let Some(text) = effort.left_out() {
         page.text(&text);
+    }
+    if runs.missing > 0 {
+        page.text(&runs.lacking());
     }
     let timeouts = runs.timeouts();
     page.text(&format!(
