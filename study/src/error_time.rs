@@ -15,6 +15,8 @@
 //! |---|---|
 //! | smooth phase: position and energy, the order | `smooth.rs` |
 //! | closed forms: rotation, oscillator, long yarn | `closed_forms.rs` |
+//! | overshoot of the undamped network: a strip under sudden impact | `overshoot.rs` |
+//! | how far two runs stay together before the first failure | `pointwise.rs` |
 //! | whole impacts: integrators, steps, quarter, coarser networks | `impact.rs`, `coarse.rs`, `quarter.rs` |
 //! | a projectile moved by its host | `coupling.rs` |
 //! | number of runs in a mean | `runs.rs` |
@@ -27,6 +29,8 @@ mod coupling;
 mod document;
 mod front;
 mod impact;
+mod overshoot;
+mod pointwise;
 mod quarter;
 mod runs;
 mod smooth;
@@ -54,8 +58,8 @@ pub struct Options {
     /// Folder for the CSV files and plots.
     #[arg(long, value_name = "DIR", default_value = "target/study/error-time")]
     out: PathBuf,
-    /// Also write accuracy.md and its pictures into this folder of documents; needs all parts.
-    #[arg(long, value_name = "DIR", conflicts_with = "only")]
+    /// Also write accuracy.md and its pictures into this folder of documents; with --only the sections of the other parts stay.
+    #[arg(long, value_name = "DIR")]
     docs: Option<PathBuf>,
 }
 
@@ -64,6 +68,8 @@ pub struct Options {
 enum Part {
     Smooth,
     ClosedForms,
+    Overshoot,
+    Pointwise,
     Impact,
     Quarter,
     Coupling,
@@ -102,6 +108,12 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if wanted(Part::ClosedForms) {
         sound &= closed_forms::run(effort, out, &mut document)?;
+    }
+    if wanted(Part::Overshoot) {
+        sound &= overshoot::run(effort, out, &mut document)?;
+    }
+    if wanted(Part::Pointwise) {
+        sound &= pointwise::run(effort, out, &mut document)?;
     }
     if wanted(Part::Quarter) {
         sound &= quarter::run(effort, out, &mut document)?;

@@ -15,6 +15,14 @@ pub fn table(heading: &[&str]) -> Table {
     table
 }
 
+/// A table in Markdown.
+pub fn markdown(heading: &[&str], rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let heading: Vec<String> = heading.iter().map(|text| text.to_string()).collect();
+    let below = format!("|{}\n", "---|".repeat(heading.len()));
+    line(&heading) + &below + &rows.iter().map(|row| line(row)).collect::<String>()
+}
+
 /// The middle value; the mean of the two middle ones of an even number. NaN for none.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();

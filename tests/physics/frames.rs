@@ -32,7 +32,8 @@ fn stepped<'a>(buffers: &'a mut Buffers, scene: &Scene) -> Sim<'a> {
     sim
 }
 
-/// Before the first failure nothing amplifies rounding: a moved and turned scene gives the moved and turned result.
+/// A small sheet held on four sides, whole and soon taut, hardly amplifies rounding: a moved and turned scene gives
+/// the moved and turned result.
 #[test]
 fn a_moved_and_turned_sheet_sees_the_same_physics() {
     let scene = tilted_cylinder(21, 0.3, 60.0);
@@ -103,7 +104,7 @@ fn plies_with_as_much_more_projectile_move_alike() {
     }
 }
 
-/// A uniform sheet hit in the middle stays mirror-symmetric to rounding before the first failure, and pulls alike on
+/// A uniform sheet hit in the middle stays mirror-symmetric to rounding over these few steps, and pulls alike on
 /// opposite sides.
 #[test]
 fn the_uniform_sheet_keeps_its_mirror_planes() {

@@ -3,11 +3,12 @@
 //! ("cannot be told"). Ranges are fixed here, beside the claim.
 
 use super::html::Page;
-use super::jobs::{Reading, Record, Runs};
+use super::jobs::{FirstFailure, Reading, Record, Runs};
 use super::map::{self, Cell};
 use super::micro::Micro;
 use super::plan::{self, ATTACHMENTS, Effort, HISTORY_ENERGIES, Yarn, attachment_name};
 use super::statistics::{Estimate, Verdict};
+use crate::report;
 use fabric::AttachmentKind::{self, FourCorners, FourSides, TwoSides};
 
 /// "Close", "similar": at most this factor apart. The paper's other factors are 2 and 3.
@@ -16,9 +17,18 @@ const CLOSE: f64 = 1.5;
 const THREEFOLD: [f64; 2] = [2.0, 4.0];
 /// "Slightly over-predicts".
 const SLIGHTLY: [f64; 2] = [1.0, 1.2];
+/// "Two to four times".
+const TWO_TO_FOUR: [f64; 2] = [2.0, 4.0];
+/// Mean numbers that round to "four" and to "one or two".
+const FOUR: [f64; 2] = [3.5, 4.5];
+const ONE_OR_TWO: [f64; 2] = [0.5, 2.5];
+/// "In most runs".
+const MOST: [f64; 2] = [0.5, 1.0];
 /// Impact energies that count as low and as high, J.
 const LOW: [f64; 4] = [2.5, 5.0, 7.5, 10.0];
 const HIGH: [f64; 3] = [80.0, 160.0, 320.0];
+/// Impact energies about the ballistic limit of sheets held at their corners, J.
+const ABOUT_LIMIT: [f64; 5] = [5.0, 7.5, 10.0, 15.0, 20.0];
 /// Time between two events that follow one another rather than happen together, s: the coarse pause between samples.
 const APART: f64 = 10e-6;
 
@@ -163,6 +173,12 @@ impl Reader<'_> {
         self.effort.energies().iter().copied().filter(|energy| wanted.contains(energy)).collect()
     }
 
+    /// Whether more than half of the runs are not arrested.
+    fn goes_through(&self, kind: AttachmentKind, yarn: Yarn, energy: f64) -> bool {
+        let arrested = self.values(kind, yarn, energy, |record| f64::from(u8::from(record.arrested)));
+        report::mean(&arrested) < 0.5
+    }
+
     /// Energies at which no run of these ensembles is arrested: there nothing is capped.
     fn uncapped(&self, ensembles: &[(AttachmentKind, Yarn)]) -> Vec<f64> {
         let free = |energy: f64| {
@@ -172,6 +188,33 @@ impl Reader<'_> {
             })
         };
         self.effort.energies().iter().copied().filter(|&energy| free(energy)).collect()
+    }
+
+    /// Ratio of one quantity between two yarns.
+    fn yarns(
+        &self,
+        kind: AttachmentKind,
+        [above, below]: [Yarn; 2],
+        energy: f64,
+        value: fn(&Record) -> f64,
+        range: [f64; 2],
+    ) -> Check {
+        let ours = Estimate::ratio(&self.values(kind, above, energy, value), &self.values(kind, below, energy, value));
+        Check { name: format!("{}, {energy} J", attachment_name(kind)), ours, range, digits: 2 }
+    }
+
+    /// Mean of a number of the runs of one yarn; those for which it is not defined are left out.
+    fn mean_of(
+        &self,
+        kind: AttachmentKind,
+        yarn: Yarn,
+        energy: f64,
+        value: fn(&Record) -> f64,
+        range: [f64; 2],
+    ) -> Check {
+        let values: Vec<f64> =
+            self.values(kind, yarn, energy, value).into_iter().filter(|value| value.is_finite()).collect();
+        Check { name: format!("{}, {energy} J", yarn.name()), ours: Estimate::mean(&values), range, digits: 2 }
     }
 
     /// Ratio of one quantity between two attachments, stochastic yarn.
@@ -193,9 +236,7 @@ impl Reader<'_> {
 
     /// Mean of a number of the stochastic runs of one attachment.
     fn mean(&self, kind: AttachmentKind, energy: f64, name: &str, value: fn(&Record) -> f64, range: [f64; 2]) -> Check {
-        let values = self.values(kind, Yarn::Stochastic, energy, value);
-        let values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
-        Check { name: format!("{name}, {energy} J"), ours: Estimate::mean(&values), range, digits: 2 }
+        Check { name: format!("{name}, {energy} J"), ..self.mean_of(kind, Yarn::Stochastic, energy, value, range) }
     }
 }
 
@@ -268,19 +309,55 @@ pub fn of_attachments(runs: &Runs, effort: Effort) -> Vec<Claim> {
         ratios(&PAIRS, &HISTORY_ENERGIES, |record| record.peak_strain, SIMILAR),
         "",
     ));
-    let stretched = reader.uncapped(&[(FourSides, Yarn::Stochastic)]);
-    let strain_share = |energy: &f64| {
-        reader.mean(FourSides, *energy, "strain/kinetic", |record| record.peak_strain / record.peak_kinetic, MORE)
-    };
-    claims.push(Claim::all(
-        "P3",
-        "Four sides: most energy goes into strain (Fig. 17)",
-        "largest strain over largest kinetic energy above 1, at every energy at which nothing is arrested",
-        stretched.iter().map(strain_share).collect(),
-        "",
-    ));
+    let shares: [(Reading, &str); 2] = [
+        (("strain/kinetic", |record| record.peak_strain / record.peak_kinetic), "largest strain energy"),
+        (
+            ("strain and dissipated/kinetic", |record| record.largest_yarn_work() / record.peak_kinetic),
+            "largest sum of strain energy and energy dissipated by rupture",
+        ),
+    ];
+    for (kind, number) in [(FourSides, 17), (TwoSides, 16)] {
+        let stretched = reader.uncapped(&[(kind, Yarn::Stochastic)]);
+        for ((name, value), what) in shares {
+            let checks = stretched.iter().map(|&energy| reader.mean(kind, energy, name, value, MORE)).collect();
+            let held = if kind == FourSides { "Four sides" } else { "Two sides" };
+            claims.push(Claim::all(
+                "P3",
+                &format!("{held}: most energy goes into strain (Fig. {number}; {what})"),
+                &format!("{what} over largest kinetic energy of the fabric above 1, at every energy at which nothing is arrested"),
+                checks,
+                "",
+            ));
+        }
+    }
+    claims.extend(of_two_sides(&reader));
     claims.extend(of_places(&reader));
     claims
+}
+
+/// "Two sides give more kinetic energy than four": whose, the wording leaves open.
+fn of_two_sides(reader: &Reader<'_>) -> Vec<Claim> {
+    let energies = reader.uncapped(&[TwoSides, FourSides].map(|kind| (kind, Yarn::Stochastic)));
+    let readings: [(&str, Reading); 3] = [
+        ("the fabric's", ("largest kinetic energy of the fabric", |record| record.peak_kinetic)),
+        (
+            "the fabric's, as a part of what it absorbs",
+            ("largest kinetic energy of the fabric over the energy absorbed at the end", |record| {
+                record.peak_kinetic / record.absorbed
+            }),
+        ),
+        ("what the projectile keeps", ("kinetic energy of the projectile at the end", Record::left)),
+    ];
+    let claim = |(whose, (what, value)): (&str, Reading)| {
+        Claim::all(
+            "P3",
+            &format!("Two sides give more kinetic energy than four ({whose})"),
+            &format!("{what}: ratio above 1, at every energy at which nothing is arrested"),
+            energies.iter().map(|&energy| reader.ratio(TwoSides, FourSides, energy, value, MORE)).collect(),
+            "",
+        )
+    };
+    readings.into_iter().map(claim).collect()
 }
 
 /// Where and in which order the sheets fail.
@@ -345,13 +422,8 @@ pub fn of_uniform(runs: &Runs, effort: Effort) -> Vec<Claim> {
     for kind in [FourSides, TwoSides] {
         let energies = reader.uncapped(&[(kind, Yarn::Stochastic), (kind, Yarn::Uniform)]);
         let check = |&energy: &f64| Check {
-            name: format!("{energy} J"),
-            ours: Estimate::ratio(
-                &reader.values(kind, Yarn::Uniform, energy, Record::at_detached),
-                &reader.values(kind, Yarn::Stochastic, energy, Record::at_detached),
-            ),
-            range: SLIGHTLY,
             digits: 3,
+            ..reader.yarns(kind, [Yarn::Uniform, Yarn::Stochastic], energy, Record::at_detached, SLIGHTLY)
         };
         claims.push(Claim::all(
             "P3",
@@ -361,16 +433,154 @@ pub fn of_uniform(runs: &Runs, effort: Effort) -> Vec<Claim> {
             "",
         ));
     }
+    let [slow, fast] = HISTORY_ENERGIES;
+    for (what, value) in STRAINS {
+        let checks = ATTACHMENTS.iter().flat_map(|&kind| {
+            let yarns = [Yarn::Uniform, Yarn::Stochastic];
+            HISTORY_ENERGIES.map(|energy| reader.yarns(kind, yarns, energy, value, TWO_TO_FOUR))
+        });
+        claims.push(Claim::all(
+            "P3",
+            &format!("Strain energy is two to four times larger in uniform sheets than in stochastic ones ({what})"),
+            &format!("ratio in {} to {}, at {slow} and {fast} J", TWO_TO_FOUR[0], TWO_TO_FOUR[1]),
+            checks.collect(),
+            "",
+        ));
+    }
+    claims.extend(of_corners(&reader));
+    claims.extend(of_points(&reader));
     claims
 }
 
+/// What "strain energy" may be.
+const STRAINS: [Reading; 2] = [
+    ("its largest value", |record| record.peak_strain),
+    ("strain and dissipated, when detached", Record::yarn_work_at_detached),
+];
+
+/// At how many corners sheets fail near the limit.
+fn of_corners(reader: &Reader<'_>) -> Vec<Claim> {
+    let readings: [(&str, Reading); 2] = [
+        (
+            "torn off",
+            ("mean number of corners that tear off, of the sheets of which one does", |record| {
+                defined(record.torn.iter().flatten().count())
+            }),
+        ),
+        (
+            "segments fail nearby",
+            (
+                "mean number of corners with a failed segment within 5 yarns of the washer, of the sheets that fail there",
+                |record| defined(record.failed_corners as usize),
+            ),
+        ),
+    ];
+    let mut claims = Vec::new();
+    for (yarn, saying, range) in [
+        (Yarn::Uniform, "Near the limit uniform sheets fail at all four corners", FOUR),
+        (Yarn::Stochastic, "Near the limit stochastic sheets fail at one or two corners", ONE_OR_TWO),
+    ] {
+        let limit =
+            reader.energies(&ABOUT_LIMIT).into_iter().find(|&energy| reader.goes_through(FourCorners, yarn, energy));
+        for (how, (what, value)) in readings {
+            let text = |energy: f64| {
+                let mean = reader.mean_of(FourCorners, yarn, energy, value, range).ours.text(1);
+                let records = reader.runs.of(&plan::small(reader.effort, FourCorners, yarn, energy));
+                let arrested = records.iter().filter(|record| record.arrested).count();
+                format!("at {energy} J {mean}, {arrested} of {} arrested", records.len())
+            };
+            let note =
+                if yarn == Yarn::Uniform { "; a mirror-symmetric sheet fails at all four or at none" } else { "" };
+            let texts: Vec<String> = reader.energies(&ABOUT_LIMIT).into_iter().map(text).collect();
+            claims.push(Claim::all(
+                "P3",
+                &format!("{saying} ({how})"),
+                &format!(
+                    "{what}: {} to {}, at the first impact energy at which more than half of the runs are not arrested",
+                    range[0], range[1]
+                ),
+                limit.iter().map(|&energy| reader.mean_of(FourCorners, yarn, energy, value, range)).collect(),
+                &(texts.join("; ") + note),
+            ));
+        }
+    }
+    claims
+}
+
+/// A number that says nothing where it is zero.
+fn defined(number: usize) -> f64 {
+    if number == 0 { f64::NAN } else { number as f64 }
+}
+
+/// At how many points uniform clamped sheets fail.
+fn of_points(reader: &Reader<'_>) -> Vec<Claim> {
+    type Count = fn(&FirstFailure) -> u64;
+    let readings: [(&str, &str, Count); 2] = [
+        ("segments that fail first", "segments that fail first, within one step of one another", |first| {
+            first.segments
+        }),
+        ("places", "places that lie more than 5 yarns apart, 10 µs after the first failure", |first| first.places),
+    ];
+    let mut claims = Vec::new();
+    for yarn in [Yarn::Uniform, Yarn::Symmetric] {
+        for (how, what, count) in readings {
+            let points =
+                [TwoSides, FourSides].into_iter().flat_map(|kind| HISTORY_ENERGIES.map(|energy| (kind, energy)));
+            let (mut checks, mut means) = (Vec::new(), Vec::new());
+            for (kind, energy) in points {
+                let records = reader.runs.of(&plan::small(reader.effort, kind, yarn, energy));
+                let counts: Vec<u64> =
+                    records.iter().filter_map(|record| record.first_failure.as_ref()).map(count).collect();
+                let name = format!("{}, {energy} J", attachment_name(kind));
+                let mean = Estimate::mean(&counts.iter().map(|&count| count as f64).collect::<Vec<_>>());
+                means.push(format!("{name} {}", mean.text(1)));
+                checks.push(Check { name, ours: two_or_four(&counts), range: MOST, digits: 2 });
+            }
+            let sheet = if yarn == Yarn::Uniform { "whole sheet" } else { "mirror-symmetric sheet" };
+            claims.push(Claim::all(
+                "P3",
+                &format!("Uniform clamped sheets fail at two or four points ({how}, {sheet})"),
+                &format!("two or four {what}: in more than half of the runs"),
+                checks,
+                &format!("mean number: {}", means.join(", ")),
+            ));
+        }
+    }
+    claims
+}
+
+/// The share of the runs whose number is two or four.
+fn two_or_four(counts: &[u64]) -> Estimate {
+    let hits = counts.iter().filter(|&&count| count == 2 || count == 4).count();
+    Estimate::share(hits, counts.len())
+}
+
 /// The open question (P3, Fig. 18): over the plain reading, and over the whole map.
-pub fn of_map(cells: &[Cell]) -> Vec<Claim> {
+pub fn of_map(runs: &Runs, effort: Effort) -> Vec<Claim> {
+    let cells = map::cells(runs, effort);
     let check = |cell: &Cell, name: String| Check { name, ours: cell.estimate(), range: map::TWOFOLD, digits: 2 };
     let [low, high] = map::TWOFOLD;
     let allows = format!("ratio in {low} to {high} at some energy near the limit");
-    let plain: Vec<Check> =
-        cells.iter().filter(|cell| cell.plain()).map(|cell| check(cell, format!("{} J", cell.impact_j))).collect();
+    let of = |wanted: fn(&Cell) -> bool| -> Vec<Check> {
+        cells.iter().filter(|cell| wanted(cell)).map(|cell| check(cell, format!("{} J", cell.impact_j))).collect()
+    };
+    let reader = Reader { runs, effort };
+    let symmetric = [Yarn::Symmetric, Yarn::Stochastic];
+    let strain = |(what, value): Reading| {
+        Claim::all(
+            "P3",
+            &format!(
+                "Strain energy is two to four times larger in uniform sheets than in stochastic ones ({what}; mirror-symmetric uniform sheet, near the limit)"
+            ),
+            &format!("ratio in {} to {}", TWO_TO_FOUR[0], TWO_TO_FOUR[1]),
+            effort
+                .map_energies()
+                .iter()
+                .map(|&energy| reader.yarns(FourCorners, symmetric, energy, value, TWO_TO_FOUR))
+                .collect(),
+            "",
+        )
+    };
     let mut every: Vec<Check> = cells.iter().map(|cell| check(cell, cell.name())).collect();
     let count = |verdict: Verdict| every.iter().filter(|check| check.verdict() == verdict).count();
     let note = format!(
@@ -384,12 +594,19 @@ pub fn of_map(cells: &[Cell]) -> Vec<Claim> {
     // Only the greatest ratios are worth a line in the table.
     every.sort_by(|a, b| b.ours.value.total_cmp(&a.ours.value));
     every.truncate(3);
-    vec![
+    let mut claims = vec![
         Claim::any(
             "P3",
-            "Uniform yarn over-predicts about twofold near the limit, corners (preset washers, whole sheet, one draw per segment, when detached)",
+            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, one draw per segment, when detached)",
             &allows,
-            plain,
+            of(Cell::plain),
+            "",
+        ),
+        Claim::any(
+            "P3",
+            "The same, dissipated energy (\"work done by the yarn\") of the mirror-symmetric sheet, when detached",
+            &allows,
+            of(Cell::dissipated),
             "",
         ),
         Claim {
@@ -401,31 +618,41 @@ pub fn of_map(cells: &[Cell]) -> Vec<Claim> {
             verdict,
             note,
         },
-    ]
+    ];
+    claims.extend(STRAINS.map(strain));
+    claims
+}
+
+/// Heading of the table of claims.
+const HEADING: [&str; 6] = ["", "claim", "read as", "ours [95 % interval]", "verdict", "why"];
+
+fn rows(claims: &[Claim], line_break: &str) -> Vec<Vec<String>> {
+    let row = |claim: &Claim| {
+        vec![
+            claim.part.to_string(),
+            claim.claim.clone(),
+            claim.allows.clone(),
+            claim.checks.iter().map(Check::text).collect::<Vec<_>>().join(line_break),
+            claim.verdict.name().to_string(),
+            claim.why(),
+        ]
+    };
+    claims.iter().map(row).collect()
 }
 
 /// The table "claim, ours, verdict, why".
 pub fn table(page: &mut Page, claims: &[Claim]) {
-    let rows: Vec<Vec<String>> = claims
-        .iter()
-        .map(|claim| {
-            vec![
-                claim.part.to_string(),
-                claim.claim.clone(),
-                claim.allows.clone(),
-                claim.checks.iter().map(Check::text).collect::<Vec<_>>().join("\n"),
-                claim.verdict.name().to_string(),
-                claim.why(),
-            ]
-        })
-        .collect();
-    let heading = ["", "claim", "read as", "ours [95 % interval]", "verdict", "why"];
-    page.table(&heading, &[1, 2, 3, 4, 5], &rows);
+    page.table(&HEADING, &[1, 2, 3, 4, 5], &rows(claims, "\n"));
+}
+
+/// The same in Markdown.
+pub fn markdown(claims: &[Claim]) -> String {
+    report::markdown(&HEADING, &rows(claims, "<br>"))
 }
 
 /// The same on the terminal, short.
 pub fn print(claims: &[Claim]) {
-    let mut table = crate::report::table(&["claim", "ours [95 % interval]", "verdict"]);
+    let mut table = report::table(&["claim", "ours [95 % interval]", "verdict"]);
     for claim in claims {
         let texts: Vec<String> = claim.checks.iter().map(Check::text).collect();
         let ours =
@@ -452,5 +679,26 @@ mod tests {
         assert_eq!(claim.why(), "1 of 2 inside; outside: b");
         let claim = Claim::any("P3", "more", "above 1", vec![check("a", 1.1, 1.2), check("b", 0.8, 0.9)], "");
         assert_eq!(claim.verdict, Verdict::Agrees);
+    }
+
+    #[test]
+    fn two_or_four_points_in_most_runs() {
+        let verdict = |counts: &[u64]| Verdict::of(&two_or_four(counts), MOST);
+        assert_eq!(two_or_four(&[2, 4, 3, 1]).value, 0.5);
+        assert_eq!(verdict(&[2, 4, 2, 2, 4, 2, 2, 2, 4, 2]), Verdict::Agrees);
+        assert_eq!(verdict(&[1, 1, 3, 1, 8, 1, 1, 5, 1, 1]), Verdict::DoesNot);
+        assert_eq!(verdict(&[2, 1, 4, 3]), Verdict::CannotBeTold);
+        assert_eq!(verdict(&[]), Verdict::CannotBeTold);
+    }
+
+    #[test]
+    fn mean_numbers_of_corners_against_four_and_one_or_two() {
+        let mean = |values: &[f64]| Estimate::mean(values);
+        // Sheets that do not fail say nothing of how many corners fail.
+        assert!(defined(0).is_nan() && defined(3) == 3.0);
+        assert_eq!(Verdict::of(&mean(&[4.0; 10]), FOUR), Verdict::Agrees);
+        assert_eq!(Verdict::of(&mean(&[2.0, 3.0, 2.0, 3.0, 3.0, 2.0]), FOUR), Verdict::DoesNot);
+        assert_eq!(Verdict::of(&mean(&[2.0, 3.0, 2.0, 3.0, 3.0, 2.0]), ONE_OR_TWO), Verdict::CannotBeTold);
+        assert_eq!(Verdict::of(&mean(&[1.0, 2.0, 2.0, 1.0]), ONE_OR_TWO), Verdict::Agrees);
     }
 }

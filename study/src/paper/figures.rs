@@ -19,6 +19,14 @@ pub fn small_points(effort: Effort, yarn: Yarn) -> Vec<Point> {
     points.collect()
 }
 
+/// Points on how failure begins in mirror-symmetric clamped sheets.
+pub fn mirrored_points(effort: Effort) -> Vec<Point> {
+    let points = [TwoSides, FourSides].into_iter().flat_map(|attachment| {
+        plan::HISTORY_ENERGIES.map(|energy| plan::small(effort, attachment, Yarn::Symmetric, energy))
+    });
+    points.collect()
+}
+
 /// Points of Fig 13: the 10 in sheet.
 pub fn large_points(effort: Effort) -> Vec<Point> {
     let points = ATTACHMENTS.iter().flat_map(|&attachment| {
@@ -211,6 +219,9 @@ pub fn uniform_against_stochastic(out: &Path, runs: &Runs, effort: Effort, numbe
 pub fn pictures(page: &mut Page, out: &Path, effort: Effort) -> Result<()> {
     for point in picture_points(effort) {
         let job = point.job(effort, 0, sheets::times(effort, point.attachment));
+        if !job.has_pictures(out) {
+            continue;
+        }
         page.heading(&format!("{}, seed 1", point.name()));
         let (mut views, mut maps) = (Vec::new(), Vec::new());
         for &time in job.pictures {

@@ -16,8 +16,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Raise it when the same scene gives other numbers than before: kept runs of older versions are then done again.
-pub const RESULTS_VERSION: u32 = 1;
+/// Raise it when the same scene gives other numbers than before, or more of them: kept runs of older versions are then done
+/// again.
+pub const RESULTS_VERSION: u32 = 2;
 
 /// Time between two samples of a history, s, while the impact is young and later.
 const FINE: f64 = 2e-6;
@@ -28,6 +29,10 @@ const FINE_UNTIL: f64 = 200e-6;
 const ATTACHMENT_ZONE: f64 = 5.0;
 /// Distance from the centre, in radii of the projectile, within which a failure counts as "at the centre".
 const CENTRE_ZONE: f64 = 2.0;
+/// Time from the first failure until the places of failure are counted, s.
+const SPREAD: f64 = 10e-6;
+/// Failed segments that lie closer than so many spacings belong to one place of failure.
+const PLACE: f64 = 5.0;
 
 /// One run to be done.
 pub struct Job {
@@ -56,6 +61,17 @@ pub struct Sample {
     pub dissipated: f64,
     /// Energy lost in impacts of nodes, J.
     pub loss: f64,
+}
+
+/// How failure begins. Segments of a mirrored sheet count with their images.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FirstFailure {
+    /// Time, s.
+    pub time: f64,
+    /// Segments that failed first, within one step of one another.
+    pub segments: u64,
+    /// Separate places of failure 10 µs later, or at the end if that comes before.
+    pub places: u64,
 }
 
 /// What one run gave: a line of runs.jsonl.
@@ -93,6 +109,10 @@ pub struct Record {
     pub failed: u64,
     /// Failed segments near an attachment, and near the centre (whole sheets only).
     pub failed_at: (u64, u64),
+    /// Corners with a failed segment nearby at the end (corners of whole sheets only).
+    pub failed_corners: u64,
+    /// How failure began; none if nothing failed.
+    pub first_failure: Option<FirstFailure>,
     /// When each corner lost its connection to the sheet, s; none if it held (corners of whole sheets only).
     pub torn: [Option<f64>; 4],
     /// What the energy balance does not close by, over the energy at impact.
@@ -112,6 +132,31 @@ impl Record {
         self.detached.map_or(self.absorbed, |(_, work)| work)
     }
 
+    /// Energy dissipated by rupture when the last contact lost its supports; at the end if it never did, J.
+    pub fn dissipated_at_detached(&self) -> f64 {
+        self.sampled_at_detached(|sample| sample.dissipated)
+    }
+
+    /// The same at the end, J.
+    pub fn dissipated(&self) -> f64 {
+        self.history.last().map_or(0.0, |sample| sample.dissipated)
+    }
+
+    /// Strain energy and dissipated energy when the last contact lost its supports; at the end if it never did, J.
+    pub fn yarn_work_at_detached(&self) -> f64 {
+        self.sampled_at_detached(|sample| sample.strain + sample.dissipated)
+    }
+
+    /// Largest sampled sum of strain energy and dissipated energy, J.
+    pub fn largest_yarn_work(&self) -> f64 {
+        self.history.iter().map(|sample| sample.strain + sample.dissipated).fold(0.0, f64::max)
+    }
+
+    /// Kinetic energy that the projectile keeps, J.
+    pub fn left(&self) -> f64 {
+        self.energy - self.absorbed
+    }
+
     /// Part of the failed segments that lie near an attachment; NaN if none failed.
     pub fn share_at_attachments(&self) -> f64 {
         self.failed_at.0 as f64 / self.failed as f64
@@ -124,15 +169,21 @@ impl Record {
 
     /// Energy absorbed at a time, s; at the end if the run was over before.
     pub fn at_time(&self, time: f64) -> f64 {
-        let after = self.history.iter().position(|sample| sample.t >= time);
-        match after {
-            None => self.absorbed,
-            Some(0) => 0.0,
-            Some(k) => {
-                let (a, b) = (&self.history[k - 1], &self.history[k]);
-                a.lost + (b.lost - a.lost) * (time - a.t) / (b.t - a.t)
-            }
-        }
+        self.sampled(time, |sample| sample.lost).unwrap_or(self.absorbed)
+    }
+
+    /// A sampled number when the last contact lost its supports; at the end if it never did.
+    fn sampled_at_detached(&self, value: fn(&Sample) -> f64) -> f64 {
+        let detached = self.detached.and_then(|(time, _)| self.sampled(time, value));
+        detached.unwrap_or_else(|| self.history.last().map_or(0.0, value))
+    }
+
+    /// A sampled number at a time, s; none if the run was over before.
+    fn sampled(&self, time: f64, value: fn(&Sample) -> f64) -> Option<f64> {
+        let after = self.history.iter().position(|sample| sample.t >= time)?;
+        let b = &self.history[after];
+        let Some(a) = after.checked_sub(1).map(|before| &self.history[before]) else { return Some(value(b)) };
+        Some(value(a) + (value(b) - value(a)) * (time - a.t) / (b.t - a.t))
     }
 }
 
@@ -214,11 +265,12 @@ impl Job {
         // A quarter model's corners all tear alike, and its failures lie where the quarter's do.
         let whole = self.scene.symmetry == Symmetry::default();
         let mut connection = Connection::new(&sim);
+        let mut onset = Onset::default();
         let mut pictures = self.pictures.iter().peekable();
         while sim.step_count() < self.step_limit && sim.outcomes().mask & mask == 0 {
             let pause = if sim.time() < FINE_UNTIL { FINE } else { COARSE };
             let steps = every(pause).min(self.step_limit - sim.step_count());
-            sim.advance_until(mask, steps).map_err(|failure| failure.to_string())?;
+            onset.advance_until(&mut sim, mask, steps)?;
             history.push(sample(&sim)?);
             if whole && self.scene.attachment.kind == AttachmentKind::FourCorners {
                 connection.find_torn(&sim, &mut torn)?;
@@ -233,6 +285,8 @@ impl Job {
         for &time in pictures {
             sheets::keep(out, &self.key(), time, &sim)?;
         }
+        let first_failure = onset.close(&sim)?;
+        let (failed_at, failed_corners) = if whole { failed_at(&sim)? } else { ((0, 0), 0) };
         let ended = event::Summary::of(&sim, mask)?;
         let peak = |value: fn(&Sample) -> f64| history.iter().map(value).fold(0.0, f64::max);
         Ok(Record {
@@ -250,7 +304,9 @@ impl Job {
             peak_kinetic: peak(|sample| sample.kinetic),
             peak_strain: peak(|sample| sample.strain),
             failed: ended.failed_segments,
-            failed_at: if whole { failed_at(&sim)? } else { (0, 0) },
+            failed_at,
+            failed_corners,
+            first_failure,
             torn,
             audit: ended.energy_residual_relative,
             ended_by: ended.ended_by,
@@ -260,7 +316,7 @@ impl Job {
     }
 
     /// Whether all pictures of this run are there.
-    fn has_pictures(&self, out: &Path) -> bool {
+    pub fn has_pictures(&self, out: &Path) -> bool {
         self.pictures.iter().all(|&time| sheets::path(out, &self.key(), time).exists())
     }
 }
@@ -291,12 +347,37 @@ fn ends(number: usize, nx: usize, ny: usize) -> (usize, usize) {
     }
 }
 
-/// Failed segments near an attachment and near the centre, by the place of their middles in the undeformed sheet.
-fn failed_at(sim: &Sim<'_>) -> Result<(u64, u64)> {
+/// Middles of the failed segments in the undeformed sheet, in spacings from its centre; of a mirrored sheet those of the
+/// part that is modelled.
+fn failed_places(sim: &Sim<'_>) -> Result<Vec<[f64; 2]>> {
     let (scene, layout) = (sim.scene(), sim.layout());
-    let (nx, ny) = (layout.nodes_x, layout.nodes_y);
     let mut damage = vec![0.0; layout.segments()];
     sim.copy_damage(&mut damage)?;
+    let failed = damage.iter().enumerate().filter(|(_, alpha)| **alpha <= 0.0);
+    Ok(failed.map(|(number, _)| middle(number, scene, [layout.nodes_x, layout.nodes_y])).collect())
+}
+
+/// Middle of segment number e in the undeformed sheet, in spacings from its centre. `nodes`: those modelled along x and y;
+/// a mirrored line has one segment more, from its last node to an image.
+fn middle(number: usize, scene: &Scene, [nx, ny]: [usize; 2]) -> [f64; 2] {
+    let in_row = if scene.symmetry.mirror_x { nx } else { nx - 1 };
+    let place = |i: usize, j: usize| {
+        [fabric::weave::rest_offset(i, scene.sheet.nodes_x), fabric::weave::rest_offset(j, scene.sheet.nodes_y)]
+    };
+    if number < in_row * ny {
+        let [x, y] = place(number % in_row, number / in_row);
+        [x + 0.5, y]
+    } else {
+        let number = number - in_row * ny;
+        let [x, y] = place(number % nx, number / nx);
+        [x, y + 0.5]
+    }
+}
+
+/// Failed segments near an attachment and near the centre, by the place of their middles in the undeformed sheet; and the
+/// number of corners with a failed segment nearby.
+fn failed_at(sim: &Sim<'_>) -> Result<((u64, u64), u64)> {
+    let scene = sim.scene();
     let h = scene.sheet.spacing;
     let half = scene.half_size();
     let zone = ATTACHMENT_ZONE * h;
@@ -312,19 +393,97 @@ fn failed_at(sim: &Sim<'_>) -> Result<(u64, u64)> {
             AttachmentKind::Free => false,
         }
     };
-    let (mut attachments, mut centre) = (0, 0);
-    for (number, _) in damage.iter().enumerate().filter(|(_, alpha)| **alpha <= 0.0) {
-        let (a, b) = ends(number, nx, ny);
-        let place = |offset: &dyn Fn(usize) -> f64| 0.5 * h * (offset(a) + offset(b));
-        let x = place(&|node| fabric::weave::rest_offset(node % nx, nx as u32));
-        let y = place(&|node| fabric::weave::rest_offset(node / nx, ny as u32));
+    let (mut attachments, mut centre, mut corners) = (0, 0, [0; 4]);
+    for place in failed_places(sim)? {
+        let [x, y] = place.map(|offset| h * offset);
         if x.hypot(y) <= CENTRE_ZONE * scene.projectile.radius {
             centre += 1;
         } else if near_attachment(x, y) {
             attachments += 1;
+            corners[usize::from(x > 0.0) + 2 * usize::from(y > 0.0)] = 1;
         }
     }
-    Ok((attachments, centre))
+    let corners = if scene.attachment.kind == AttachmentKind::FourCorners { corners.iter().sum() } else { 0 };
+    Ok(((attachments, centre), corners))
+}
+
+/// These places with their mirror images, each once.
+fn with_images(places: &[[f64; 2]], symmetry: Symmetry) -> Vec<[f64; 2]> {
+    let mut all: Vec<[f64; 2]> = places.to_vec();
+    for (axis, mirrored) in [symmetry.mirror_x, symmetry.mirror_y].into_iter().enumerate() {
+        let image = |place: &[f64; 2]| {
+            let mut image = *place;
+            image[axis] = 0.0 - image[axis];
+            image
+        };
+        if mirrored {
+            all.extend(all.iter().map(image).collect::<Vec<_>>());
+        }
+    }
+    all.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    all.dedup();
+    all
+}
+
+/// Number of groups whose members are joined by distances of at most [`PLACE`].
+fn count_groups(places: &[[f64; 2]]) -> u64 {
+    let mut labels = vec![0; places.len()];
+    let mut groups = fabric::outcome::Components::new(&mut labels);
+    for (k, a) in places.iter().enumerate() {
+        for (l, b) in places.iter().enumerate().take(k) {
+            if (a[0] - b[0]).hypot(a[1] - b[1]) <= PLACE {
+                groups.join(k, l);
+            }
+        }
+    }
+    (0..places.len()).filter(|&k| groups.find(k) == k).count() as u64
+}
+
+/// Watches how failure begins.
+#[derive(Default)]
+struct Onset {
+    /// Time and number of segments of the first failure.
+    first: Option<(f64, u64)>,
+    /// Places of failure some time later.
+    places: Option<u64>,
+}
+
+impl Onset {
+    /// Advances the simulation by at most so many steps, one by one until all is known of the onset.
+    fn advance_until(&mut self, sim: &mut Sim<'_>, mask: u32, steps: u64) -> Result<()> {
+        let failed = |failure: fabric::Failure| failure.to_string();
+        let end = sim.step_count() + steps;
+        while self.places.is_none() && sim.step_count() < end && sim.outcomes().mask & mask == 0 {
+            sim.advance_until(mask, 1).map_err(failed)?;
+            self.look(sim)?;
+        }
+        sim.advance_until(mask, end - sim.step_count()).map_err(failed)?;
+        Ok(())
+    }
+
+    fn look(&mut self, sim: &Sim<'_>) -> Result<()> {
+        match self.first {
+            None if sim.counters().failed_segments > 0 => {
+                let places = with_images(&failed_places(sim)?, sim.scene().symmetry);
+                self.first = Some((sim.time(), places.len() as u64));
+            }
+            Some((time, _)) if sim.time() >= time + SPREAD => {
+                self.places = Some(count_groups(&with_images(&failed_places(sim)?, sim.scene().symmetry)));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// What was seen until the end of the run.
+    fn close(self, sim: &Sim<'_>) -> Result<Option<FirstFailure>> {
+        let Some((time, segments)) = self.first else { return Ok(None) };
+        let places = match self.places {
+            Some(places) => places,
+            None => count_groups(&with_images(&failed_places(sim)?, sim.scene().symmetry)),
+        };
+        Ok(Some(FirstFailure { time, segments, places }))
+    }
 }
 
 /// Finds out which corners still hold the sheet.
@@ -382,6 +541,8 @@ pub struct Runs {
     pub kept: usize,
     /// Runs done now.
     pub done: usize,
+    /// Runs wanted that are neither kept nor done.
+    pub missing: usize,
 }
 
 /// The file of kept runs.
@@ -411,8 +572,8 @@ fn open(path: &Path) -> Result<File> {
 }
 
 impl Runs {
-    /// Does what is missing among `jobs`, on all cores, and keeps it in `out`.
-    pub fn complete(out: &Path, effort: Effort, jobs: Vec<Job>) -> Result<Runs> {
+    /// Does what is missing among `jobs`, on all cores, and keeps it in `out`; nothing with `only_kept`.
+    pub fn complete(out: &Path, effort: Effort, jobs: Vec<Job>, only_kept: bool) -> Result<Runs> {
         let path = path_of_runs(out);
         let known = read(&path)?;
         // A job may be wanted by several figures; the first that asks for pictures has come first.
@@ -421,6 +582,7 @@ impl Runs {
         let wanted = jobs.len();
         let (there, mut missing): (Vec<Job>, Vec<Job>) =
             jobs.into_iter().partition(|job| known.contains_key(&job.key()) && job.has_pictures(out));
+        let left_out = if only_kept { std::mem::take(&mut missing).len() } else { 0 };
         // The longest first, so that no core idles at the end; otherwise in the order of the plan.
         missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
         eprintln!("{wanted} runs: {} taken from {}, {} to do", there.len(), path.display(), missing.len());
@@ -461,7 +623,7 @@ impl Runs {
         if !failures.is_empty() {
             return Err(format!("{} runs failed: {}", failures.len(), failures.join("; ")).into());
         }
-        Ok(Runs { records, effort, kept: there.len(), done: missing.len() })
+        Ok(Runs { records, effort, kept: there.len(), done: missing.len(), missing: left_out })
     }
 
     /// The runs of a point, in the order of their numbers; those not asked for are missing.
@@ -472,6 +634,12 @@ impl Runs {
     /// One number of every run of a point.
     pub fn values(&self, point: &Point, value: impl Fn(&Record) -> f64) -> Vec<f64> {
         self.of(point).into_iter().map(value).collect()
+    }
+
+    /// How many runs are missing, in words.
+    pub fn lacking(&self) -> String {
+        let wanted = self.kept + self.done + self.missing;
+        format!("Of {wanted} runs {} have not been done; points without runs are left out.", self.missing)
     }
 
     /// Processor time of all runs, s.
@@ -514,19 +682,21 @@ mod tests {
     fn kept_runs_are_not_done_again() {
         let out = std::env::temp_dir().join(format!("fabric-study-paper-{}", std::process::id()));
         std::fs::create_dir_all(&out).unwrap();
-        let first = Runs::complete(&out, Effort::Smoke, jobs()).unwrap();
-        assert_eq!((first.kept, first.done), (0, 2));
+        let none = Runs::complete(&out, Effort::Smoke, jobs(), true).unwrap();
+        assert_eq!((none.kept, none.done, none.missing), (0, 0, 2));
+        let first = Runs::complete(&out, Effort::Smoke, jobs(), false).unwrap();
+        assert_eq!((first.kept, first.done, first.missing), (0, 2, 0));
         // Half a line more, as a power cut leaves it.
         let mut file = OpenOptions::new().append(true).open(path_of_runs(&out)).unwrap();
         file.write_all(b"{\"key\":\"0123\",\"na").unwrap();
-        let again = Runs::complete(&out, Effort::Smoke, jobs()).unwrap();
+        let again = Runs::complete(&out, Effort::Smoke, jobs(), true).unwrap();
         assert_eq!((again.kept, again.done), (2, 0));
         assert_eq!(first.records, again.records);
         // The cut line is ended, so the next one stands by itself.
         let mut more = jobs();
         let point = small(Effort::Smoke, AttachmentKind::TwoSides, Yarn::Uniform, 160.0);
         more.push(point.job(Effort::Smoke, 0, &[]));
-        let third = Runs::complete(&out, Effort::Smoke, more).unwrap();
+        let third = Runs::complete(&out, Effort::Smoke, more, false).unwrap();
         assert_eq!((third.kept, third.done), (2, 1));
         assert_eq!(read(&path_of_runs(&out)).unwrap().len(), 3);
         std::fs::remove_dir_all(&out).unwrap();
@@ -536,7 +706,7 @@ mod tests {
     #[test]
     fn results_version_goes_with_the_numbers() {
         let record = jobs()[0].run(&std::env::temp_dir()).unwrap();
-        assert_eq!((RESULTS_VERSION, record.absorbed), (1, 4.279345472050326));
+        assert_eq!((RESULTS_VERSION, record.absorbed), (2, 4.279345472050326));
     }
 
     #[test]
@@ -552,6 +722,50 @@ mod tests {
     }
 
     #[test]
+    fn dissipated_energy_when_detached_and_at_the_end() {
+        let mut record = jobs()[0].run(&std::env::temp_dir()).unwrap();
+        let sample =
+            |t: f64, dissipated: f64| Sample { t, lost: 0.0, kinetic: 0.0, strain: 2.0, dissipated, loss: 0.0 };
+        record.history = vec![sample(0.0, 0.0), sample(1.0, 1.0), sample(2.0, 5.0)];
+        record.detached = Some((1.5, 4.0));
+        assert_eq!(
+            (record.dissipated_at_detached(), record.yarn_work_at_detached(), record.dissipated()),
+            (3.0, 5.0, 5.0)
+        );
+        record.detached = None;
+        assert_eq!((record.dissipated_at_detached(), record.yarn_work_at_detached()), (5.0, 7.0));
+    }
+
+    #[test]
+    fn places_of_failure() {
+        let quarter = Symmetry { mirror_x: true, mirror_y: true };
+        // Off both planes four places, on one of them two, on both one.
+        let images = with_images(&[[-20.5, -10.0], [-0.5, 0.0], [0.0, -0.5], [0.0, 0.0]], quarter);
+        assert_eq!(images.len(), 4 + 2 + 2 + 1);
+        // Segments across a plane are modelled beside their image.
+        assert_eq!(with_images(&[[-0.5, 0.0], [0.5, 0.0]], quarter), [[-0.5, 0.0], [0.5, 0.0]]);
+        // Four alone, and those about the centre together.
+        assert_eq!(count_groups(&images), 5);
+        assert_eq!(with_images(&[[-20.5, -10.0]], Symmetry::default()).len(), 1);
+        // A chain of near ones is one place.
+        assert_eq!(count_groups(&[[0.0, 0.0], [8.0, 0.0], [4.0, 0.0], [14.0, 0.0]]), 2);
+        assert_eq!(count_groups(&[]), 0);
+    }
+
+    #[test]
+    fn onset_of_failure_is_seen_in_whole_and_mirrored_sheets() {
+        let first = |yarn: Yarn| {
+            let point = small(Effort::Smoke, AttachmentKind::FourSides, yarn, 160.0);
+            point.job(Effort::Smoke, 0, &[]).run(&std::env::temp_dir()).unwrap().first_failure.unwrap()
+        };
+        let (whole, mirrored) = (first(Yarn::Uniform), first(Yarn::Symmetric));
+        // Before the first failure a whole uniform sheet is symmetric but for rounding.
+        assert!((whole.time / mirrored.time - 1.0).abs() < 0.02, "{whole:?} {mirrored:?}");
+        assert!(whole.segments >= 1 && mirrored.segments >= 2 && mirrored.segments % 2 == 0, "{whole:?} {mirrored:?}");
+        assert!(whole.places >= 1 && mirrored.places >= 1);
+    }
+
+    #[test]
     fn keys_tell_runs_apart() {
         let jobs = jobs();
         assert_eq!(jobs[0].key(), jobs[0].key());
@@ -560,6 +774,19 @@ mod tests {
         assert_ne!(jobs[0].key(), longer.key());
         longer.step_limit = jobs[0].step_limit;
         assert_eq!(jobs[0].key(), longer.key(), "the name does not matter");
+    }
+
+    #[test]
+    fn segments_lie_where_they_should() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (5, 5);
+        let at = |number: usize, scene: &Scene, nodes: usize| middle(number, scene, [nodes, nodes]);
+        assert_eq!([0, 3, 4, 19].map(|e| at(e, &scene, 5)), [[-1.5, -2.0], [1.5, -2.0], [-1.5, -1.0], [1.5, 2.0]]);
+        assert_eq!([20, 24, 25, 39].map(|e| at(e, &scene, 5)), [[-2.0, -1.5], [2.0, -1.5], [-2.0, -0.5], [2.0, 1.5]]);
+        // A quarter has 3 nodes and 3 segments a line, the last across the plane.
+        scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+        assert_eq!([0, 2, 3, 8].map(|e| at(e, &scene, 3)), [[-1.5, -2.0], [0.5, -2.0], [-1.5, -1.0], [0.5, 0.0]]);
+        assert_eq!([9, 11, 17].map(|e| at(e, &scene, 3)), [[-2.0, -1.5], [0.0, -1.5], [0.0, 0.5]]);
     }
 
     #[test]

@@ -2,9 +2,10 @@
 //!
 //! Method: Student's t for a mean; Welch's interval of the difference of two logarithms for a ratio of means, with the
 //! standard errors carried to first order.
+//! A share of the runs has Wilson's interval, which has a width also where all runs are alike.
 //! The ballistic limit is the mean of the distribution of single limits that the arrested parts describe (Spearman and Kärber).
 //! Limits: ensembles of 3 to 10 runs are taken as normal; intervals of several points are not corrected for their number.
-//! Reference: B. L. Welch, Biometrika 34 (1947) 28; G. Kärber, Arch. exp. Path. Pharmak. 162 (1931) 480.
+//! Reference: B. L. Welch, Biometrika 34 (1947) 28; E. B. Wilson, J. Amer. Statist. Assoc. 22 (1927) 209; G. Kärber, Arch. exp. Path. Pharmak. 162 (1931) 480.
 
 use crate::report;
 
@@ -46,7 +47,9 @@ impl Estimate {
     /// Ratio of the means of two independent positive samples.
     pub fn ratio(above: &[f64], below: &[f64]) -> Estimate {
         let part = |values: &[f64]| {
-            let relative = standard_error(values) / report::mean(values);
+            let error = standard_error(values);
+            // A sample of zeros has no spread either.
+            let relative = if error == 0.0 { 0.0 } else { error / report::mean(values) };
             (relative * relative, values.len() as f64 - 1.0)
         };
         let ((a, a_freedom), (b, b_freedom)) = (part(above), part(below));
@@ -60,6 +63,18 @@ impl Estimate {
         let freedom = sum * sum / (share(a, a_freedom) + share(b, b_freedom));
         let factor = (student(freedom) * sum.sqrt()).exp();
         Estimate { value, low: value / factor, high: value * factor }
+    }
+
+    /// The share of a sample for which something holds. An empty sample: not defined.
+    pub fn share(hits: usize, count: usize) -> Estimate {
+        let (n, z) = (count as f64, student(f64::INFINITY));
+        let value = hits as f64 / n;
+        let middle = (value + 0.5 * z * z / n) / (1.0 + z * z / n);
+        let half = z / (1.0 + z * z / n) * (value * (1.0 - value) / n + 0.25 * z * z / (n * n)).sqrt();
+        // At the ends the formula gives 0 and 1 but for rounding.
+        let low = if hits == 0 { 0.0 } else { middle - half };
+        let high = if hits == count { 1.0 } else { middle + half };
+        Estimate { value, low, high }
     }
 
     /// Quotient of two positive values whose intervals are independent, to first order in the logarithms.
@@ -250,6 +265,23 @@ mod tests {
         assert!(((ratio.high / 2.0).ln() - half).abs() < 1e-9, "{ratio:?}");
         assert!((ratio.low * ratio.high - 4.0).abs() < 1e-9);
         assert_eq!(Estimate::ratio(&[2.0, 2.0], &[1.0, 1.0]), Estimate::exact(2.0));
+        assert_eq!(Estimate::ratio(&[0.0, 0.0], &[1.0, 1.0]), Estimate::exact(0.0));
+        assert!(Estimate::ratio(&[0.0, 0.0], &[0.0, 0.0]).value.is_nan());
+    }
+
+    #[test]
+    fn share_of_known_counts() {
+        // Wilson's own form: for none and all of n the interval ends at z^2/(n + z^2) from the edge.
+        let part = 1.96 * 1.96 / (10.0 + 1.96 * 1.96);
+        let [none, half, all] = [0, 5, 10].map(|hits| Estimate::share(hits, 10));
+        assert!((none.value, none.low) == (0.0, 0.0) && (none.high - part).abs() < 1e-12, "{none:?}");
+        assert!((all.value, all.high) == (1.0, 1.0) && (all.low - 1.0 + part).abs() < 1e-12, "{all:?}");
+        // 5 of 10: 0.237 to 0.763.
+        assert!(half.value == 0.5 && (half.low - 0.2366).abs() < 1e-4 && (half.high - 0.7634).abs() < 1e-4, "{half:?}");
+        assert_eq!(Verdict::of(&all, [0.5, 1.0]), Verdict::Agrees);
+        assert_eq!(Verdict::of(&none, [0.5, 1.0]), Verdict::DoesNot);
+        assert_eq!(Verdict::of(&half, [0.5, 1.0]), Verdict::CannotBeTold);
+        assert_eq!(Verdict::of(&Estimate::share(0, 0), [0.5, 1.0]), Verdict::CannotBeTold);
     }
 
     #[test]
