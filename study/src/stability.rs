@@ -10,6 +10,7 @@ mod flight;
 mod fmu;
 mod law;
 mod map;
+mod outcomes;
 mod page;
 mod refused;
 mod sheets;
@@ -33,6 +34,9 @@ pub struct Options {
     /// Without the rows that take long, and without the map: seconds.
     #[arg(long)]
     smoke: bool,
+    /// The rows of one theme alone, without the map: "Outcomes", "Masses", ... as in the headings of docs/stability.md.
+    #[arg(long, value_name = "THEME", conflicts_with = "docs")]
+    theme: Option<String>,
     /// Folder for stability.csv, map.csv and map.svg.
     #[arg(long, value_name = "DIR", default_value = "target/study/stability")]
     out: PathBuf,
@@ -119,6 +123,7 @@ fn cases() -> Result<Vec<Case>> {
     cases.extend(steps::rows());
     cases.extend(sheets::rows());
     cases.extend(bodies::rows()?);
+    cases.extend(outcomes::rows());
     Ok(cases)
 }
 
@@ -128,10 +133,13 @@ pub fn run(options: &Options) -> Result<bool> {
     std::fs::create_dir_all(&options.out).map_err(|error: std::io::Error| in_folder(error, &options.out))?;
     let mut cases = cases()?;
     cases.retain(|case| !(case.long && options.smoke));
-    let cells = match (options.smoke, options.quick) {
-        (true, _) => Vec::new(),
-        (_, quick) => map::cells(quick),
-    };
+    if let Some(theme) = &options.theme {
+        cases.retain(|case| case.theme == theme);
+        if cases.is_empty() {
+            return Err(format!("no rows of theme {theme:?}: see the headings of docs/stability.md").into());
+        }
+    }
+    let cells = if options.smoke || options.theme.is_some() { Vec::new() } else { map::cells(options.quick) };
 
     let wall = machine::Wall::start();
     let progress = Progress::new("stability", cases.len() as u64);
