@@ -127,7 +127,7 @@ impl Sim<'_> {
         self.end_pass(gathered, target)
     }
 
-    /// Books on its support a kick that the fixed node (i, j) does not take, in units of a pass.
+    /// Books on its support a kick, of the yarns or of the projectile, that the fixed node (i, j) does not take, in units of a pass.
     pub(crate) fn pull_fixed(&mut self, i: usize, j: usize, kick: &Vector) {
         if !self.scene.track_support {
             return;
@@ -236,13 +236,15 @@ impl Sim<'_> {
         if self.model.too_fast(speed, rate) { Err(Failure::TooFast) } else { Ok(()) }
     }
 
-    /// Copies the free nodes closer than h to the projectile.
+    /// Copies the nodes closer than h to the projectile. A prescribed body and a fixed node cannot give way to each other: such
+    /// nodes are no candidates, and their depth is noted alone.
     fn gather(&mut self) -> Result<Gathered, Failure> {
         let h = self.scene.sheet.spacing;
         let search = Search::new(&self.model.solid, &self.state.body, h, self.instructions);
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (unit_speed, dt, layout) = (self.model.unit_speed, self.model.pass_dt, &self.layout);
         let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        let free_body = self.scene.drive == Drive::Free;
         let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
         let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
         let mut count = 0;
@@ -266,7 +268,12 @@ impl Sim<'_> {
                     let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
                     let x = Vector::new((weave::rest_offset(i, nodes_x) + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
                     let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
-                    if i >= nx || in_runs(&run, i) {
+                    if i >= nx {
+                        continue;
+                    }
+                    deepest = if -gap > deepest { -gap } else { deepest };
+                    let fixed = in_runs(&run, i);
+                    if fixed && !free_body {
                         continue;
                     }
                     let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
@@ -275,6 +282,7 @@ impl Sim<'_> {
                         displacement: u,
                         normal,
                         arm,
+                        fixed,
                         weight: layout.node_weight(i, j),
                         speed_before: normal.dot(&v) * unit_speed,
                         approach: if gap > 0.0 { gap } else { 0.0 } / dt,
@@ -284,7 +292,6 @@ impl Sim<'_> {
                     candidate.write(slot);
                     *node = (j * nx + i) as u32;
                     count += 1;
-                    deepest = if -gap > deepest { -gap } else { deepest };
                 }
             }
         }
@@ -413,7 +420,8 @@ impl Sim<'_> {
         self.state.sums.unconverged += u64::from(!solved.converged);
     }
 
-    /// Moves the touched nodes and books impulse, angular impulse, work and loss. Work is impulse times the mean of the rates
+    /// Moves the touched nodes and books impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
+    /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
     /// before and after, for a free and a prescribed body alike: the two then agree to second order.
     pub(crate) fn book_contact(&mut self, count: usize, before: &Body) {
         let nx = self.layout.nodes_x.max(1);
@@ -435,29 +443,34 @@ impl Sim<'_> {
             let (i, j) = (node as usize % nx, node as usize / nx);
             let (reached, free) = self.node(i, j);
             let kick = normal * (impulse / self.model.unit_impulse);
-            let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
-            let from = candidate.displacement;
-            // The theta rule has put the node in its place already.
-            let u = if self.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
-            self.set_node(i, j, u, v);
-            self.widen(j, u[1]);
             if let Some(flags) = self.blocks.flags.get_mut(node as usize / 32) {
                 *flags |= 1 << (node % 32);
             }
-            // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
-            let speed_after = if self.layout.implicit {
-                candidate.speed_before + normal.dot(&kick) * self.model.unit_speed
-            } else {
-                normal.dot(&Vector::from(v)) * self.model.unit_speed
-            };
             let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
             // What all images of the node give; without mirror planes it is the node's own.
             let given = impulse * candidate.weight;
             impulse_sum -= normal * given;
             arm_sum -= candidate.arm * given;
             work += given * body_speed;
-            loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
             touched += 1;
+            if candidate.fixed {
+                self.pull_fixed(i, j, &kick);
+                loss += given * body_speed;
+                continue;
+            }
+            let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
+            let from = candidate.displacement;
+            // The theta rule has put the node in its place already.
+            let u = if self.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
+            self.set_node(i, j, u, v);
+            self.widen(j, u[1]);
+            // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
+            let speed_after = if self.layout.implicit {
+                candidate.speed_before + normal.dot(&kick) * self.model.unit_speed
+            } else {
+                normal.dot(&Vector::from(v)) * self.model.unit_speed
+            };
+            loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
         }
         self.state.sums.contacts = touched;
         if touched == 0 {

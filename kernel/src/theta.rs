@@ -107,6 +107,10 @@ impl Sim<'_> {
         for c in 0..count {
             let Some(&node) = self.blocks.candidate_nodes.get(c) else { break };
             let (i, j) = (node as usize % nx, node as usize / nx);
+            if self.is_fixed(i, j) {
+                // It stays where it is, whatever pulls at it.
+                continue;
+            }
             let (_, v) = self.node(i, j);
             let iterate = layout::row(self.blocks.iterate, self.layout.chunks, j);
             let g = [0, 1, 2].map(|axis| {
@@ -242,15 +246,15 @@ impl Sim<'_> {
                 let iterate = layout::row(self.blocks.iterate, chunks, j);
                 let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
                 let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
+                let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
+                low = if u[1] < low { u[1] } else { low };
+                high = if u[1] > high { u[1] } else { high };
                 if in_runs(&run, i) {
                     self.pull_fixed(i, j, &Vector::from(a));
                     continue;
                 }
-                let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
                 let (_, v) = self.node(i, j);
                 self.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
-                low = if u[1] < low { u[1] } else { low };
-                high = if u[1] > high { u[1] } else { high };
             }
             if let Some(range) = self.blocks.ranges.get_mut(j) {
                 *range = [low, high];

@@ -17,6 +17,7 @@ mod rotation;
 mod shapes;
 mod stability;
 mod starts;
+mod supports;
 mod symmetry;
 mod theta;
 mod toe;
