@@ -5,6 +5,7 @@
 //! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
+//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]).
 //! Limits: penetration-free for converged solves (200 sweeps at the most, 4000 with fixed nodes; unconverged solves are counted
 //! and never add energy). A prescribed body passes through fixed nodes: neither gives way.
 //! Rotation makes the non-penetration second order in dt.
@@ -38,9 +39,7 @@ pub struct Candidate {
     pub normal: Vector,
     /// r x n in body axes, m: the arm of the impulse.
     pub arm: Vector,
-    /// Whether its support holds the node: nothing moves it, and the support takes the impulse.
-    pub fixed: bool,
-    /// How often the node appears in the whole sheet: 1 without mirror planes. In the slot of a fixed node its negative.
+    /// How often the node appears in the whole sheet: 1 without mirror planes. For a fixed node the negative of it.
     pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
@@ -60,8 +59,7 @@ impl Candidate {
             displacement: [ux, uy, uz],
             normal: Vector::new(nx, ny, nz),
             arm: Vector::new(ax, ay, az),
-            fixed: weight < 0.0,
-            weight: if weight < 0.0 { -weight } else { weight },
+            weight,
             speed_before,
             approach,
             effective_mass,
@@ -82,12 +80,27 @@ impl Candidate {
             a.x,
             a.y,
             a.z,
-            if self.fixed { -self.weight } else { self.weight },
+            self.weight,
             self.speed_before,
             self.approach,
             self.effective_mass,
             self.impulse,
         ];
+    }
+
+    /// Whether its support holds the node: nothing moves it, and the support takes the impulse.
+    pub fn is_fixed(&self) -> bool {
+        self.weight < 0.0
+    }
+
+    /// How often the node appears in the whole sheet.
+    pub fn images(&self) -> f64 {
+        if self.is_fixed() { -self.weight } else { self.weight }
+    }
+
+    /// How fast the gap grows, with phi/dt, as long as the body has these rates, m/s.
+    pub fn gap_rate(&self, velocity: &Vector, rate: &Vector) -> f64 {
+        self.approach - self.normal.dot(velocity) - self.arm.dot(rate)
     }
 }
 
@@ -182,6 +195,53 @@ impl Job for Near<'_> {
     }
 }
 
+/// The body at both ends of a pass in which it keeps its rates, for nodes that may get past one of its edges.
+pub struct Passage<'s> {
+    solid: &'s Solid,
+    start: Body,
+    end: Body,
+}
+
+impl<'s> Passage<'s> {
+    /// The passage of a body with these rates, over `dt`, s.
+    pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> Passage<'s> {
+        let position = body.position + body.velocity * dt;
+        let orientation = projectile::cayley_turn(&body.orientation, &body.angular_velocity, dt);
+        Passage { solid, start: *body, end: Body { position, orientation, ..*body } }
+    }
+
+    /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
+    /// `x` would press it.
+    ///
+    /// The whole body lies behind that plane and behind the plane of the gap at `y`: the way stays outside if the node gets
+    /// before the second no later than behind the first. A face that is curved (by no radius below R) ends as far above its
+    /// own plane as way^2/2R: what presses by less is of second order, as what turning bends the way by, and no edge.
+    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
+        let last = self.at(&self.end, y);
+        let to = self.solid.gap(&last);
+        if to.distance <= 0.0 {
+            return false;
+        }
+        let first = self.at(&self.start, x);
+        let from = self.solid.gap(&first);
+        let way = last - first;
+        // Heights above the first plane at the end and above the second at the start.
+        let (first_at_end, last_at_start) = (from.distance + from.normal.dot(&way), to.distance - to.normal.dot(&way));
+        let edge = -first_at_end * (2.0 * self.solid.radius()) > way.dot(&way);
+        let outside = last_at_start >= 0.0 || last_at_start * first_at_end <= from.distance * to.distance;
+        edge && from.distance >= 0.0 && outside
+    }
+
+    /// Whether a node at `y` is inside at the end.
+    pub fn ends_inside(&self, y: &Vector) -> bool {
+        self.solid.gap(&self.at(&self.end, y)).distance < 0.0
+    }
+
+    fn at(&self, body: &Body, x: &Vector) -> Vector {
+        projectile::into_body(&body.orientation, &(x - body.position))
+    }
+}
+
 /// What a solve did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved {
@@ -208,8 +268,8 @@ pub fn solve(
 ) -> Solved {
     let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
     let whole = symmetry == Symmetry::default();
-    let push = |c: &Candidate| c.normal.component_mul(&push_mask) * c.weight;
-    let twist = |c: &Candidate| c.arm.component_mul(&twist_mask) * c.weight;
+    let push = |c: &Candidate| c.normal.component_mul(&push_mask) * c.images();
+    let twist = |c: &Candidate| c.arm.component_mul(&twist_mask) * c.images();
     let mut velocity = body.velocity;
     let mut rate = body.angular_velocity;
     let inverse_node_mass = 1.0 / node_mass;
@@ -220,18 +280,18 @@ pub fn solve(
         let across = c.approach - c.normal.dot(velocity);
         if turns { across - c.arm.dot(rate) } else { across }
     };
-    let (mut fastest, mut farthest) = (0.0, 0.0);
+    let (mut fastest, mut farthest, mut supported) = (0.0, 0.0, false);
     for slot in candidates.iter_mut() {
-        let mut c = Candidate::read(slot);
-        c.effective_mass = plain_mass;
-        if turns || !whole || c.fixed {
+        let c = Candidate::read(slot);
+        let [.., effective_mass, impulse] = slot;
+        (*effective_mass, *impulse) = (plain_mass, 0.0);
+        supported |= c.is_fixed();
+        if turns || !whole || c.is_fixed() {
             let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
             let moving = if whole { 1.0 } else { c.normal.dot(&push(&c)) };
-            let give = if c.fixed { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
-            c.effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
+            let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
+            *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
-        c.impulse = 0.0;
-        c.write(slot);
         let approach = closing(&c, &velocity, &rate);
         let size = if approach < 0.0 { -approach } else { approach };
         fastest = if size > fastest { size } else { fastest };
@@ -249,8 +309,8 @@ pub fn solve(
         let mut largest_change = 0.0;
         for slot in candidates.iter_mut() {
             let mut c = Candidate::read(slot);
-            if c.impulse > 0.0 && !c.fixed {
-                c.approach += c.impulse / node_mass;
+            if c.impulse > 0.0 {
+                c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
             }
             let gap_rate = closing(&c, &velocity, &rate);
             let trial = c.impulse - gap_rate * c.effective_mass;
@@ -263,7 +323,7 @@ pub fn solve(
                 }
                 slot[CANDIDATE_REALS - 1] = impulse;
                 let mut size = if change < 0.0 { -change } else { change };
-                if c.fixed {
+                if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
                     most = MAX_SWEEPS_ON_SUPPORTS;
@@ -574,8 +634,7 @@ mod tests {
         let (normal, arm) = (Vector::new(0.48, -0.6, 0.64), Vector::new(4e-3, -0.011, 7e-3));
         let fixed = |slot: [f64; CANDIDATE_REALS]| {
             let mut held = slot;
-            Candidate { fixed: true, ..Candidate::read(&slot) }.write(&mut held);
-            assert_eq!(Candidate::read(&held), Candidate { fixed: true, ..Candidate::read(&slot) });
+            Candidate { weight: -1.0, ..Candidate::read(&slot) }.write(&mut held);
             held
         };
         for movable in [true, false] {

@@ -6,7 +6,7 @@
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::blocks::{Blocks, in_runs};
-use crate::contact::{self, Candidate, Search, Solved};
+use crate::contact::{self, Candidate, Passage, Search, Solved};
 use crate::error::Failure;
 use crate::layout::{self, CARRY_PLANES, CHUNK};
 use crate::math;
@@ -195,7 +195,8 @@ impl Sim<'_> {
         self.load_body(self.model.pass_dt);
         if count > 0 {
             self.complete_approach(count);
-            let solved = self.solve_contact(count);
+            let kept = self.let_pass(count);
+            let (solved, _) = self.solve_contact(kept, count);
             self.take_solved(&solved);
             self.book_contact(count, before);
         } else {
@@ -278,12 +279,12 @@ impl Sim<'_> {
                     }
                     let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                     let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                    let weight = layout.node_weight(i, j);
                     let candidate = Candidate {
                         displacement: u,
                         normal,
                         arm,
-                        fixed,
-                        weight: layout.node_weight(i, j),
+                        weight: if fixed { -weight } else { weight },
                         speed_before: normal.dot(&v) * unit_speed,
                         approach: if gap > 0.0 { gap } else { 0.0 } / dt,
                         effective_mass: 0.0,
@@ -404,8 +405,76 @@ impl Sim<'_> {
         }
     }
 
-    /// The impulses of the first `count` candidates, whose approach is known.
-    pub(crate) fn solve_contact(&mut self, count: usize) -> Solved {
+    /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
+    /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
+    pub(crate) fn let_pass(&mut self, count: usize) -> usize {
+        if !self.model.solid.feels_torque() {
+            // A sphere has no edge.
+            return count;
+        }
+        let body = &self.state.body;
+        let passage = Passage::new(&self.model.solid, body, self.model.pass_dt);
+        let (mut c, mut kept) = (0, count);
+        while c < kept {
+            let pressed = (self.blocks.candidates.get(c).map(Candidate::read))
+                .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
+            let [x, y] = if pressed { self.free_way(c) } else { [Vector::zeros(); 2] };
+            if pressed && passage.is_past_an_edge(&x, &y) {
+                kept -= 1;
+                self.blocks.swap_candidates(c, kept);
+            } else {
+                c += 1;
+            }
+        }
+        kept
+    }
+
+    /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
+    fn free_way(&self, c: usize) -> [Vector; 2] {
+        let nx = self.layout.nodes_x.max(1);
+        let (Some(slot), Some(&node)) = (self.blocks.candidates.get(c), self.blocks.candidate_nodes.get(c)) else {
+            return [Vector::zeros(); 2];
+        };
+        let (i, j) = (node as usize % nx, node as usize / nx);
+        let ([x, y], [ux, uy, uz]) = (self.rest(i, j), Candidate::read(slot).displacement);
+        let (from, way) = (Vector::new(x + ux, y + uy, uz), self.free_velocity(i, j));
+        [from * self.scene.sheet.spacing, (from + way) * self.scene.sheet.spacing]
+    }
+
+    /// Velocity of a node in this pass before any impulse, spacings a pass.
+    fn free_velocity(&self, i: usize, j: usize) -> Vector {
+        match self.scene.integrator {
+            #[cfg(feature = "implicit")]
+            Integrator::Theta(rule) => self.velocity_with_forces(rule, i, j),
+            _ => Vector::from(self.node(i, j).1),
+        }
+    }
+
+    /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
+    /// meets after all, because impulses have changed its rates. Returns how many there are now.
+    pub(crate) fn solve_contact(&mut self, mut kept: usize, count: usize) -> (Solved, usize) {
+        for _ in 0..2 {
+            let solved = self.solve_first(kept);
+            let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..self.state.body };
+            let passage = Passage::new(&self.model.solid, &body, self.model.pass_dt);
+            let alone = kept;
+            for c in alone..count {
+                let [_, y] = self.free_way(c);
+                if passage.ends_inside(&y) {
+                    self.blocks.swap_candidates(c, kept);
+                    kept += 1;
+                }
+            }
+            if kept == alone {
+                return (solved, kept);
+            }
+        }
+        // Enough of it: all of them, as if there were no edge.
+        (self.solve_first(count), count)
+    }
+
+    /// The impulses of the first `count` candidates.
+    fn solve_first(&mut self, count: usize) -> Solved {
         let slots = self.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
         contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass, self.scene.symmetry)
     }
@@ -448,12 +517,12 @@ impl Sim<'_> {
             }
             let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
             // What all images of the node give; without mirror planes it is the node's own.
-            let given = impulse * candidate.weight;
+            let given = impulse * candidate.images();
             impulse_sum -= normal * given;
             arm_sum -= candidate.arm * given;
             work += given * body_speed;
             touched += 1;
-            if candidate.fixed {
+            if candidate.is_fixed() {
                 self.pull_fixed(i, j, &kick);
                 loss += given * body_speed;
                 continue;

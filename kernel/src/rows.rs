@@ -91,7 +91,7 @@ impl Rows<'_> {
                 pass.row(row, layout::row_mut(history, chunks, k), above, carry, yarn, layout::row(marks, chunks, k));
             report = report.merged(met);
             *range = reach;
-            book(j, restore_fixed(row, kept, run, range, layout, j));
+            book(j, restore_fixed(row, kept, run, layout, j));
         }
         report
     }
@@ -107,13 +107,12 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
     }
 }
 
-/// Puts the fixed nodes of row j back to rest, where the row's `range` of y displacements holds them, and returns the pull of the sheet on each run, in units of m h/dt; behind
+/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
 /// mirror planes that of all images together, before any is turned.
 fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    range: &mut [f64; 2],
     layout: &Layout,
     j: usize,
 ) -> [Vector; 2] {
@@ -127,8 +126,6 @@ fn restore_fixed(
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;
             }
-            let [low, high] = *range;
-            *range = [if kept[1] < low { kept[1] } else { low }, if kept[1] > high { kept[1] } else { high }];
         }
     }
     pulls

@@ -41,11 +41,16 @@ impl Sim<'_> {
         let rates = self.state.body;
         self.start_pushed();
         self.keep_gap_rates(count);
+        let mut kept = 0;
         for iteration in 1..=rule.max_iterations {
             self.state.body = rates;
             self.load_body(self.model.pass_dt);
             self.approach_with_forces(rule, count);
-            let solved = self.solve_contact(count);
+            // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
+            // not end.
+            kept = if iteration == 1 { self.let_pass(count) } else { kept };
+            let solved;
+            (solved, kept) = self.solve_contact(kept, count);
             self.push_candidates(count);
             let moved = self.guess(rule);
             let sound = self.forces_at_guess() && moved.is_finite();
@@ -107,23 +112,28 @@ impl Sim<'_> {
         for c in 0..count {
             let Some(&node) = self.blocks.candidate_nodes.get(c) else { break };
             let (i, j) = (node as usize % nx, node as usize / nx);
-            if self.is_fixed(i, j) {
-                // It stays where it is, whatever pulls at it.
-                continue;
-            }
-            let (_, v) = self.node(i, j);
-            let iterate = layout::row(self.blocks.iterate, self.layout.chunks, j);
-            let g = [0, 1, 2].map(|axis| {
-                let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
-                mean_kick(rule.theta, at(AT_START + axis), at(AT_GUESS + axis))
-            });
+            let velocity = self.velocity_with_forces(rule, i, j);
             let (Some(slot), Some(gap_rate)) = (self.blocks.candidates.get_mut(c), self.blocks.gap_rates.get(c)) else {
                 break;
             };
             let mut candidate = Candidate::read(slot);
-            candidate.approach = gap_rate + candidate.normal.dot(&(Vector::from(v) + Vector::from(g))) * unit_speed;
+            candidate.approach = gap_rate + candidate.normal.dot(&velocity) * unit_speed;
             candidate.write(slot);
         }
+    }
+
+    /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
+    pub(crate) fn velocity_with_forces(&self, rule: ThetaRule, i: usize, j: usize) -> Vector {
+        if self.is_fixed(i, j) {
+            return Vector::zeros();
+        }
+        let (_, v) = self.node(i, j);
+        let iterate = layout::row(self.blocks.iterate, self.layout.chunks, j);
+        let g = [0, 1, 2].map(|axis| {
+            let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
+            mean_kick(rule.theta, at(AT_START + axis), at(AT_GUESS + axis))
+        });
+        Vector::from(v) + Vector::from(g)
     }
 
     /// v_n and the impulse of every candidate.

@@ -5,6 +5,7 @@
 mod balances;
 mod contact;
 mod convergence;
+mod edges;
 mod frames;
 mod free_flight;
 mod halving;
