@@ -93,7 +93,7 @@
 // The projectile would cross more than one node spacing in a step.
 #define FK_PROJECTILE_TOO_FAST -17
 
-// A free node lies inside the projectile at the start.
+// A node lies inside the projectile at the start.
 #define FK_INITIAL_OVERLAP -18
 
 // The corner discs overlap one another.
@@ -336,8 +336,8 @@ typedef struct fk_scene {
     // Mass, kg, at least that of a node with all its plies; 0 = not known, only with FK_DRIVE_PRESCRIBED. Default
     // 0.037 (3 in preset: 8.4e-3).
     double projectile_mass;
-    // Centre of mass at the start, host's frame, m. No free node may lie inside the projectile. Default (0, 0,
-    // -0.01905): it touches the sheet (3 in preset: (0, 0, -6.35e-3)).
+    // Centre of mass at the start, host's frame, m. No node may lie inside the projectile (a fixed one inside a
+    // prescribed body may). Default (0, 0, -0.01905): it touches the sheet (3 in preset: (0, 0, -6.35e-3)).
     double projectile_position[3];
     // Velocity at the start, host's axes, m/s. (Speed + spin times reach) times dt must be less than sheet_spacing.
     // Default (0, 0, 100).
@@ -502,7 +502,7 @@ typedef struct fk_contact {
     double force_peak;
 } fk_contact;
 
-// Impulses of the sheet on its supports since the start, N s, host's axes.
+// Impulses of the sheet and of a free projectile on the supports since the start, N s, host's axes.
 typedef struct fk_support {
     // Set to sizeof(fk_support) by the caller.
     uint64_t struct_size;
@@ -558,13 +558,14 @@ typedef struct fk_counters {
     uint64_t contacts;
     // Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
     uint64_t unconverged;
-    // Most sweeps of one contact solve, at most 200.
+    // Most sweeps of one contact solve, at most 200, or 4000 where a fixed node takes an impulse.
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
     uint64_t most_candidates;
     // Places for candidate nodes (contact_capacity).
     uint64_t candidate_capacity;
-    // Deepest penetration met, m, >= 0; rounding in a sound run.
+    // Deepest penetration met, m, >= 0; rounding in a sound run, and the depth of fixed nodes in a prescribed body, which
+    // passes through supports.
     double worst_penetration;
     // Iterations of the theta rule (M10) so far; 0 for FK_VERLET.
     uint64_t iterations;

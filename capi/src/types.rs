@@ -46,7 +46,7 @@ pub const FK_PROJECTILE_TOO_LIGHT: i32 = -15;
 pub const FK_PROJECTILE_TOO_SMALL: i32 = -16;
 /// The projectile would cross more than one node spacing in a step.
 pub const FK_PROJECTILE_TOO_FAST: i32 = -17;
-/// A free node lies inside the projectile at the start.
+/// A node lies inside the projectile at the start.
 pub const FK_INITIAL_OVERLAP: i32 = -18;
 /// The corner discs overlap one another.
 pub const FK_DISCS_OVERLAP: i32 = -19;
@@ -234,8 +234,8 @@ pub struct fk_scene {
     /// Mass, kg, at least that of a node with all its plies; 0 = not known, only with FK_DRIVE_PRESCRIBED. Default
     /// 0.037 (3 in preset: 8.4e-3).
     pub projectile_mass: f64,
-    /// Centre of mass at the start, host's frame, m. No free node may lie inside the projectile. Default (0, 0,
-    /// -0.01905): it touches the sheet (3 in preset: (0, 0, -6.35e-3)).
+    /// Centre of mass at the start, host's frame, m. No node may lie inside the projectile (a fixed one inside a
+    /// prescribed body may). Default (0, 0, -0.01905): it touches the sheet (3 in preset: (0, 0, -6.35e-3)).
     pub projectile_position: [f64; 3],
     /// Velocity at the start, host's axes, m/s. (Speed + spin times reach) times dt must be less than sheet_spacing.
     /// Default (0, 0, 100).
@@ -412,7 +412,7 @@ pub struct fk_contact {
     pub force_peak: f64,
 }
 
-/// Impulses of the sheet on its supports since the start, N s, host's axes.
+/// Impulses of the sheet and of a free projectile on the supports since the start, N s, host's axes.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_support {
@@ -476,13 +476,14 @@ pub struct fk_counters {
     pub contacts: u64,
     /// Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
     pub unconverged: u64,
-    /// Most sweeps of one contact solve, at most 200.
+    /// Most sweeps of one contact solve, at most 200, or 4000 where a fixed node takes an impulse.
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
     pub most_candidates: u64,
     /// Places for candidate nodes (contact_capacity).
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m, >= 0; rounding in a sound run.
+    /// Deepest penetration met, m, >= 0; rounding in a sound run, and the depth of fixed nodes in a prescribed body, which
+    /// passes through supports.
     pub worst_penetration: f64,
     /// Iterations of the theta rule (M10) so far; 0 for FK_VERLET.
     pub iterations: u64,

@@ -32,7 +32,6 @@ pub(crate) struct Blocks<'a> {
     pub ranges: &'a mut [[f64; 2]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
     /// The theta rule's phi/dt of the candidates.
-    #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub gap_rates: &'a mut [f64],
     pub runs: &'a mut [[u32; 4]],
     /// Nodes with an impulse since the last outcome test.
@@ -92,6 +91,22 @@ impl<'a> Blocks<'a> {
             })
         })();
         carved.ok_or(short)
+    }
+}
+
+impl Blocks<'_> {
+    /// Lets two candidates change places.
+    pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
+        swap(self.candidates, a, b);
+        swap(self.candidate_nodes, a, b);
+        swap(self.gap_rates, a, b);
+    }
+}
+
+/// Lets two items change places, where both are.
+fn swap<T>(items: &mut [T], a: usize, b: usize) {
+    if a < items.len() && b < items.len() {
+        items.swap(a, b);
     }
 }
 

@@ -45,7 +45,7 @@ pub enum Code {
     ProjectileTooSmall = -16,
     /// The projectile would cross more than one node spacing in a step, or turn more than half a radian.
     ProjectileTooFast = -17,
-    /// A free node lies inside the projectile at the start.
+    /// A node lies inside the projectile at the start.
     InitialOverlap = -18,
     /// The corner discs overlap one another.
     DiscsOverlap = -19,
@@ -157,7 +157,7 @@ impl Code {
             Code::ProjectileTooLight => c"projectile lighter than a node",
             Code::ProjectileTooSmall => c"projectile smaller than the node spacing",
             Code::ProjectileTooFast => c"projectile crosses more than a node spacing in a step",
-            Code::InitialOverlap => c"a free node lies inside the projectile",
+            Code::InitialOverlap => c"a node lies inside the projectile",
             Code::DiscsOverlap => c"corner discs overlap",
             Code::DiscTouchesProjectile => c"a corner disc reaches under the projectile",
             Code::WrongLength => c"array of the wrong length",

@@ -6,7 +6,7 @@
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::blocks::{Blocks, in_runs};
-use crate::contact::{self, Candidate, Search, Solved};
+use crate::contact::{self, Candidate, Passage, Search, Solved};
 use crate::error::Failure;
 use crate::layout::{self, CARRY_PLANES, CHUNK};
 use crate::math;
@@ -127,7 +127,7 @@ impl Sim<'_> {
         self.end_pass(gathered, target)
     }
 
-    /// Books on its support a kick that the fixed node (i, j) does not take, in units of a pass.
+    /// Books on its support a kick, of the yarns or of the projectile, that the fixed node (i, j) does not take, in units of a pass.
     pub(crate) fn pull_fixed(&mut self, i: usize, j: usize, kick: &Vector) {
         if !self.scene.track_support {
             return;
@@ -195,7 +195,8 @@ impl Sim<'_> {
         self.load_body(self.model.pass_dt);
         if count > 0 {
             self.complete_approach(count);
-            let solved = self.solve_contact(count);
+            let kept = self.let_pass(count);
+            let (solved, _) = self.solve_contact(kept, count);
             self.take_solved(&solved);
             self.book_contact(count, before);
         } else {
@@ -236,13 +237,15 @@ impl Sim<'_> {
         if self.model.too_fast(speed, rate) { Err(Failure::TooFast) } else { Ok(()) }
     }
 
-    /// Copies the free nodes closer than h to the projectile.
+    /// Copies the nodes closer than h to the projectile. A prescribed body and a fixed node cannot give way to each other: such
+    /// nodes are no candidates, and their depth is noted alone.
     fn gather(&mut self) -> Result<Gathered, Failure> {
         let h = self.scene.sheet.spacing;
         let search = Search::new(&self.model.solid, &self.state.body, h, self.instructions);
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (unit_speed, dt, layout) = (self.model.unit_speed, self.model.pass_dt, &self.layout);
         let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        let free_body = self.scene.drive == Drive::Free;
         let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut self.blocks;
         let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
         let mut count = 0;
@@ -266,16 +269,22 @@ impl Sim<'_> {
                     let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
                     let x = Vector::new((weave::rest_offset(i, nodes_x) + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
                     let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
-                    if i >= nx || in_runs(&run, i) {
+                    if i >= nx {
+                        continue;
+                    }
+                    deepest = if -gap > deepest { -gap } else { deepest };
+                    let fixed = in_runs(&run, i);
+                    if fixed && !free_body {
                         continue;
                     }
                     let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                     let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                    let weight = layout.node_weight(i, j);
                     let candidate = Candidate {
                         displacement: u,
                         normal,
                         arm,
-                        weight: layout.node_weight(i, j),
+                        weight: if fixed { -weight } else { weight },
                         speed_before: normal.dot(&v) * unit_speed,
                         approach: if gap > 0.0 { gap } else { 0.0 } / dt,
                         effective_mass: 0.0,
@@ -284,7 +293,6 @@ impl Sim<'_> {
                     candidate.write(slot);
                     *node = (j * nx + i) as u32;
                     count += 1;
-                    deepest = if -gap > deepest { -gap } else { deepest };
                 }
             }
         }
@@ -397,8 +405,76 @@ impl Sim<'_> {
         }
     }
 
-    /// The impulses of the first `count` candidates, whose approach is known.
-    pub(crate) fn solve_contact(&mut self, count: usize) -> Solved {
+    /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
+    /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
+    pub(crate) fn let_pass(&mut self, count: usize) -> usize {
+        if !self.model.solid.feels_torque() {
+            // A sphere has no edge.
+            return count;
+        }
+        let body = &self.state.body;
+        let passage = Passage::new(&self.model.solid, body, self.model.pass_dt);
+        let (mut c, mut kept) = (0, count);
+        while c < kept {
+            let pressed = (self.blocks.candidates.get(c).map(Candidate::read))
+                .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
+            let [x, y] = if pressed { self.free_way(c) } else { [Vector::zeros(); 2] };
+            if pressed && passage.is_past_an_edge(&x, &y) {
+                kept -= 1;
+                self.blocks.swap_candidates(c, kept);
+            } else {
+                c += 1;
+            }
+        }
+        kept
+    }
+
+    /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
+    fn free_way(&self, c: usize) -> [Vector; 2] {
+        let nx = self.layout.nodes_x.max(1);
+        let (Some(slot), Some(&node)) = (self.blocks.candidates.get(c), self.blocks.candidate_nodes.get(c)) else {
+            return [Vector::zeros(); 2];
+        };
+        let (i, j) = (node as usize % nx, node as usize / nx);
+        let ([x, y], [ux, uy, uz]) = (self.rest(i, j), Candidate::read(slot).displacement);
+        let (from, way) = (Vector::new(x + ux, y + uy, uz), self.free_velocity(i, j));
+        [from * self.scene.sheet.spacing, (from + way) * self.scene.sheet.spacing]
+    }
+
+    /// Velocity of a node in this pass before any impulse, spacings a pass.
+    fn free_velocity(&self, i: usize, j: usize) -> Vector {
+        match self.scene.integrator {
+            #[cfg(feature = "implicit")]
+            Integrator::Theta(rule) => self.velocity_with_forces(rule, i, j),
+            _ => Vector::from(self.node(i, j).1),
+        }
+    }
+
+    /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
+    /// meets after all, because impulses have changed its rates. Returns how many there are now.
+    pub(crate) fn solve_contact(&mut self, mut kept: usize, count: usize) -> (Solved, usize) {
+        for _ in 0..2 {
+            let solved = self.solve_first(kept);
+            let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..self.state.body };
+            let passage = Passage::new(&self.model.solid, &body, self.model.pass_dt);
+            let alone = kept;
+            for c in alone..count {
+                let [_, y] = self.free_way(c);
+                if passage.ends_inside(&y) {
+                    self.blocks.swap_candidates(c, kept);
+                    kept += 1;
+                }
+            }
+            if kept == alone {
+                return (solved, kept);
+            }
+        }
+        // Enough of it: all of them, as if there were no edge.
+        (self.solve_first(count), count)
+    }
+
+    /// The impulses of the first `count` candidates.
+    fn solve_first(&mut self, count: usize) -> Solved {
         let slots = self.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
         contact::solve(slots, &self.state.body, &self.model.inertia, self.model.node_mass, self.scene.symmetry)
     }
@@ -413,7 +489,8 @@ impl Sim<'_> {
         self.state.sums.unconverged += u64::from(!solved.converged);
     }
 
-    /// Moves the touched nodes and books impulse, angular impulse, work and loss. Work is impulse times the mean of the rates
+    /// Moves the touched nodes and books impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
+    /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
     /// before and after, for a free and a prescribed body alike: the two then agree to second order.
     pub(crate) fn book_contact(&mut self, count: usize, before: &Body) {
         let nx = self.layout.nodes_x.max(1);
@@ -435,29 +512,34 @@ impl Sim<'_> {
             let (i, j) = (node as usize % nx, node as usize / nx);
             let (reached, free) = self.node(i, j);
             let kick = normal * (impulse / self.model.unit_impulse);
+            if let Some(flags) = self.blocks.flags.get_mut(node as usize / 32) {
+                *flags |= 1 << (node % 32);
+            }
+            let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
+            // What all images of the node give; without mirror planes it is the node's own.
+            let given = impulse * candidate.images();
+            impulse_sum -= normal * given;
+            arm_sum -= candidate.arm * given;
+            work += given * body_speed;
+            touched += 1;
+            if candidate.is_fixed() {
+                self.pull_fixed(i, j, &kick);
+                loss += given * body_speed;
+                continue;
+            }
             let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
             let from = candidate.displacement;
             // The theta rule has put the node in its place already.
             let u = if self.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
             self.set_node(i, j, u, v);
             self.widen(j, u[1]);
-            if let Some(flags) = self.blocks.flags.get_mut(node as usize / 32) {
-                *flags |= 1 << (node % 32);
-            }
             // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
             let speed_after = if self.layout.implicit {
                 candidate.speed_before + normal.dot(&kick) * self.model.unit_speed
             } else {
                 normal.dot(&Vector::from(v)) * self.model.unit_speed
             };
-            let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
-            // What all images of the node give; without mirror planes it is the node's own.
-            let given = impulse * candidate.weight;
-            impulse_sum -= normal * given;
-            arm_sum -= candidate.arm * given;
-            work += given * body_speed;
             loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
-            touched += 1;
         }
         self.state.sums.contacts = touched;
         if touched == 0 {

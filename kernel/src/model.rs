@@ -180,7 +180,7 @@ impl Model {
 /// The projectile at the start of a checked scene, in the sheet's frame.
 ///
 /// # Errors
-/// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a free node.
+/// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
 pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Error> {
     let mut model = Model::NOTHING;
@@ -204,18 +204,20 @@ pub(crate) fn start_motion(scene: &Scene) -> Motion {
     }
 }
 
-/// Refuses a start in which a free node of the flat sheet lies inside the projectile.
+/// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
+/// which it has no contact.
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
     let h = scene.sheet.spacing;
     let search = Search::new(&model.solid, body, h, InstructionSet::Scalar);
+    let movable = scene.drive == Drive::Free;
     for j in 0..scene.sheet.nodes_y as usize {
         let y = weave::rest_offset(j, scene.sheet.nodes_y) * h;
         if !search.meets_row(y, y) {
             continue;
         }
         let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
-        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| !in_runs(&[a, b, c, d], i)) {
+        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
             let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h, y, 0.0);
             if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
                 return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));

@@ -65,7 +65,7 @@ pub struct Contact {
     pub force_peak: f64,
 }
 
-/// Impulse of the sheet on its supports, N s, host's axes. Numbering of the attachments: see [`crate::weave::attachment_of`].
+/// Impulse of the sheet and of a free projectile on the supports, N s, host's axes. Numbering of the attachments: see [`crate::weave::attachment_of`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// All together.
@@ -101,7 +101,7 @@ pub struct Counters {
     pub most_candidates: u64,
     /// Places for candidate nodes.
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m.
+    /// Deepest penetration met, m; also that of fixed nodes in a prescribed body, which passes through them.
     pub worst_penetration: f64,
     /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     pub iterations: u64,
@@ -162,7 +162,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Errors
     /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step,
-    /// too heavy for its energy to be a number, or overlapping a free node. Memory is not written then.
+    /// too heavy for its energy to be a number, or overlapping a node. Memory is not written then.
     pub fn new(scene: &Scene, memory: Memory<'a>) -> Result<Sim<'a>, Error> {
         let mut sim = Sim::NOTHING;
         Sim::make(scene, memory, || &mut sim)?;
@@ -356,8 +356,8 @@ impl<'a> Sim<'a> {
     /// another code, pre-stretched sheets. Fixed nodes stay where this puts them; their velocity must be 0.
     ///
     /// # Errors
-    /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a free node inside the
-    /// projectile, or a step already taken.
+    /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a node inside the
+    /// projectile (a fixed one in a prescribed body may be), or a step already taken.
     pub fn set_motion(&mut self, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
         self.sound()?;
         self.refuse_if_started()?;
@@ -379,7 +379,8 @@ impl<'a> Sim<'a> {
                 return Err(Error::new(Code::OutOfRange, "velocities", k as f64, 0.0));
             }
             let x = Vector::from(self.model.pose.point_in(*point));
-            if !fixed && search.candidate(&x).is_some_and(|(gap, _, _)| self.model.overlaps(gap)) {
+            let meets = !fixed || self.scene.drive == Drive::Free;
+            if meets && search.candidate(&x).is_some_and(|(gap, _, _)| self.model.overlaps(gap)) {
                 return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
             }
             let v = Vector::from(self.model.pose.vector_in(*velocity));

@@ -24,13 +24,13 @@ pub struct Sums {
     pub external_impulse: Vector,
     /// Work of the external load, J.
     pub external_work: f64,
-    /// Impulse of the sheet on each attachment, in units of m h/dt.
+    /// Impulse of sheet and projectile on each attachment, in units of m h/dt.
     pub support: [Vector; ATTACHMENTS],
     /// Impulse on the projectile in the running force window, N s.
     pub window: Vector,
     /// Largest mean force over a window so far, N.
     pub force_peak: f64,
-    /// Deepest penetration met, m.
+    /// Deepest penetration met, fixed nodes in a prescribed body among them, m.
     pub worst_penetration: f64,
     /// Nodal impulses so far.
     pub impulses: u64,
@@ -156,7 +156,7 @@ impl State {
 }
 
 impl Sums {
-    /// Adds a pull of the sheet, in units of m h/dt, to an attachment and its images to theirs.
+    /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its images to theirs.
     pub fn pull_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
         if symmetry == Symmetry::default() {
             // Every row of every step comes here, and the rows of all bands in turn.

@@ -41,11 +41,16 @@ impl Sim<'_> {
         let rates = self.state.body;
         self.start_pushed();
         self.keep_gap_rates(count);
+        let mut kept = 0;
         for iteration in 1..=rule.max_iterations {
             self.state.body = rates;
             self.load_body(self.model.pass_dt);
             self.approach_with_forces(rule, count);
-            let solved = self.solve_contact(count);
+            // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
+            // not end.
+            kept = if iteration == 1 { self.let_pass(count) } else { kept };
+            let solved;
+            (solved, kept) = self.solve_contact(kept, count);
             self.push_candidates(count);
             let moved = self.guess(rule);
             let sound = self.forces_at_guess() && moved.is_finite();
@@ -107,19 +112,28 @@ impl Sim<'_> {
         for c in 0..count {
             let Some(&node) = self.blocks.candidate_nodes.get(c) else { break };
             let (i, j) = (node as usize % nx, node as usize / nx);
-            let (_, v) = self.node(i, j);
-            let iterate = layout::row(self.blocks.iterate, self.layout.chunks, j);
-            let g = [0, 1, 2].map(|axis| {
-                let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
-                mean_kick(rule.theta, at(AT_START + axis), at(AT_GUESS + axis))
-            });
+            let velocity = self.velocity_with_forces(rule, i, j);
             let (Some(slot), Some(gap_rate)) = (self.blocks.candidates.get_mut(c), self.blocks.gap_rates.get(c)) else {
                 break;
             };
             let mut candidate = Candidate::read(slot);
-            candidate.approach = gap_rate + candidate.normal.dot(&(Vector::from(v) + Vector::from(g))) * unit_speed;
+            candidate.approach = gap_rate + candidate.normal.dot(&velocity) * unit_speed;
             candidate.write(slot);
         }
+    }
+
+    /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
+    pub(crate) fn velocity_with_forces(&self, rule: ThetaRule, i: usize, j: usize) -> Vector {
+        if self.is_fixed(i, j) {
+            return Vector::zeros();
+        }
+        let (_, v) = self.node(i, j);
+        let iterate = layout::row(self.blocks.iterate, self.layout.chunks, j);
+        let g = [0, 1, 2].map(|axis| {
+            let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
+            mean_kick(rule.theta, at(AT_START + axis), at(AT_GUESS + axis))
+        });
+        Vector::from(v) + Vector::from(g)
     }
 
     /// v_n and the impulse of every candidate.
@@ -242,15 +256,15 @@ impl Sim<'_> {
                 let iterate = layout::row(self.blocks.iterate, chunks, j);
                 let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
                 let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
+                let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
+                low = if u[1] < low { u[1] } else { low };
+                high = if u[1] > high { u[1] } else { high };
                 if in_runs(&run, i) {
                     self.pull_fixed(i, j, &Vector::from(a));
                     continue;
                 }
-                let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
                 let (_, v) = self.node(i, j);
                 self.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
-                low = if u[1] < low { u[1] } else { low };
-                high = if u[1] > high { u[1] } else { high };
             }
             if let Some(range) = self.blocks.ranges.get_mut(j) {
                 *range = [low, high];

@@ -1,8 +1,8 @@
 //! Contact: no node enters the projectile, impulses only push, and a solve never adds kinetic energy.
 
-use fabric::{Scene, Shape};
+use fabric::{AttachmentKind, Scene, Shape};
 use fabric_tests::reference::{V3, add, dot, fixed_nodes, forces, length, nose, rest_positions, scale, sub, turn_back};
-use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder};
+use fabric_tests::{Buffers, close, damage, positions, small_sheet, tilted_cylinder};
 
 /// Outward distance of a point from the projectile's surface, m: each shape as the intersection of slabs, tubes and balls
 /// (exact near the surface of one of them, too small beyond edges and rims, exact in sign everywhere).
@@ -94,4 +94,25 @@ fn a_turning_cylinder_is_entered_only_to_first_order_in_the_step() {
     };
     let (coarse, fine) = (deepest(0.4), deepest(0.1));
     assert!(coarse < 1e-4 * (0.0254 / 35.0) && coarse > 3.0 * fine, "{coarse:e} {fine:e}");
+}
+
+/// A flat-ended cylinder, spinning or not, flush on a free sheet that its end covers: V' = V M/(M + N m), the work is N m V'
+/// times the mean of V and V', and from then on the nodes ride with nothing but rounding to be solved.
+#[test]
+fn nodes_that_ride_on_a_spinning_cylinder_leave_nothing_unsolved() {
+    for spin in [0.0, 300.0, 3000.0, 30_000.0] {
+        let mut scene = Scene::sheet_10in_cylinder();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (9, 9);
+        scene.attachment.kind = AttachmentKind::Free;
+        scene.yarn.stochastic = false;
+        scene.projectile.velocity = [0.0, 0.0, 100.0];
+        scene.projectile.angular_velocity = [0.0, 0.0, spin];
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.advance(2000).unwrap();
+        assert_eq!(sim.counters().unconverged, 0, "{spin}");
+        let sheet = 81.0 * scene.sheet.node_mass;
+        let after = 100.0 * scene.projectile.mass / (scene.projectile.mass + sheet);
+        close(sim.contact().unwrap().work, sheet * after * 0.5 * (100.0 + after), 1e-12);
+    }
 }

@@ -5,6 +5,7 @@
 mod balances;
 mod contact;
 mod convergence;
+mod edges;
 mod frames;
 mod free_flight;
 mod halving;
@@ -17,6 +18,7 @@ mod rotation;
 mod shapes;
 mod stability;
 mod starts;
+mod supports;
 mod symmetry;
 mod theta;
 mod toe;

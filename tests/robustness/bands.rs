@@ -95,6 +95,12 @@ fn a_prescribed_body_on_a_path_and_beyond_it() {
     same_bits(&golden::prescribed_cylinder(), 900, follow, failed);
 }
 
+/// A sphere that breaks the sheet's middle and wedges between its supports.
+#[test]
+fn supports_that_take_impulses() {
+    same_bits(&small_sheet(15, 60.0), 2500, |_| (), failed);
+}
+
 #[test]
 fn rows_at_rest_stepped_or_not() {
     let scene = small_sheet(41, 250.0);

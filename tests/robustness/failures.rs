@@ -1,7 +1,7 @@
 //! Failures latch: every call but reset, load and the counters says the same until then.
 
 use fabric::{Code, Drive, Failure, Motion, Path, Scene, Sim, Status, StepAfterFailure, StepCheck, TimeStep};
-use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
+use fabric_tests::{Buffers, between_supports, positions, small_sheet, without_projectile};
 
 /// Asserts that the failure is latched everywhere, then that a load and a reset clear it.
 fn latched(sim: &mut Sim<'_>, failure: Failure, image: &[u8]) {
@@ -59,7 +59,7 @@ fn image_of(sim: &Sim<'_>) -> Vec<u8> {
 /// A huge external load makes the projectile faster than a spacing per step: the next step says so.
 #[test]
 fn a_huge_load_is_too_fast() {
-    let scene = small_sheet(9, 50.0);
+    let scene = between_supports(small_sheet(9, 50.0), 1.0);
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
     sim.advance(10).unwrap();

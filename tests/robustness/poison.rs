@@ -5,7 +5,7 @@
 use crate::golden;
 use crate::snapshots::forged;
 use fabric::{Code, Scene, Sim};
-use fabric_tests::{Buffers, small_sheet};
+use fabric_tests::{Buffers, between_supports, small_sheet};
 
 /// What is poisoned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,11 +42,14 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
 
 #[test]
 fn a_poisoned_state_is_refused() {
-    let mut stochastic = small_sheet(13, 250.0);
+    let mut stochastic = between_supports(small_sheet(13, 250.0), 3.0);
     stochastic.yarn.stochastic = true;
-    let toe = Scene { slack_toe: 0.02, ..small_sheet(13, 250.0) };
+    let toe = Scene { slack_toe: 0.02, ..between_supports(small_sheet(13, 200.0), 3.0) };
     let mut theta = golden::drawn_yarns_by_the_theta_rule();
     (theta.sheet.nodes_x, theta.sheet.nodes_y) = (17, 13);
+    // Small enough to pass between the supports.
+    (theta.projectile.radius, theta.projectile.length) = (2e-3, 4.5e-3);
+    theta.projectile.position[2] = -3.1e-3;
     let (mut tried, mut refused) = (0, 0);
     let mut taken = Vec::new();
     for (name, scene, steps) in [("stochastic", stochastic, 60), ("toe", toe, 400), ("theta", theta, 60)] {
@@ -54,7 +57,7 @@ fn a_poisoned_state_is_refused() {
         let mut sim = memory.sim(&scene);
         sim.advance(steps).unwrap();
         while sim.counters().contacts == 0 {
-            assert!(sim.step_count() < 2 * steps);
+            assert!(sim.step_count() < 2 * steps, "{name}");
             sim.step().unwrap();
         }
         let mut image = vec![0; sim.snapshot_bytes()];

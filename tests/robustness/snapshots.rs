@@ -2,11 +2,11 @@
 
 use fabric::snapshot::Hash;
 use fabric::{Code, Drive, Scene, Sim};
-use fabric_tests::{Buffers, small_sheet};
+use fabric_tests::{Buffers, between_supports, small_sheet};
 
 /// A small scene whose image holds damage, contact, a load and an outcome test.
 fn scene() -> Scene {
-    let mut scene = small_sheet(5, 200.0);
+    let mut scene = between_supports(small_sheet(5, 200.0), 1.0);
     scene.yarn.stochastic = true;
     scene
 }

@@ -62,6 +62,14 @@ pub fn small_sheet(nodes: u32, velocity: f64) -> Scene {
     scene
 }
 
+/// With a sphere of the same mass that fits between the supports of a small sheet: of this radius in node spacings, just
+/// touching the sheet.
+pub fn between_supports(mut scene: Scene, radius: f64) -> Scene {
+    scene.projectile.radius = radius * scene.sheet.spacing;
+    scene.projectile.position = [0.0, 0.0, -scene.projectile.radius];
+    scene
+}
+
 /// The preset flat cylinder, tilted by `tilt` rad about x, its lowest rim point just short of the sheet, at `velocity` m/s.
 pub fn tilted_cylinder(nodes: u32, tilt: f64, velocity: f64) -> Scene {
     let mut scene = small_sheet(nodes, velocity);

@@ -105,6 +105,9 @@ fn oscillator(table: &mut Table) -> Result<()> {
         for fraction in [0.4, 0.2, 0.1] {
             let mut scene = small_sheet(3, 1.0);
             scene.integrator = integrator;
+            // A sphere that passes between the supports.
+            scene.projectile.radius = scene.sheet.spacing;
+            scene.projectile.position = [0.0, 0.0, -scene.sheet.spacing];
             let scene = with_step(scene, TimeStep::Fraction(fraction), fraction);
             let (m, mass, h) = (scene.sheet.node_mass, scene.projectile.mass, scene.sheet.spacing);
             let speed = mass / (mass + m);

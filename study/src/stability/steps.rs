@@ -187,7 +187,12 @@ pub fn turns_back(scene: &Scene) -> (f64, f64) {
 
 /// A millionth of the stiffness at the usual step, which is 4e-4 dt_crit then.
 fn soft_oscillator() -> Flight {
-    let scene = changed(stiffer(uniform(3, 1e-3), 1e-6), |scene| scene.time_step = TimeStep::Seconds(2e-8));
+    let scene = changed(stiffer(uniform(3, 1e-3), 1e-6), |scene| {
+        scene.time_step = TimeStep::Seconds(2e-8);
+        // A sphere that passes between the supports.
+        scene.projectile.radius = scene.sheet.spacing;
+        scene.projectile.position = [0.0, 0.0, -scene.sheet.spacing];
+    });
     let (time, depth) = turns_back(&scene);
     Flight {
         long: true,

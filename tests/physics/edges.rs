@@ -1,0 +1,165 @@
+//! Edges of the body: nodes that it gets past within a step feel nothing, and nodes that it meets are caught none the less.
+
+use crate::contact::gap;
+use fabric::shape::Solid;
+use fabric::{AttachmentKind, Drive, Faces, Integrator, Projectile, Scene, Shape, ThetaRule, TimeStep, pose, prism};
+use fabric_tests::{Buffers, positions, small_sheet};
+
+/// Bodies with a flat front across z, and how far they reach along y and along z from the centre of mass, m.
+fn fronts() -> [(Projectile, f64, f64); 4] {
+    let base = small_sheet(41, 0.0).projectile;
+    let (a, c, r) = (8e-3, 5e-3, 6.35e-3);
+    let cuboid = Projectile { shape: Shape::Box, size: [0.05, 2.0 * a, 2.0 * c], ..base };
+    let faces = [[1.0, 0.0, 0.0, 0.025], [-1.0, 0.0, 0.0, 0.025], [0.0, 1.0, 0.0, a], [0.0, -1.0, 0.0, a]];
+    let faces = Faces::of(&[&faces[..], &[[0.0, 0.0, 1.0, c], [0.0, 0.0, -1.0, c]]].concat());
+    let half_spaces = Projectile { shape: Shape::Polyhedron, faces, moments: [1e-6; 3], ..cuboid };
+    let cylinder = Projectile { shape: Shape::Cylinder, radius: r, length: 2.0 * c, ..base };
+    // The flat end ahead: turned by half a turn about x.
+    let bullet = Projectile {
+        shape: Shape::HemisphericalCylinder,
+        radius: r,
+        length: 0.02,
+        orientation: [0.0, 1.0, 0.0, 0.0],
+        ..base
+    };
+    let behind = Solid::of(&bullet).support(&[0.0, 0.0, -1.0].into());
+    [(cuboid, a, c), (half_spaces, a, c), (cylinder, r, c), (bullet, r, behind)]
+}
+
+/// The body beside the free upper edge of a sheet: its front `below` the sheet's plane, its side `beside` the last row, m.
+fn beside(front: &(Projectile, f64, f64), below: f64, beside: f64, velocity: [f64; 3]) -> Scene {
+    let (body, across, ahead) = *front;
+    let mut scene = small_sheet(41, 0.0);
+    scene.attachment.kind = AttachmentKind::TwoSides;
+    let position = [0.0, scene.half_size()[1] + across + beside, -ahead - below];
+    scene.projectile = Projectile { position, velocity, ..body };
+    scene
+}
+
+/// Work on the sheet, J, by a body in 30 steps of 0.4 dt_crit, or in as much time with another step.
+fn work(scene: &Scene, fraction: f64) -> f64 {
+    let scene = Scene { time_step: TimeStep::Fraction(fraction), ..*scene };
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    sim.advance((30.0 * 0.4 / fraction) as u64).unwrap();
+    assert!(sim.counters().worst_penetration < 1e-12 * scene.projectile.radius);
+    sim.contact().unwrap().work
+}
+
+/// Its side a micrometre away from the last row, its front flush with the sheet: the body flies past and touches nothing. Its
+/// front's plane goes through the row within a step; a sphere's tangent planes, and all sides, do not.
+#[test]
+fn a_flush_body_flies_past_the_edge_of_a_sheet() {
+    for front in fronts() {
+        for fraction in [0.4, 0.1, 0.05] {
+            for below in [1.03e-6, 2e-6, 4e-6] {
+                let scene = beside(&front, below, 1e-6, [0.0, 0.0, 200.0]);
+                let theta = Integrator::Theta(ThetaRule::default());
+                for scene in [scene, Scene { drive: Drive::Prescribed, ..scene }, Scene { integrator: theta, ..scene }]
+                {
+                    assert_eq!(work(&scene, fraction), 0.0, "{:?} {fraction} {below}", front.0.shape);
+                }
+            }
+        }
+    }
+}
+
+/// The last row before the front, by half a micrometre: the body flies off sideways at 100 m/s before its front is there, at
+/// 200 m/s, or it is not off in time and takes the row along.
+#[test]
+fn a_body_clears_an_edge_in_time_or_meets_it() {
+    for front in fronts() {
+        for fraction in [0.4, 0.1] {
+            // Off after 5 ns, there after 10 ns or after 2.5 ns.
+            let flies = |below: f64| work(&beside(&front, below, -5e-7, [0.0, 100.0, 200.0]), fraction);
+            assert_eq!(flies(2e-6), 0.0, "{:?} {fraction}", front.0.shape);
+            assert!(flies(5e-7) > 1e-5, "{:?} {fraction}", front.0.shape);
+        }
+    }
+}
+
+/// The same edge, and a support at the body's other side that stops it from flying off: the node that would have been passed is
+/// caught in the same step.
+#[test]
+fn a_body_that_is_kept_from_flying_off_meets_the_node() {
+    let theta = Integrator::Theta(ThetaRule::default());
+    for (integrator, held) in [(Integrator::Verlet, true), (Integrator::Verlet, false), (theta, true), (theta, false)] {
+        let mut scene = Scene { integrator, ..small_sheet(3, 0.0) };
+        let a = 4e-3;
+        scene.projectile = Projectile { shape: Shape::Box, size: [2.0 * a; 3], ..scene.projectile };
+        (scene.projectile.position, scene.projectile.velocity) = ([0.0, 0.0, 0.1], [0.0, 100.0, 200.0]);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.set_largest_stretch(&[2.0; 12]).unwrap();
+        let mut x = [[1.0, 0.0, 0.0]; 9];
+        x[4] = [0.0, 5e-7 - a, 0.1 + a + 2e-6];
+        x[7] = if held { [0.0, a, 0.1] } else { x[7] };
+        sim.set_motion(x.as_flattened(), &[0.0; 27]).unwrap();
+        sim.advance(2).unwrap();
+        let (velocity, counters) = (sim.projectile().unwrap().velocity, sim.counters());
+        assert_eq!(velocity[1] < 1e-9, held);
+        assert_eq!(velocity[2] < 200.0, held);
+        // The hit turns the body a little.
+        assert!(counters.worst_penetration < 1e-12, "{:e}", counters.worst_penetration);
+    }
+}
+
+/// Numbers from -1 to 1 without visible order.
+fn number(k: u64) -> f64 {
+    2.0 * (fabric::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+}
+
+/// Bodies of every shape with edges, flush and askew, slow and fast across the sheet: none is entered if it does not turn,
+/// and by no more than turning allows if it does.
+#[test]
+fn no_edge_lets_a_node_in() {
+    let base = Projectile { mass: 2e-3, ..small_sheet(25, 0.0).projectile };
+    let tetrahedron = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
+        .map(|[x, y, z]: [f64; 3]| [x / 3f64.sqrt(), y / 3f64.sqrt(), z / 3f64.sqrt(), 2e-3]);
+    let bodies = [
+        Projectile { shape: Shape::Box, size: [6e-3, 5e-3, 4e-3], ..base },
+        Projectile { shape: Shape::Cylinder, radius: 3e-3, length: 5e-3, ..base },
+        Projectile { shape: Shape::HemisphericalCylinder, radius: 2.5e-3, length: 7e-3, ..base },
+        Projectile { shape: Shape::Polyhedron, faces: Faces::of(&tetrahedron), moments: [4.8e-9; 3], ..base },
+        prism::disc_sector(2e-3, 8e-3, 1.1, 3e-3, 2e-3).unwrap().projectile,
+    ];
+    let (mut touched, mut turning): (u64, f64) = (0, 0.0);
+    for k in 0..60 {
+        let draw = |m: u64| number(100 * k + m);
+        let body = bodies[k as usize % bodies.len()];
+        let mut scene = small_sheet(25, 0.0);
+        scene.attachment.kind = [AttachmentKind::Free, AttachmentKind::TwoSides][k as usize % 2];
+        // Every third is flush, and every fourth turns.
+        let orientation = if k % 3 == 0 { [1.0, 0.0, 0.0, 0.0] } else { [draw(0), draw(1), draw(2), draw(3)] };
+        let orientation = pose::components(&pose::normalised(orientation));
+        let rate = if k % 4 == 0 { 2000.0 } else { 0.0 };
+        scene.drive = if k % 8 < 4 { Drive::Prescribed } else { Drive::Free };
+        scene.projectile = Projectile {
+            orientation,
+            velocity: [200.0 * draw(4), 200.0 * draw(5), 150.0 + 100.0 * draw(6)],
+            angular_velocity: [rate * draw(7), rate * draw(8), rate * draw(9)],
+            ..body
+        };
+        let ahead = Solid::of(&body)
+            .support(&fabric::projectile::into_body(&pose::normalised(orientation), &[0.0, 0.0, 1.0].into()));
+        scene.projectile.position = [4e-3 * draw(10), 4e-3 * draw(11), -ahead - 1e-6];
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        let mut deepest: f64 = 0.0;
+        for _ in 0..400 {
+            sim.step().unwrap();
+            let motion = sim.projectile().unwrap();
+            deepest = positions(&sim).iter().map(|x| -gap(&scene, &motion, *x)).fold(deepest, f64::max);
+            touched += sim.counters().contacts;
+        }
+        assert_eq!(sim.counters().unconverged, 0, "{k}");
+        // A free body is turned by the sheet.
+        if rate == 0.0 && scene.drive == Drive::Prescribed {
+            assert!(deepest < 1e-14, "{k} {deepest:e}");
+        } else {
+            turning = turning.max(deepest);
+        }
+    }
+    println!("deepest where a body turns: {turning:e} m, {touched} impulses");
+    assert!(touched > 10_000 && turning < 1e-4 * (0.0254 / 35.0), "{turning:e} {touched}");
+}
