@@ -85,11 +85,13 @@ impl Layout {
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
-        Layout::compute(scene).ok_or(Error::new(
+        // Nodes are numbered by u32 where contact and detachment note them.
+        let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
+        Layout::compute(scene).filter(numbered).ok_or(Error::new(
             Code::TooManyNodes,
             "sheet.nodes_x",
             scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64,
-            (isize::MAX as f64) / 128.0,
+            u32::MAX.into(),
         ))
     }
 

@@ -5,6 +5,7 @@
 mod balances;
 mod contact;
 mod convergence;
+mod force_window;
 mod frames;
 mod free_flight;
 mod halving;
