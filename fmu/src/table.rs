@@ -384,7 +384,7 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
     ("logStatusWarning", "What was put right or may surprise"),
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
-    ("logStatusFatal", "Out of memory"),
+    ("logStatusFatal", "No memory for an instance"),
     ("logAll", "All of these"),
 ];
 
