@@ -58,7 +58,7 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
         }
         (0.0, 0.0) => refused.to_string(),
         _ if code == fabric::Code::ProjectileTooFast => {
-            format!("{refused} = {limit:.6e} s (given {value:.6e} m/s): set time_step = {{ seconds = ... }}")
+            format!("{refused} (given {value:.6e} m/s): take time_step = {{ seconds = {limit:e} }} or less")
         }
         _ => format!("{refused} (given {value:.6e}, the limit is {limit:.6e})"),
     }

@@ -1,6 +1,6 @@
 //! Places for the nodes under the projectile: by default there is one for every node, so that no scene can run out of them.
 
-use fabric::{AttachmentKind, Draw, Failure, Faces, Scene, Shape, Symmetry};
+use fabric::{AttachmentKind, Draw, Faces, Failure, Scene, Shape, Symmetry};
 use fabric_tests::{Buffers, positions, small_sheet};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

@@ -147,7 +147,8 @@ fn corner_discs_that_hold_no_node_are_refused() {
 #[test]
 fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
     let mut soft = base();
-    soft.yarn = fabric::Yarn { stochastic: false, modulus_mean: 5e6, damage_slope: 0.0, damage_intercept: 230.0, ..soft.yarn };
+    soft.yarn =
+        fabric::Yarn { stochastic: false, modulus_mean: 5e6, damage_slope: 0.0, damage_intercept: 230.0, ..soft.yarn };
     soft.projectile.velocity[2] = 300.0;
     let mut turning = fabric_tests::tilted_cylinder(9, 0.0, 50.0);
     turning.projectile.angular_velocity = [3e6, 0.0, 0.0];
