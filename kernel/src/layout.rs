@@ -347,6 +347,18 @@ mod tests {
         }
     }
 
+    /// Nodes are numbered by u32: one more would be taken for another.
+    #[test]
+    #[cfg(target_pointer_width = "64")]
+    fn as_many_nodes_as_have_numbers() {
+        let mut scene = tiny();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (1 << 16, (1 << 16) - 1);
+        assert!(Layout::of(&scene).is_ok());
+        scene.sheet.nodes_y += 1;
+        let error = Layout::of(&scene).unwrap_err();
+        assert_eq!((error.code, error.limit), (Code::TooManyNodes, f64::from(u32::MAX)));
+    }
+
     /// A scene's check refuses so many nodes before; on a machine of 32 bits it does not need to be so many.
     #[test]
     #[cfg(target_pointer_width = "64")]
