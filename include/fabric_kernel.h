@@ -90,7 +90,8 @@
 // The projectile is smaller than the node spacing.
 #define FK_PROJECTILE_TOO_SMALL -16
 
-// The projectile would cross more than one node spacing in a step.
+// The projectile would cross more than one node spacing in a step, or turn more than half a radian; the fault's `limit`
+// holds the largest step, s, with which the motion is accepted.
 #define FK_PROJECTILE_TOO_FAST -17
 
 // A node lies inside the projectile at the start.
@@ -144,10 +145,14 @@
 // The theta rule cannot be stepped in bands.
 #define FK_NOT_IN_BANDS -34
 
+// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
+#define FK_HOLDS_NOTHING -35
+
 // Numerical failure: a non-finite number appeared, or a stretch beyond 1e25; the state is lost until reset or load.
 #define FK_NON_FINITE -50
 
-// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
+// Numerical failure: more nodes under the projectile than a `contact_capacity` other than 0; the state is that of the
+// step's start.
 #define FK_CONTACT_CAPACITY -51
 
 // Numerical failure: the projectile became faster than one node spacing in a step.
@@ -351,7 +356,8 @@ typedef struct fk_scene {
     // FK_STEP_FRACTION: fraction of dt_crit (M11), in (0, 0.5]. FK_STEP_SECONDS: the step, s, > 0, at most 0.5
     // dt_crit. Default 0.4; where the fabric's own energies matter 0.2 (docs/stability.md).
     double step_value;
-    // Window of the peak force, s, > 0; rounded to whole steps, at least one. Default 1e-6.
+    // Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first is full the peak force is the
+    // mean over the time elapsed. Default 1e-6.
     double force_window;
     // FK_STEP_FRACTION or FK_STEP_SECONDS. Default FK_STEP_FRACTION.
     uint32_t step_kind;
@@ -363,8 +369,9 @@ typedef struct fk_scene {
     uint32_t track_detachment;
     // 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     uint32_t track_support;
-    // Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = 1.6 times the nodes of a
-    // flat piece of sheet that wraps the projectile whole (4 times with a free sheet), or all. Default 0.
+    // Most nodes closer than sheet_spacing to the projectile at once; each takes 116 bytes (124 with the theta rule), more
+    // nodes are the failure FK_CONTACT_CAPACITY. 0 = every node modelled, which cannot be exceeded. A smaller number is
+    // for tight memory; docs/embedding.md says how to choose it. Default 0.
     uint32_t contact_capacity;
     // Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing. Default 12.7e-3 each. Read for a box only.
     double projectile_size[3];
@@ -498,7 +505,8 @@ typedef struct fk_contact {
     double work;
     // Kinetic energy lost in impacts of nodes, part of the work, J, >= 0.
     double loss;
-    // Largest mean force over a window of force_window, N, >= 0.
+    // Largest mean force over a window of force_window, N, >= 0; until the first window is full the mean force over the
+    // time elapsed.
     double force_peak;
 } fk_contact;
 
@@ -562,7 +570,7 @@ typedef struct fk_counters {
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
     uint64_t most_candidates;
-    // Places for candidate nodes (contact_capacity).
+    // Places for candidate nodes: contact_capacity, or every node modelled.
     uint64_t candidate_capacity;
     // Deepest penetration met, m, >= 0; rounding in a sound run, and the depth of fixed nodes in a prescribed body, which
     // passes through supports.
@@ -623,7 +631,7 @@ int32_t fk_scene_preset(struct fk_scene *scene, uint64_t struct_size, uint32_t p
 // constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 // FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 // FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT.
+// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING.
 int32_t fk_scene_check(const struct fk_scene *scene, struct fk_fault *fault);
 
 // Bytes and alignment of the block that fk_init needs for a scene. The size depends on the nodes, the projectile's

@@ -124,7 +124,7 @@ fn preset_into(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i3
 /// constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 /// FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 /// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT.
+/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>) -> i32 {
     let check = || {
@@ -771,6 +771,7 @@ mod tests {
             FK_NOT_BUILT,
             FK_BAND_OUT_OF_TURN,
             FK_NOT_IN_BANDS,
+            FK_HOLDS_NOTHING,
             FK_NON_FINITE,
             FK_CONTACT_CAPACITY,
             FK_TOO_FAST,

@@ -44,7 +44,8 @@ pub const FK_DAMAGE_RATE_TOO_SMALL: i32 = -14;
 pub const FK_PROJECTILE_TOO_LIGHT: i32 = -15;
 /// The projectile is smaller than the node spacing.
 pub const FK_PROJECTILE_TOO_SMALL: i32 = -16;
-/// The projectile would cross more than one node spacing in a step.
+/// The projectile would cross more than one node spacing in a step, or turn more than half a radian; the fault's `limit`
+/// holds the largest step, s, with which the motion is accepted.
 pub const FK_PROJECTILE_TOO_FAST: i32 = -17;
 /// A node lies inside the projectile at the start.
 pub const FK_INITIAL_OVERLAP: i32 = -18;
@@ -80,9 +81,12 @@ pub const FK_NOT_BUILT: i32 = -32;
 pub const FK_BAND_OUT_OF_TURN: i32 = -33;
 /// The theta rule cannot be stepped in bands.
 pub const FK_NOT_IN_BANDS: i32 = -34;
+/// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
+pub const FK_HOLDS_NOTHING: i32 = -35;
 /// Numerical failure: a non-finite number appeared, or a stretch beyond 1e25; the state is lost until reset or load.
 pub const FK_NON_FINITE: i32 = -50;
-/// Numerical failure: more nodes under the projectile than `contact_capacity`; the state is that of the step's start.
+/// Numerical failure: more nodes under the projectile than a `contact_capacity` other than 0; the state is that of the
+/// step's start.
 pub const FK_CONTACT_CAPACITY: i32 = -51;
 /// Numerical failure: the projectile became faster than one node spacing in a step.
 pub const FK_TOO_FAST: i32 = -52;
@@ -249,7 +253,8 @@ pub struct fk_scene {
     /// FK_STEP_FRACTION: fraction of dt_crit (M11), in (0, 0.5]. FK_STEP_SECONDS: the step, s, > 0, at most 0.5
     /// dt_crit. Default 0.4; where the fabric's own energies matter 0.2 (docs/stability.md).
     pub step_value: f64,
-    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Default 1e-6.
+    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first is full the peak force is the
+    /// mean over the time elapsed. Default 1e-6.
     pub force_window: f64,
     /// FK_STEP_FRACTION or FK_STEP_SECONDS. Default FK_STEP_FRACTION.
     pub step_kind: u32,
@@ -261,8 +266,9 @@ pub struct fk_scene {
     pub track_detachment: u32,
     /// 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     pub track_support: u32,
-    /// Most nodes under the projectile at once; more is the failure FK_CONTACT_CAPACITY. 0 = 1.6 times the nodes of a
-    /// flat piece of sheet that wraps the projectile whole (4 times with a free sheet), or all. Default 0.
+    /// Most nodes closer than sheet_spacing to the projectile at once; each takes 116 bytes (124 with the theta rule), more
+    /// nodes are the failure FK_CONTACT_CAPACITY. 0 = every node modelled, which cannot be exceeded. A smaller number is
+    /// for tight memory; docs/embedding.md says how to choose it. Default 0.
     pub contact_capacity: u32,
     /// Box: edge lengths along the body's axes, m, each >= 2 sheet_spacing. Default 12.7e-3 each. Read for a box only.
     pub projectile_size: [f64; 3],
@@ -408,7 +414,8 @@ pub struct fk_contact {
     pub work: f64,
     /// Kinetic energy lost in impacts of nodes, part of the work, J, >= 0.
     pub loss: f64,
-    /// Largest mean force over a window of force_window, N, >= 0.
+    /// Largest mean force over a window of force_window, N, >= 0; until the first window is full the mean force over the
+    /// time elapsed.
     pub force_peak: f64,
 }
 
@@ -480,7 +487,7 @@ pub struct fk_counters {
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
     pub most_candidates: u64,
-    /// Places for candidate nodes (contact_capacity).
+    /// Places for candidate nodes: contact_capacity, or every node modelled.
     pub candidate_capacity: u64,
     /// Deepest penetration met, m, >= 0; rounding in a sound run, and the depth of fixed nodes in a prescribed body, which
     /// passes through supports.

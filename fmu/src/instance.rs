@@ -128,7 +128,7 @@ impl Running {
     /// Memory and simulation for a scene.
     pub fn new(scene: &fabric::Scene) -> Result<Running, Trouble> {
         let layout = Layout::of(scene).map_err(Trouble::Refused)?;
-        let mut block = Block::new(layout.reals(), layout.words()).ok_or(Trouble::OutOfMemory)?;
+        let mut block = Block::new(layout.reals(), layout.words()).ok_or(Trouble::OutOfMemory(layout.bytes()))?;
         // SAFETY: carved once; `Running` keeps the block as long as the simulation, which is dropped before it.
         let memory = unsafe { block.carve() };
         let sim = Sim::new(scene, memory).map_err(Trouble::Refused)?;
@@ -140,8 +140,8 @@ impl Running {
 pub enum Trouble {
     /// The kernel says what is wrong.
     Refused(Error),
-    /// `calloc` gave nothing.
-    OutOfMemory,
+    /// `calloc` did not give so many bytes.
+    OutOfMemory(usize),
 }
 
 /// How a communication step ended.
@@ -265,14 +265,15 @@ impl Instance {
                 Status::Ok
             }
             Err(Trouble::Refused(error)) => self.refuse_error(Category::Error, &error),
-            Err(Trouble::OutOfMemory) => self.out_of_memory(),
+            Err(Trouble::OutOfMemory(bytes)) => self.out_of_memory(bytes),
         }
     }
 
-    /// Says so.
-    pub fn out_of_memory(&self) -> Status {
-        self.log.say(Category::Fatal, "out of memory");
-        Status::Fatal
+    /// Says so. Nothing has changed, and the other instances go on: an error, not a fatal one.
+    pub fn out_of_memory(&self, bytes: usize) -> Status {
+        let mut line = Line::new();
+        let _ = write!(line, "out of memory: there are no {bytes} bytes for it");
+        self.refuse(&line)
     }
 
     /// Back to just after instantiation.

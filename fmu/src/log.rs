@@ -15,7 +15,7 @@ pub enum Status {
     Discard = 2,
     /// Refused, or failed.
     Error = 3,
-    /// Out of memory.
+    /// There is no memory for an instance; never returned by a call of one.
     Fatal = 4,
 }
 

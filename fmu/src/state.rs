@@ -117,7 +117,7 @@ impl Instance {
         let pointer = if reused.is_some_and(|saved| saved.room() >= image) {
             given
         } else {
-            let Some(saved) = self.states.add(&self.kept, image, true) else { return Err(self.out_of_memory()) };
+            let Some(saved) = self.states.add(&self.kept, image, true) else { return Err(self.out_of_memory(image)) };
             let pointer = saved.pointer();
             self.states.remove(given);
             pointer
@@ -162,7 +162,7 @@ impl Instance {
             _ => match Running::new(&scene) {
                 Ok(mut running) => load(&mut running.sim).map(|()| self.running = Some(running)),
                 Err(Trouble::Refused(error)) => Err(error),
-                Err(Trouble::OutOfMemory) => return self.out_of_memory(),
+                Err(Trouble::OutOfMemory(bytes)) => return self.out_of_memory(bytes),
             },
         };
         match loaded {
@@ -235,7 +235,7 @@ impl Instance {
             return Err(self.refuse(malformed));
         }
         let image = bytes.len() - FRAME_BYTES;
-        let Some(saved) = self.states.add(&kept, image, true) else { return Err(self.out_of_memory()) };
+        let Some(saved) = self.states.add(&kept, image, true) else { return Err(self.out_of_memory(image)) };
         for (place, word) in saved.image_mut().as_chunks_mut::<8>().0.iter_mut().zip(at) {
             *place = word.to_le_bytes();
         }

@@ -384,7 +384,7 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
     ("logStatusWarning", "What was put right or may surprise"),
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
-    ("logStatusFatal", "Out of memory"),
+    ("logStatusFatal", "No memory for an instance"),
     ("logAll", "All of these"),
 ];
 
@@ -524,7 +524,7 @@ pub const VARIABLES: &[Variable] = &[
         &[25.4e-3],
         "Four corners: distance of a disc's centre from both edges",
     ),
-    real(Id::DiscRadius, "attachment.disc_radius", 242, &LENGTH, &[19.05e-3], "Four corners: radius of the discs"),
+    real(Id::DiscRadius, "attachment.disc_radius", 242, &LENGTH, &[19.05e-3], "Four corners: radius of the discs, each of which must hold a node"),
     real(Id::ModulusMean, "yarn.modulus_mean", 250, &MODULUS, &[140.21e9], "Mean Young's modulus of a segment, > 0"),
     real(Id::ModulusSd, "yarn.modulus_sd", 251, &MODULUS, &[2.04e9], "Standard deviation of the modulus, >= 0").nominal(1e9),
     real(
@@ -609,7 +609,7 @@ pub const VARIABLES: &[Variable] = &[
         "Mean torque on the projectile about its moving centre of mass over the last communication step",
     )
     .shaped(&[3]),
-    output(Id::ForcePeak, "contact.force_peak", 313, &FORCE, "Largest mean force over consecutive windows of force_window"),
+    output(Id::ForcePeak, "contact.force_peak", 313, &FORCE, "Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed"),
     output(Id::Impulse, "contact.impulse", 320, &IMPULSE, "Impulse on the projectile since the start").shaped(&[3]),
     output(
         Id::AngularImpulse,

@@ -10,7 +10,7 @@ use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
-const OF_A_FIELD: [i32; 17] = [
+const OF_A_FIELD: [i32; 18] = [
     FK_STRUCT_SIZE,
     FK_NOT_FINITE,
     FK_NOT_POSITIVE,
@@ -28,6 +28,7 @@ const OF_A_FIELD: [i32; 17] = [
     FK_IMPOSSIBLE_MOMENTS,
     FK_NOT_SYMMETRIC,
     FK_NOT_BUILT,
+    FK_HOLDS_NOTHING,
 ];
 /// What fk_scene_check adds.
 const OF_THE_STEP: [i32; 3] = [FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL];

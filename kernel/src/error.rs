@@ -43,7 +43,8 @@ pub enum Code {
     ProjectileTooLight = -15,
     /// The projectile is smaller than the node spacing: nodes would not see it.
     ProjectileTooSmall = -16,
-    /// The projectile would cross more than one node spacing in a step, or turn more than half a radian.
+    /// The projectile would cross more than one node spacing in a step, or turn more than half a radian: take a smaller step.
+    /// Yarn that is soft or heavy allows steps so large that a usual speed is too fast for them.
     ProjectileTooFast = -17,
     /// A node lies inside the projectile at the start.
     InitialOverlap = -18,
@@ -79,9 +80,11 @@ pub enum Code {
     BandOutOfTurn = -33,
     /// The theta rule cannot be stepped in bands.
     NotInBands = -34,
+    /// An attachment holds no node: the corner discs lie between the nodes.
+    HoldsNothing = -35,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
-    /// More nodes came under the projectile than `contact_capacity` allows; the state is kept at the step's start.
+    /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
     ContactCapacity = -51,
     /// The projectile became faster than one node spacing in a step.
     TooFast = -52,
@@ -91,7 +94,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 38] = [
+    pub const ALL: [Code; 39] = [
         Code::NullPointer,
         Code::ShortBuffer,
         Code::Misaligned,
@@ -126,6 +129,7 @@ impl Code {
         Code::NotBuilt,
         Code::BandOutOfTurn,
         Code::NotInBands,
+        Code::HoldsNothing,
         Code::NonFinite,
         Code::ContactCapacity,
         Code::TooFast,
@@ -174,6 +178,7 @@ impl Code {
             Code::NotBuilt => c"this build was made without it",
             Code::BandOutOfTurn => c"band called out of turn, or bands (not) in use",
             Code::NotInBands => c"the theta rule cannot be stepped in bands",
+            Code::HoldsNothing => c"an attachment that holds no node",
             Code::NonFinite => c"a non-finite number appeared in the state",
             Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
             Code::TooFast => c"the projectile became faster than a node spacing in a step",
@@ -194,7 +199,8 @@ pub struct Error {
     pub field: &'static str,
     /// The offending value, SI units (0 where none applies).
     pub value: f64,
-    /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest allowed step in s.
+    /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest allowed step in s, for
+    /// [`Code::ProjectileTooFast`] the largest step in s with which the motion is accepted.
     pub limit: f64,
 }
 
@@ -210,16 +216,18 @@ impl Error {
     }
 
     /// One line for a log: `dt: time step too large; the largest allowed is 26449971 fs`.
-    /// Numbers other than the step limit stay in the fields: formatting floats would need panics and 20 KB of code.
+    /// Numbers other than steps stay in the fields: formatting floats would need panics and 20 KB of code.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
         let reason = self.code.text().to_str().unwrap_or("");
         // A text that does not fit is cut; the code and the field come first.
         let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
-        if self.code == Code::StepTooLarge {
-            let femtoseconds = (self.limit * 1e15) as u64;
-            let _ = write!(text, "; the largest allowed is {femtoseconds} fs");
-        }
+        let step = match self.code {
+            Code::StepTooLarge => "; the largest allowed is",
+            Code::ProjectileTooFast => "; the largest step for this motion is",
+            _ => return text,
+        };
+        let _ = write!(text, "{step} {} fs", (self.limit * 1e15) as u64);
         text
     }
 }
@@ -237,7 +245,7 @@ impl core::error::Error for Error {}
 pub enum Failure {
     /// A non-finite number appeared; the state is lost. Load a snapshot or reset.
     NonFinite,
-    /// More candidate nodes than `contact_capacity`; the state is that of the step's start. Raise the capacity.
+    /// More candidate nodes than a `contact_capacity` other than 0; the state is that of the step's start. Raise the capacity.
     ContactCapacity,
     /// The projectile became faster than one node spacing in a step (an external load can do this).
     TooFast,
@@ -287,5 +295,9 @@ mod tests {
     fn step_text_names_the_largest_step() {
         let error = Error::new(Code::StepTooLarge, "dt", 3e-8, 2.6449971e-8);
         assert_eq!(error.text().as_str(), "dt: time step too large; the largest allowed is 26449971 fs");
+        let error = Error::new(Code::ProjectileTooFast, "projectile.velocity", 400.0, 1.8142857e-6);
+        let text = "projectile.velocity: projectile crosses more than a node spacing in a step; \
+                    the largest step for this motion is 1814285700 fs";
+        assert_eq!(error.text().as_str(), text);
     }
 }

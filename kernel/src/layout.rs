@@ -6,12 +6,10 @@
 
 use crate::bands::MAX_BANDS;
 use crate::error::{Code, Error};
-use crate::scene::{AttachmentKind, Integrator, Scene, Shape, StepAfterFailure};
-use crate::shape::Solid;
+use crate::scene::{Integrator, Scene, StepAfterFailure};
 use crate::state::Parts;
 use crate::sweep::Axis;
 use crate::symmetry::Line;
-use core::f64::consts::PI;
 
 /// Columns in a chunk.
 pub const CHUNK: usize = 8;
@@ -58,7 +56,7 @@ pub struct Layout {
     pub halving: bool,
     /// true if segments that have been slack start with a toe.
     pub toe: bool,
-    /// Greatest number of contact candidates.
+    /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
     words: usize,
@@ -87,11 +85,13 @@ impl Layout {
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
-        Layout::compute(scene).ok_or(Error::new(
+        // Nodes are numbered by u32 where contact and detachment note them.
+        let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
+        Layout::compute(scene).filter(numbered).ok_or(Error::new(
             Code::TooManyNodes,
             "sheet.nodes_x",
             scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64,
-            (isize::MAX as f64) / 128.0,
+            u32::MAX.into(),
         ))
     }
 
@@ -106,7 +106,10 @@ impl Layout {
         let implicit = matches!(scene.integrator, Integrator::Theta(_));
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let toe = scene.slack_toe > 0.0;
-        let candidates = candidate_capacity(scene).min(nodes);
+        let candidates = match scene.contact_capacity {
+            0 => nodes,
+            most => nodes.min(most as usize),
+        };
 
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
@@ -251,45 +254,6 @@ pub fn row_mut<const P: usize>(block: &mut [Chunk<P>], chunks: usize, j: usize) 
     block.get_mut(j * chunks..(j + 1) * chunks).unwrap_or(&mut [])
 }
 
-/// Places for candidates over the nodes that a sheet wrapped about the projectile has near it. The sphere's places are then
-/// four times the nodes of a flat sheet as large as its surface.
-const FOLDS: f64 = 1.6;
-/// The same for a sheet that nothing holds: all of it may pile up on the projectile.
-const FOLDS_OF_A_FREE_SHEET: f64 = 4.0;
-
-/// Places for contact candidates: nodes closer than the spacing h to the projectile. A sheet that wraps the body whole, as paper
-/// wraps a parcel, has there the nodes of the flat piece that it takes; lengths are those of the body and a margin h all round:
-/// - sphere: the disc of radius pi r, as far as it is from pole to pole, pi^3 r^2 (2.5 times the surface);
-/// - cylinder: its length and r more at both ends, which folds over the caps, times its girth, 2 pi r (l + 2 r);
-/// - box of edges a < b < c: likewise 2 (a + b) (c + a); it stands for the polyhedron of these extents too.
-///
-/// Taut yarn keeps its spacing, so only slack folds, which a torn sheet has and which nothing holds apart, bring more.
-/// For them there is [`FOLDS`]: torn off its corners and followed for 60,000 steps, the paper's small sheet fills three quarters
-/// of the sphere's places at the most, the large one, or one half as wide, two thirds of the cylinder's. More nodes still are a
-/// failure that keeps the state, and `contact_capacity` is the way out.
-#[inline(never)] // Its solid must not add to the caller's stack.
-fn candidate_capacity(scene: &Scene) -> usize {
-    if scene.contact_capacity > 0 {
-        return scene.contact_capacity as usize;
-    }
-    let (body, h) = (&scene.projectile, scene.sheet.spacing);
-    let (radius, length) = (body.radius / h + 1.0, body.length / h + 2.0);
-    let wrapping = match body.shape {
-        Shape::Sphere => PI * PI * PI * radius * radius,
-        Shape::Cylinder | Shape::HemisphericalCylinder => 2.0 * PI * radius * (length + 2.0 * radius),
-        Shape::Box | Shape::Polyhedron => {
-            let [a, b, c] = Solid::of(body).edges().map(|edge| edge / h + 2.0);
-            // Both ends across the shortest edge.
-            let shortest = if a < b { a } else { b };
-            let shortest = if c < shortest { c } else { shortest };
-            2.0 * (a * b + b * c + c * a + shortest * shortest)
-        }
-    };
-    // A float-to-integer cast saturates; the caller takes the smaller of this and the number of nodes.
-    let folds = if scene.attachment.kind == AttachmentKind::Free { FOLDS_OF_A_FREE_SHEET } else { FOLDS };
-    (folds * wrapping * scene.symmetry.share()) as usize
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -299,29 +263,15 @@ mod tests {
         let mut scene = Scene::sheet_10in_cylinder();
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
-        assert!(stochastic.bytes() as f64 / 122_500.0 <= 124.0);
+        // Of these 116 are the places for every node as a candidate.
+        assert!(stochastic.bytes() as f64 / 122_500.0 <= 233.0);
         scene.yarn.stochastic = false;
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 201.0);
+        // Room for what wraps the cylinder, and half as much again.
+        scene.contact_capacity = 7250;
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
-    }
-
-    #[test]
-    fn places_for_a_wrapped_body() {
-        // With the margin the cube of edge 8 h has the edge 10 h: its paper is 20 h long and 40 h wide.
-        let mut scene = Scene::sheet_3in_sphere();
-        let h = scene.sheet.spacing;
-        assert_eq!(Layout::of(&scene).unwrap().candidates, 4716);
-        scene.projectile.shape = Shape::Box;
-        scene.projectile.size = [8.0 * h, 8.0 * h, 8.0 * h];
-        scene.projectile.position[2] = -5.0 * h;
-        let places = Layout::of(&scene).unwrap().candidates;
-        assert!((1279..=1280).contains(&places), "{places}");
-        // The order of the edges does not matter.
-        let places = [[2.0, 5.0, 9.0], [9.0, 2.0, 5.0], [5.0, 9.0, 2.0]].map(|edges| {
-            scene.projectile.size = edges.map(|edge| edge * h);
-            Layout::of(&scene).unwrap().candidates
-        });
-        assert_eq!(places[0], (1.6 * 2.0 * (4.0 + 7.0) * (11.0 + 4.0)) as usize);
-        assert!(places.iter().all(|&other| other.abs_diff(places[0]) <= 1), "{places:?}");
+        scene.yarn.stochastic = true;
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
@@ -382,29 +332,31 @@ mod tests {
         assert_eq!(layout.reals(), rows + 10 * CANDIDATE_REALS + 7);
     }
 
+    /// By default every node modelled has a place, whatever the body, its size and the supports: more cannot come.
     #[test]
-    fn candidates_are_those_of_a_sheet_that_wraps_the_body() {
+    fn every_node_has_a_place_unless_the_scene_asks_for_fewer() {
+        let candidates = |scene: &Scene| Layout::of(scene).unwrap().candidates;
         let mut scene = Scene::sheet_10in_cylinder();
-        let (h, pi) = (scene.sheet.spacing, core::f64::consts::PI);
-        let candidates = |scene: &Scene| Layout::of(scene).unwrap().candidates as f64;
-        // The body grown by a spacing all round. (A scene may ask for another number.)
-        let (r, l) = (scene.projectile.radius / h + 1.0, scene.projectile.length / h + 2.0);
-        for (shape, wrapping) in
-            [(Shape::Sphere, pi * pi * pi * r * r), (Shape::Cylinder, 2.0 * pi * r * (l + 2.0 * r))]
-        {
-            scene.projectile.shape = shape;
-            assert!((candidates(&scene) - 1.6 * wrapping).abs() <= 1.0, "{shape:?}");
+        scene.yarn.stochastic = false;
+        for (capacity, whole, quarter) in [(0, 122_500, 30_625), (77, 77, 77), (u32::MAX, 122_500, 30_625)] {
+            scene.contact_capacity = capacity;
+            scene.symmetry = crate::scene::Symmetry::default();
+            assert_eq!(candidates(&scene), whole);
+            scene.symmetry = crate::scene::Symmetry { mirror_x: true, mirror_y: true };
+            assert_eq!(candidates(&scene), quarter);
         }
-        scene.projectile.shape = Shape::Box;
-        scene.projectile.size = [0.02, 0.01, 0.03];
-        let [b, a, c] = scene.projectile.size.map(|edge| edge / h + 2.0);
-        assert!((candidates(&scene) - 1.6 * 2.0 * (a + b) * (c + a)).abs() <= 1.0);
-        scene.attachment.kind = crate::scene::AttachmentKind::Free;
-        assert!((candidates(&scene) - 4.0 * 2.0 * (a + b) * (c + a)).abs() <= 1.0);
-        scene.contact_capacity = 77;
-        assert_eq!(candidates(&scene), 77.0);
-        scene.contact_capacity = u32::MAX;
-        assert_eq!(candidates(&scene), 122_500.0);
+    }
+
+    /// Nodes are numbered by u32: one more would be taken for another.
+    #[test]
+    #[cfg(target_pointer_width = "64")]
+    fn as_many_nodes_as_have_numbers() {
+        let mut scene = tiny();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (1 << 16, (1 << 16) - 1);
+        assert!(Layout::of(&scene).is_ok());
+        scene.sheet.nodes_y += 1;
+        let error = Layout::of(&scene).unwrap_err();
+        assert_eq!((error.code, error.limit), (Code::TooManyNodes, f64::from(u32::MAX)));
     }
 
     /// A scene's check refuses so many nodes before; on a machine of 32 bits it does not need to be so many.
@@ -452,15 +404,5 @@ mod tests {
             let vertical = sum(&|i, j| layout.segment_weight(Axis::Vertical, i, j), [layout.nodes_x, up]);
             assert_eq!((horizontal, vertical), ((nx - 1.0) * ny, nx * (ny - 1.0)));
         }
-    }
-
-    #[test]
-    fn a_quarter_of_the_sheet_takes_a_quarter_of_the_candidates() {
-        let mut scene = Scene::sheet_10in_cylinder();
-        (scene.yarn.stochastic, scene.projectile.shape) = (false, Shape::Sphere);
-        scene.projectile.orientation = [1.0, 0.0, 0.0, 0.0];
-        let whole = Layout::of(&scene).unwrap().candidates as f64;
-        scene.symmetry = crate::scene::Symmetry { mirror_x: true, mirror_y: true };
-        assert!((Layout::of(&scene).unwrap().candidates as f64 - 0.25 * whole).abs() <= 1.0);
     }
 }

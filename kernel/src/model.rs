@@ -123,6 +123,15 @@ impl Model {
         !within
     }
 
+    /// The refusal of a motion that is too fast. It names the largest step, s, with which it is not.
+    fn too_fast_error(&self, field: &'static str, speed: f64, rate: f64) -> Error {
+        let crossing = self.unit_speed * self.limits.dt / self.surface_speed(speed, rate);
+        let turning = 0.5 / rate;
+        let largest = if self.solid.feels_torque() && turning < crossing { turning } else { crossing };
+        // A few roundings less: the bound itself is too fast, and the number is to be of use as it stands.
+        Error::new(Code::ProjectileTooFast, field, speed, largest * (1.0 - 8.0 * f64::EPSILON))
+    }
+
     /// Whether a body is so fast that its impulses on the nodes leave no state that is one.
     pub(crate) fn loses_body(&self, speed: f64, rate: f64) -> bool {
         let within = self.surface_speed(speed, rate) <= LOST_SPEED * self.unit_speed;
@@ -146,7 +155,7 @@ impl Model {
     pub(crate) fn check_speed(&self, motion: &Motion) -> Result<(), Error> {
         let (speed, rate) = (math::length(motion.velocity), math::length(motion.angular_velocity));
         if self.too_fast(speed, rate) {
-            return Err(Error::new(Code::ProjectileTooFast, "projectile.velocity", speed, self.unit_speed));
+            return Err(self.too_fast_error("projectile.velocity", speed, rate));
         }
         if self.energy_overflows(rate) {
             return Err(Error::new(Code::OutOfRange, "projectile.mass", self.inertia.mass, 0.0));
@@ -168,7 +177,7 @@ impl Model {
         };
         let (speed, rate) = (largest(speeds), largest(rates));
         if self.too_fast(speed, rate) {
-            return Err(Error::new(Code::ProjectileTooFast, "path.velocity", speed, self.unit_speed));
+            return Err(self.too_fast_error("path.velocity", speed, rate));
         }
         if self.energy_overflows(rate) {
             return Err(Error::new(Code::OutOfRange, "path.angular_velocity", rate, 0.0));

@@ -62,7 +62,7 @@ pub struct Attachment {
     pub kind: AttachmentKind,
     /// Four corners: distance c of a disc's centre from both edges, m, >= 0.
     pub disc_inset: f64,
-    /// Four corners: radius r of the discs, m, > 0.
+    /// Four corners: radius r of the discs, m, > 0, and such that a disc holds a node.
     pub disc_radius: f64,
 }
 
@@ -294,14 +294,16 @@ pub struct Scene {
     pub slack_toe: f64,
     /// How the projectile turns.
     pub rotation_rule: RotationRule,
-    /// Window of the peak force, s, > 0; rounded to whole steps, at least one.
+    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full the peak force is
+    /// the mean over the time elapsed.
     pub force_window: f64,
     /// Watch whether the nodes in contact are still connected to a support (4 bytes per node).
     pub track_detachment: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
-    /// Greatest number of nodes under the projectile at once; 0 = automatic (1.6 times the nodes of a flat piece of sheet that
-    /// wraps the projectile whole, 4 times with a free sheet).
+    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the
+    /// theta rule); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
+    /// A smaller number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
     pub contact_capacity: u32,
 }
 
@@ -673,8 +675,7 @@ impl Scene {
         let (inset, radius) = (self.attachment.disc_inset, self.attachment.disc_radius);
         not_negative("attachment.disc_inset", inset)?;
         positive("attachment.disc_radius", radius)?;
-        let half = self.half_size();
-        let centre = [half[0] - inset, half[1] - inset];
+        let centre = weave::disc_centre(self);
         if centre[0] <= radius || centre[1] <= radius {
             let limit = if centre[0] < centre[1] { centre[0] } else { centre[1] };
             return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
@@ -689,6 +690,10 @@ impl Scene {
             if gap <= radius {
                 return Err(Error::new(Code::DiscTouchesProjectile, "attachment.disc_radius", radius, gap));
             }
+        }
+        let nearest2 = weave::disc_to_nearest_node2(self);
+        if nearest2 > radius * radius {
+            return Err(Error::new(Code::HoldsNothing, "attachment.disc_radius", radius, math::sqrt(nearest2)));
         }
         Ok(())
     }

@@ -61,7 +61,7 @@ pub struct Contact {
     pub work: f64,
     /// Kinetic energy lost in impacts of nodes, J.
     pub loss: f64,
-    /// Largest mean force over a window of `force_window`, N.
+    /// Largest mean force over a window of `force_window`, N; until the first window is full the mean force over the time elapsed.
     pub force_peak: f64,
 }
 
@@ -520,13 +520,19 @@ impl<'a> Sim<'a> {
     /// Contact sums.
     pub fn contact(&self) -> Result<Contact, Failure> {
         self.sound()?;
-        let sums = &self.state.sums;
+        let (sums, steps) = (&self.state.sums, self.state.step);
+        // No window has been closed before the first is full: a run shorter than that still has its mean force.
+        let force_peak = if steps > 0 && steps < self.model.window_steps {
+            math::length(sums.window.into()) / (steps as f64 * self.model.limits.dt)
+        } else {
+            sums.force_peak
+        };
         Ok(Contact {
             impulse: self.model.pose.vector_out(sums.impulse.into()),
             angular_impulse: self.model.pose.vector_out(sums.angular_impulse.into()),
             work: sums.work,
             loss: sums.loss,
-            force_peak: sums.force_peak,
+            force_peak,
         })
     }
 

@@ -77,6 +77,8 @@ impl Visitor for Hash {
 }
 
 /// A hash of the scene and of the step in use. The projectile's start is left out: the image holds its present motion.
+/// So is `contact_capacity`: it changes no bit of the motion, only whether there is room to go on. An image may be taken on with more
+/// room, and that is the cure where a run has failed for want of it.
 pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     let mut hash = Hash::default();
     let s = &scene.sheet;

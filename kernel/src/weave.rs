@@ -52,17 +52,42 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
     }
 }
 
+/// Centre (a - c, b - c) of the corner disc at +x, +y, m. The others are its images about the sheet's middle.
+pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
+    scene.half_size().map(|half| half - scene.attachment.disc_inset)
+}
+
+/// Coordinate of a node along its line, measured from the corner discs' centre on the node's side of the middle, m.
+fn from_disc_centre(index: usize, nodes: u32, spacing: f64, centre: f64) -> f64 {
+    let x = rest_offset(index, nodes) * spacing;
+    (if x < 0.0 { -x } else { x }) - centre
+}
+
+/// Square of the distance from the centre of a corner disc to the node nearest to it, m^2; the same for all four discs, because
+/// rest offsets are exactly antisymmetric. A disc holds a node if this is at most the square of its radius.
+pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
+    let (h, centre) = (scene.sheet.spacing, disc_centre(scene));
+    let nearest = |nodes: u32, centre: f64| {
+        // The two nodes of the line that the centre lies between; rounding cannot lead away from both.
+        let last = nodes as usize - 1;
+        let below = (centre / h + 0.5 * last as f64) as usize;
+        let [a, b] = [below, below + 1].map(|i| {
+            let d = from_disc_centre(i.min(last), nodes, h, centre);
+            d * d
+        });
+        if a < b { a } else { b }
+    };
+    nearest(scene.sheet.nodes_x, centre[0]) + nearest(scene.sheet.nodes_y, centre[1])
+}
+
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
 fn corner_runs(scene: &Scene, j: usize) -> FixedRuns {
     let (nx, h) = (scene.sheet.nodes_x, scene.sheet.spacing);
-    let half = scene.half_size();
-    let centre = [half[0] - scene.attachment.disc_inset, half[1] - scene.attachment.disc_inset];
-    let y = rest_offset(j, scene.sheet.nodes_y) * h;
-    let dy = (if y < 0.0 { -y } else { y }) - centre[1];
+    let centre = disc_centre(scene);
+    let dy = from_disc_centre(j, scene.sheet.nodes_y, h, centre[1]);
     let radius2 = scene.attachment.disc_radius * scene.attachment.disc_radius;
     let inside = |i: u32| {
-        let x = rest_offset(i as usize, nx) * h;
-        let dx = (if x < 0.0 { -x } else { x }) - centre[0];
+        let dx = from_disc_centre(i as usize, nx, h, centre[0]);
         dx * dx + dy * dy <= radius2
     };
     let mut runs = [[0, 0], [0, 0]];
@@ -138,6 +163,38 @@ mod tests {
         }
         // Four discs of radius 7.875 spacings: about 4 pi r^2 nodes.
         assert!((760..800).contains(&fixed), "{fixed}");
+    }
+
+    /// A radius short of the nearest node holds none, one beyond it holds one in every disc: centres on a node, on a line of nodes,
+    /// in the middle of a mesh, beside the edge and anywhere.
+    #[test]
+    fn a_disc_holds_a_node_if_it_reaches_the_nearest() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.attachment.kind = AttachmentKind::FourCorners;
+        let h = scene.sheet.spacing;
+        for (nx, ny) in [(21, 21), (20, 21), (24, 31)] {
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nx, ny);
+            for spacings in [0.0, 0.2, 0.5, 0.7, 1.0, 2.5, 3.0, 4.83, 6.999_999_999_999] {
+                scene.attachment.disc_inset = spacings * h;
+                let nearest = crate::math::sqrt(disc_to_nearest_node2(&scene));
+                let off = spacings - crate::math::round(spacings);
+                assert!((nearest - crate::math::sqrt(2.0) * off.abs() * h).abs() < 1e-9 * h, "{spacings} {nearest}");
+                for (radius, holds) in [(nearest - 1e-6 * h, false), (nearest + 1e-6 * h, true)] {
+                    if radius < 0.0 {
+                        continue;
+                    }
+                    scene.attachment.disc_radius = radius;
+                    let mut held = [0; ATTACHMENTS];
+                    for j in 0..ny as usize {
+                        for (run, [first, end]) in fixed_runs(&scene, j).into_iter().enumerate() {
+                            held[attachment_of(AttachmentKind::FourCorners, ny, j, run)] += end - first;
+                        }
+                    }
+                    assert_eq!(held.map(|nodes| nodes > 0), [holds; ATTACHMENTS], "{nx} {ny} {spacings} {radius}");
+                    assert_eq!(holds, disc_to_nearest_node2(&scene) <= radius * radius);
+                }
+            }
+        }
     }
 
     #[test]

@@ -235,6 +235,12 @@ fn pairs() -> Vec<Pair> {
         ),
         pair("rows that the wave has not reached (first 50 steps)", early(nothing), early(every_row), true),
         pair("the mirrored three quarters", moving(quarter), moving(smooth), true),
+        pair(
+            "a place under the projectile for every node, not for 2000",
+            struck(Scene { contact_capacity: 2000, ..impact }),
+            struck(impact),
+            true,
+        ),
         pair("toe of slack yarn", struck(impact), struck(Scene { slack_toe: 0.02, ..impact }), false),
         pair("theta rule", moving(smooth), moving(theta), false),
         pair(

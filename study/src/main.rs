@@ -51,12 +51,15 @@ enum Command {
 /// An error's text; of the kernel's errors with the numbers, which the kernel itself cannot print.
 fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
     let Some(refused) = error.downcast_ref::<fabric::Error>() else { return error.to_string() };
-    let fabric::Error { field, value, limit, .. } = *refused;
+    let fabric::Error { code, field, value, limit } = *refused;
     match (value, limit) {
         (0.0, 0.0) if ["step_after_failure", "slack_toe"].contains(&field) => {
             format!("{refused}: it needs integrator = \"verlet\"")
         }
         (0.0, 0.0) => refused.to_string(),
+        _ if code == fabric::Code::ProjectileTooFast => {
+            format!("{refused} (given {value:.6e} m/s): take time_step = {{ seconds = {limit:e} }} or less")
+        }
         _ => format!("{refused} (given {value:.6e}, the limit is {limit:.6e})"),
     }
 }

@@ -1,5 +1,6 @@
 //! Memory for simulations, on the host's heap.
 
+use crate::{Result, machine};
 use fabric::{Error, Layout, Memory, Scene, Sim};
 
 /// The memory of one simulation.
@@ -10,13 +11,66 @@ pub struct Buffers {
 
 impl Buffers {
     /// Just enough memory for `scene`, which is checked.
-    pub fn of(scene: &Scene) -> Result<Buffers, Error> {
+    ///
+    /// # Errors
+    /// A scene that is refused, or more memory than there is; the text says how much it takes.
+    pub fn of(scene: &Scene) -> Result<Buffers> {
+        Buffers::within(scene, machine::memory())
+    }
+
+    /// The same on a machine of so many bytes.
+    fn within(scene: &Scene, memory: Option<u64>) -> Result<Buffers> {
         let layout = Layout::of(scene)?;
-        Ok(Buffers { reals: vec![0.0; layout.reals()], words: vec![0; layout.words()] })
+        let too_much = || {
+            let (gigabytes, [nx, ny]) = (1e-9 * layout.bytes() as f64, [layout.nodes_x, layout.nodes_y]);
+            format!("{nx} x {ny} nodes take {gigabytes:.1} GB of memory, more than this machine gives")
+        };
+        // A system may promise what it does not have, and end the program when it is used.
+        if memory.is_some_and(|bytes| layout.bytes() as u64 > bytes) {
+            return Err(too_much().into());
+        }
+        let (reals, words) = (zeros(layout.reals()), zeros(layout.words()));
+        Ok(Buffers { reals: reals.ok_or_else(too_much)?, words: words.ok_or_else(too_much)? })
     }
 
     /// A simulation of `scene` in this memory.
-    pub fn sim(&mut self, scene: &Scene) -> Result<Sim<'_>, Error> {
+    pub fn sim(&mut self, scene: &Scene) -> std::result::Result<Sim<'_>, Error> {
         Sim::new(scene, Memory { reals: &mut self.reals, words: &mut self.words })
+    }
+}
+
+/// What the kernel says against a scene; None if it accepts it.
+pub fn refusal(scene: &Scene) -> Option<Error> {
+    let made = || -> Result<()> {
+        Buffers::of(scene)?.sim(scene)?;
+        Ok(())
+    };
+    made().err().and_then(|error| error.downcast::<Error>().ok()).map(|error| *error)
+}
+
+/// So many zeros, or None if there is no memory for them. They take time and memory only where they are used.
+fn zeros<T: Clone + Default>(count: usize) -> Option<Vec<T>> {
+    let mut room = Vec::<T>::new();
+    room.try_reserve_exact(count).ok()?;
+    // Given back at once: filling it would touch all of it. The look keeps the compiler from leaving it out.
+    drop(std::hint::black_box(room));
+    Some(vec![T::default(); count])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An error with the number, no abort: by what the machine has, and by what the allocator says.
+    #[test]
+    fn a_sheet_larger_than_memory_is_an_error_that_says_how_much_it_takes() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (65_000, 65_000);
+        let bytes = Layout::of(&scene).unwrap().bytes();
+        let text = Buffers::within(&scene, Some(bytes as u64 - 1)).err().expect("no memory").to_string();
+        let number = format!("{:.1} GB", 1e-9 * bytes as f64);
+        assert_eq!(text, format!("65000 x 65000 nodes take {number} of memory, more than this machine gives"));
+        assert!(zeros::<f64>(usize::MAX / 8).is_none());
+        assert_eq!(zeros::<u32>(3), Some(vec![0; 3]));
     }
 }

@@ -1,6 +1,7 @@
 """Bad parameters and calls: status Error, a log line that names the field or the function, and nothing changed."""
 
 import ctypes
+import resource
 import unittest
 
 from host import DISCARD, ERROR, FOUR_CORNERS, HOST_DRIVEN, OK, RADIUS, SMALL, Host
@@ -45,13 +46,14 @@ REFUSED = [
     ({"projectile.position": [NAN, 0.0, 0.0]}, "projectile.position"),
     ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a free node lies inside the projectile"),
     ({"projectile.velocity": [0.0, INF, 0.0]}, "projectile.velocity"),
-    ({"projectile.velocity": [0.0, 0.0, 5e4]}, "projectile.velocity"),  # more than a spacing in a step
+    ({"projectile.velocity": [0.0, 0.0, 5e4]}, "in a step; the largest step for this motion is"),
     ({"projectile.orientation": [0.0] * 4}, "projectile.orientation"),
     ({"projectile.orientation": [NAN, 0.0, 0.0, 0.0]}, "projectile.orientation"),
     ({"projectile.angular_velocity": [NAN, 0.0, 0.0]}, "projectile.angular_velocity"),
     ({"attachment.kind": FOUR_CORNERS, "attachment.disc_radius": 0.0}, "attachment.disc_radius"),
     ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 14e-3}, "corner discs overlap"),
     ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 8e-3, "attachment.disc_radius": 4e-3}, "disc reaches under"),
+    ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1.0886e-3, "attachment.disc_radius": 4e-4}, "holds no node"),
     ({"attachment.kind": 7}, "attachment.kind"),
     ({"projectile.shape": -1}, "projectile.shape"),
     ({"mode": 2}, "mode"),
@@ -62,6 +64,20 @@ REFUSED = [
 
 
 class Refusals(unittest.TestCase):
+    def test_a_sheet_larger_than_the_memory_is_an_error_of_its_instance_alone(self):
+        limits = resource.getrlimit(resource.RLIMIT_AS)
+        for version in (2, 3):
+            other, host = Host(version, SMALL), Host(version)
+            resource.setrlimit(resource.RLIMIT_AS, (16 << 30, limits[1]))
+            try:
+                status = host.initialise({**SMALL, "sheet.nodes_x": 60000, "sheet.nodes_y": 60000})
+            finally:
+                resource.setrlimit(resource.RLIMIT_AS, limits)
+            self.assertEqual(status, ERROR, host.log)
+            self.assertTrue(host.said("out of memory"), host.log)
+            other.run(0, 3, 1e-6)
+            host.close(), other.close()
+
     def test_bad_parameters_are_named_and_may_be_corrected(self):
         for version in (2, 3):
             plain = Host(version, SMALL).run(0, 3, 1e-6)

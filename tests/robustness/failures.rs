@@ -162,61 +162,6 @@ fn too_little_contact_capacity_keeps_the_state_of_a_prescribed_body() {
     assert_eq!(sim.digest(), before, "the state is that of the step's start");
 }
 
-/// The automatic capacity is enough where the whole sheet drapes about the projectile.
-#[test]
-fn the_automatic_capacity_is_enough() {
-    let scene = small_sheet(31, 400.0);
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
-    sim.advance(3000).unwrap();
-    assert!(sim.counters().most_candidates <= sim.counters().candidate_capacity);
-}
-
-/// A sheet once round a cylinder with its ends folded over the caps, the rest of it behind: every node of the piece that wraps
-/// the body is near it, and there is room for half as many more.
-#[test]
-fn a_sheet_wrapped_about_a_cylinder_fits() {
-    let mut scene = small_sheet(3, 0.0);
-    let h = scene.sheet.spacing;
-    let (radius, length) = (6.0 * h, 20.0 * h);
-    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (121, 33);
-    scene.attachment.kind = fabric::AttachmentKind::FourCorners;
-    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2.0 * h, 1.5 * h);
-    scene.projectile.shape = fabric::Shape::Cylinder;
-    (scene.projectile.radius, scene.projectile.length) = (radius, length);
-    scene.projectile.velocity = [0.0; 3];
-    // Its axis along y, just below the flat sheet.
-    scene.projectile.orientation = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0, 0.0];
-    scene.projectile.position = [0.0, 0.0, -radius - 2.0 * h];
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
-    let mut points = positions(&sim);
-    // Away from the surface, but nearer than h.
-    let away = 0.05 * h;
-    let turn = std::f64::consts::PI * (radius + away);
-    let mut wrapped = 0;
-    for point in &mut points {
-        // Round the body: x becomes an arc from above; what is left hangs from where the arc is closed.
-        let (x, y) = (point[0], point[1]);
-        let angle = x.clamp(-turn, turn) / (radius + away);
-        let hanging = (x.abs() - turn).max(0.0);
-        // Over the cap: y beyond the end becomes a way towards the axis.
-        let beyond = (y.abs() - 0.5 * length - away).max(0.0);
-        let out = (radius + away - beyond).max(0.0);
-        point[0] = out * angle.sin();
-        point[1] = y.clamp(-0.5 * length - away, 0.5 * length + away);
-        point[2] = scene.projectile.position[2] + out * angle.cos() - hanging;
-        wrapped += u64::from(hanging == 0.0);
-    }
-    let points = points.as_flattened();
-    sim.set_motion(points, &vec![0.0; points.len()]).unwrap();
-    sim.step().unwrap();
-    let counters = sim.counters();
-    assert!(counters.candidate_capacity < sim.layout().nodes() as u64, "the sheet is larger than the room");
-    assert!(counters.most_candidates >= wrapped && wrapped > 1000, "{wrapped} of {}", counters.most_candidates);
-    assert!(3 * counters.most_candidates <= 2 * counters.candidate_capacity, "{counters:?}");
-}
-
 /// Positions beyond 1e30 spacings are refused; those short of it, with which no fabric is one, fail in the first step.
 #[test]
 fn positions_of_no_fabric_are_refused_or_found() {

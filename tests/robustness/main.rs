@@ -4,6 +4,7 @@
 
 mod allocation;
 mod bands;
+mod capacity;
 mod codes;
 mod extremes;
 mod failures;

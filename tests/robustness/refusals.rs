@@ -120,6 +120,59 @@ fn corner_discs_that_overlap_or_reach_the_projectile_are_refused() {
     assert_eq!((error.code, error.field), (Code::DiscTouchesProjectile, "attachment.disc_radius"));
 }
 
+/// Discs of 0.4 mm centred in a mesh of 0.73 mm hold no node: without the refusal that is a free sheet. The error names the radius
+/// that reaches a node, whole or with mirror planes, in Rust and so in C and FMI; with a little more each disc holds its node.
+#[test]
+fn corner_discs_that_hold_no_node_are_refused() {
+    for (mirror_x, mirror_y) in [(false, false), (true, false), (false, true), (true, true)] {
+        let mut scene = base();
+        scene.yarn.stochastic = false;
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 40);
+        scene.symmetry = fabric::Symmetry { mirror_x, mirror_y };
+        scene.attachment.kind = AttachmentKind::FourCorners;
+        (scene.attachment.disc_inset, scene.attachment.disc_radius) = (1.5 * scene.sheet.spacing, 0.4e-3);
+        let error = refused(&scene, Code::HoldsNothing, "attachment.disc_radius");
+        fabric_tests::close(error.limit, 0.5f64.sqrt() * scene.sheet.spacing, 1e-12);
+        scene.attachment.disc_radius = 1.001 * error.limit;
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.advance(1500).unwrap();
+        let impulses = sim.support().unwrap().attachments;
+        assert!(impulses.iter().all(|impulse| impulse[2] > 0.0), "{mirror_x} {mirror_y} {impulses:?}");
+    }
+}
+
+/// Soft yarn allows a step in which a usual speed crosses more than a spacing: the error says which step is small enough for it, and
+/// that step is accepted as it stands; a turning body and a path likewise.
+#[test]
+fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
+    let mut soft = base();
+    soft.yarn =
+        fabric::Yarn { stochastic: false, modulus_mean: 5e6, damage_slope: 0.0, damage_intercept: 230.0, ..soft.yarn };
+    soft.projectile.velocity[2] = 300.0;
+    let mut turning = fabric_tests::tilted_cylinder(9, 0.0, 50.0);
+    turning.projectile.angular_velocity = [3e6, 0.0, 0.0];
+    let mut whirling = turning;
+    // So large a spacing that half a radian, and not the spacing, is what the spin may not exceed.
+    whirling.sheet.spacing = 6.3e-3;
+    whirling.projectile.radius = 6.35e-3;
+    whirling.projectile.length = 0.0127;
+    whirling.projectile.angular_velocity = [1.2e7, 0.0, 0.0];
+    for (name, mut scene) in [("soft", soft), ("turning", turning), ("whirling", whirling)] {
+        scene.projectile.position[2] = -0.05;
+        let error = refused(&scene, Code::ProjectileTooFast, "projectile.velocity");
+        let femtoseconds = (1e15 * error.limit) as u64;
+        let text = format!("; the largest step for this motion is {femtoseconds} fs");
+        assert!(femtoseconds > 0 && error.text().ends_with(&text), "{name}: {}", error.text());
+        scene.time_step = TimeStep::Seconds(error.limit);
+        let mut memory = Buffers::of(&scene);
+        assert!(Sim::new(&scene, memory.memory()).is_ok(), "{name}: {error:?}");
+        // And a larger one is not.
+        scene.time_step = TimeStep::Seconds(error.limit * (1.0 + 1e-12));
+        refused(&scene, Code::ProjectileTooFast, "projectile.velocity");
+    }
+}
+
 #[test]
 fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
     let mut scene = base();

@@ -1,5 +1,6 @@
 //! docs/performance.md: goals beside what was measured, tables, the plot.
 
+use super::parts;
 use super::peers::PEERS;
 use super::ports;
 use super::rows::{Figure, Report};
@@ -76,10 +77,8 @@ pub fn goals(report: &Report) -> Vec<Goal> {
         add(format!("{peer}, 350 x 350 whole run, over the kernel's {widest}"), value, true, limit, "x");
     }
     for (kind, limit) in [("stochastic", 124.0), ("uniform", 92.0)] {
-        for shape in ["sphere", "cylinder"] {
-            let name = format!("memory, 350 x 350, {kind}, {shape}");
-            add(name.clone(), report.value(&name), false, limit, "bytes per node");
-        }
+        let name = parts::memory_name(kind, parts::TIGHT_CAPACITY);
+        add(name.clone(), report.value(&name), false, limit, "bytes per node");
     }
     for (version, limit) in [("FMI 2.0", 2.0), ("FMI 3.0", 3.0)] {
         for mode in ["integrated", "host-driven"] {

@@ -4,7 +4,7 @@
 //! describe (mirror planes, theta rule, polyhedra, motion given by hand) has no such case.
 
 use crate::Result;
-use crate::memory::Buffers;
+use crate::memory;
 use fabric::{Draw, Error, Integrator, RotationRule, Scene, Shape, Sim, StepCheck, Symmetry, TimeStep, math};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -69,7 +69,7 @@ pub fn refusal(scene: &Scene, error: &Error) -> Option<FmuCase> {
     };
     // The FMU's own step may be refused where a fraction of the limit is not, and the other way round.
     let scene = seconds(scene, dt);
-    let again = Buffers::of(&scene).and_then(|mut buffers| buffers.sim(&scene).map(|_| ())).err()?;
+    let again = memory::refusal(&scene)?;
     let outcome = Expected::Refused { text: again.text().to_string() };
     (again.field == error.field && again.code == error.code)
         .then(|| values(&scene, dt))

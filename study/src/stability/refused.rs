@@ -2,7 +2,7 @@
 
 use super::flight::uniform;
 use super::{Answer, Case, fmu};
-use crate::memory::Buffers;
+use crate::memory::{self, Buffers};
 use fabric::{
     AttachmentKind, Code, Drive, Error, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, ThetaRule, TimeStep,
 };
@@ -97,9 +97,9 @@ pub fn refused(
     let check = move || {
         let mut scene = uniform(105, 100.0);
         change(&mut scene);
-        let result = Buffers::of(&scene).and_then(|mut buffers| buffers.sim(&scene).map(|_| ()));
-        let fmu = result.err().and_then(|error| fmu::refusal(&scene, &error));
-        Ok(Answer { fmu, ..compare(result, code, field) })
+        let refused = memory::refusal(&scene);
+        let fmu = refused.and_then(|error| fmu::refusal(&scene, &error));
+        Ok(Answer { fmu, ..compare(refused.map_or(Ok(()), Err), code, field) })
     };
     let expected = refusal_text(code, field);
     Case { theme: "Refused scenes", name: name.to_string(), expected, long: false, check: Box::new(check) }
