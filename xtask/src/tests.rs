@@ -67,7 +67,7 @@ const VERIFY: &[Step] = &[
 
 /// rustdoc without warnings; every public item of kernel, C interface and FMU is documented.
 fn documentation() -> Outcome {
-    let packages = ["fabric-kernel", "fabric-capi", "fabric-fmu"];
+    let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
     let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
     let features = ["--features", "fabric-kernel/micro,fabric-kernel/implicit"];
     let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
