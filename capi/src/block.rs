@@ -1,6 +1,6 @@
 //! The caller's block: a handle at its start, then the kernel's numbers and integers.
 //!
-//! What trusts the host's handles and lent memory stands here; as in `host.rs` their types carry its promise.
+//! What trusts the host's handles and lent memory stands here; as in `fabric_host` their types carry its promise.
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;

@@ -7,16 +7,15 @@
 //! The pointers are as their types' [`Input::given`], [`Output::given`], [`ToLookAt::given`], [`ToChange::given`] and
 //! [`Lent::given`] ask, still, and the counts beside them are theirs. A C host promises that by calling (the header's "Pointers");
 //! it is checked no further than the errors of a call say. The functions themselves have no unsafe code: what trusts the host
-//! stands in `host.rs` (numbers and arrays), `sizes.rs` (structures) and `block.rs` (handles and lent memory).
+//! stands in `fabric_host` (numbers and arrays), `sizes.rs` (structures) and `block.rs` (handles and lent memory).
 #![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
-use crate::float::in_our_environment;
-use crate::host::{Input, Output};
 use crate::sizes::{Part, Structure, known_size, put, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, Path, Scene};
+use fabric_host::{Input, Output, in_our_environment};
 
 /// 0 or the error's number.
 fn status(result: Result<(), Error>) -> i32 {

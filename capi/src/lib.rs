@@ -13,14 +13,10 @@ extern crate std;
 
 mod block;
 pub mod calls;
-#[path = "../../fmu/src/float.rs"]
-mod float;
-#[path = "../../fmu/src/host.rs"]
-mod host;
 #[cfg(feature = "choose-instructions")]
 pub mod instructions;
 mod sizes;
 pub mod types;
 
 pub use block::{Lent, ToChange, ToLookAt, fk_sim};
-pub use host::{Input, Output};
+pub use fabric_host::{Input, Output};

@@ -5,9 +5,9 @@
 //! changes whenever its fields do), and put the size so far into `OLDER`. Nothing else. `fk_motion` is part of `fk_path` and
 //! can never grow.
 
-use crate::host::{Input, Output};
 use crate::types::*;
 use fabric::{Code, Error, Scene};
+use fabric_host::{Input, Output};
 
 /// A structure that starts with its own size.
 ///

@@ -1,8 +1,6 @@
 //! What every exported function does first: check the instance, its phase and the host's arrays, and set the floating-point
 //! environment.
 
-use crate::float::in_our_environment;
-use crate::host::{Input, Output};
 use crate::instance::{Instance, MOST_ELEMENTS, Phase};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
@@ -11,6 +9,7 @@ use crate::table::{Kind, TIME_REFERENCE, TOKEN, Variable};
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;
 use core::ptr::{self, NonNull};
+use fabric_host::{Input, Output, in_our_environment};
 
 /// Version of the interface, where the two differ.
 #[derive(Clone, Copy, PartialEq, Eq)]

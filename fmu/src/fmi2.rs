@@ -9,7 +9,6 @@
 #![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
-use crate::host::{Input, Output};
 use crate::instance::{Early, Instance, Phase};
 use crate::log::{Category, Log, Logger, Logger2, Status};
 use crate::memory::Owned;
@@ -17,6 +16,7 @@ use crate::state::Saved;
 use crate::table::{Id, Kind};
 use core::ffi::{c_char, c_int, c_void};
 use core::ptr;
+use fabric_host::{Input, Output};
 
 /// The host's functions.
 #[repr(C)]

@@ -10,7 +10,6 @@
 #![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
-use crate::host::{Input, Output};
 use crate::instance::{Early, Instance, Phase};
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::memory::Owned;
@@ -18,6 +17,7 @@ use crate::state::Saved;
 use crate::table::{CHOICES, Id, Kind, whole};
 use core::ffi::{c_char, c_void};
 use core::ptr;
+use fabric_host::{Input, Output};
 
 /// "3.0"
 #[unsafe(no_mangle)]

@@ -4,7 +4,7 @@
 //! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin doors to it, one C function each.
 //!
 //! What a host hands over nothing here can check: null is refused, all else is as the host says. So the exported functions are
-//! unsafe to Rust, while a C host makes its promise by calling. That trust stands in the types of [`host`], and in
+//! unsafe to Rust, while a C host makes its promise by calling. That trust stands in [`Input`], [`Output`],
 //! [`door::Handle`], [`door::Text`] and the loggers of [`log`]; the functions themselves have no unsafe code.
 //!
 //! Promises: memory comes from the C library's `calloc`, the large block once per instance when initialisation ends; no
@@ -17,16 +17,16 @@ extern crate std;
 
 pub mod coupling;
 pub mod door;
-mod float;
 pub mod fmi2;
 pub mod fmi3;
-pub mod host;
 pub mod instance;
 pub mod log;
 mod memory;
 pub mod parameters;
 pub mod state;
 pub mod table;
+
+pub use fabric_host::{Input, Output};
 
 /// Name of the model and of the library's file in both archives.
 pub const MODEL_IDENTIFIER: &str = "FabricShield";

@@ -9,11 +9,11 @@ use fabric::snapshot::Hash;
 use fabric_fmu::door::{Handle, Text};
 use fabric_fmu::fmi2::*;
 use fabric_fmu::fmi3::*;
-use fabric_fmu::host::{Input, Output};
 use fabric_fmu::instance::{Instance, MOST_ELEMENTS};
 use fabric_fmu::log::Status;
 use fabric_fmu::state::Saved;
 use fabric_fmu::table::{Id, Kind, Role, TOKEN, VARIABLES, Variable};
+use fabric_fmu::{Input, Output};
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr::{null, null_mut};
 

@@ -6,7 +6,6 @@
 mod bench;
 mod error_time;
 mod event;
-mod lean;
 mod machine;
 mod memory;
 mod paper;
@@ -44,8 +43,6 @@ enum Command {
     Paper(paper::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
-    /// Measure what a scene pays for: memory, time and machine code with and without each part.
-    Lean(lean::Options),
 }
 
 /// An error's text; of the kernel's errors with the numbers, which the kernel itself cannot print.
@@ -71,7 +68,6 @@ fn main() -> ExitCode {
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
-        Command::Lean(options) => lean::run(&options),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

@@ -258,6 +258,8 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));
     row("worst penetration", format!("{:.3e} m", summary.worst_penetration));
     row("digest", summary.digest.clone());
+    let (bytes, nodes) = (sim.layout().bytes(), f64::from(scene.sheet.nodes_x) * f64::from(scene.sheet.nodes_y));
+    row("memory", format!("{bytes} bytes, {:.1} per node", bytes as f64 / nodes));
     row("wall time", format!("{wall:.2} s with history and read-outs"));
     row("stepping", stepping);
     table.to_string()

@@ -25,7 +25,7 @@ fn the_ledger_of_a_perforation_closes() {
 /// A sheet that rattles slack for long gains energy: 10 J for 1.2 ms, as it is and with the two remedies of docs/model.md, with its
 /// bounds. Some ten seconds.
 #[test]
-#[ignore = "some ten seconds; cargo xtask figures and cargo xtask verify run it"]
+#[ignore = "some ten seconds; cargo xtask verify runs it"]
 fn a_slack_sheet_creeps_as_stated() {
     let scene = sphere_on_3in(AttachmentKind::FourSides, 10.0, false);
     let mut halved = scene;

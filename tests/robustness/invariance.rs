@@ -2,7 +2,7 @@
 //! runs past its first failures, where any difference of rounding would grow.
 
 use crate::golden;
-use fabric::{AttachmentKind, Drive, InstructionSet, Integrator, Memory, Motion, Path, Scene, Sim};
+use fabric::{AttachmentKind, Drive, InstructionSet, Integrator, Memory, Motion, Path, Scene, Sim, TimeStep};
 use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder, velocities};
 use rayon::prelude::*;
 
@@ -28,6 +28,15 @@ fn plain(scene: &Scene) -> u64 {
     sim.advance(STEPS).unwrap();
     assert!(sim.counters().failed_segments > 0, "{:?}", scene.projectile.shape);
     sim.digest()
+}
+
+/// Bits of positions and velocities after a plain run. (A digest is also of what is not motion.)
+fn end_of(scene: &Scene) -> [Vec<u64>; 2] {
+    let mut memory = Buffers::of(scene);
+    let mut sim = memory.sim(scene);
+    sim.advance(STEPS).unwrap();
+    assert!(sim.counters().failed_segments > 0);
+    [positions(&sim), velocities(&sim)].map(|motion| motion.as_flattened().iter().map(|x| x.to_bits()).collect())
 }
 
 /// Runs every scene in a special way and compares with the plain run.
@@ -71,6 +80,27 @@ fn read_outs_change_nothing() {
             let _ = (positions(sim), velocities(sim), damage(sim));
         }
     });
+}
+
+#[test]
+fn watching_supports_and_detachment_changes_no_motion() {
+    for scene in scenes() {
+        let motion = |watched| end_of(&Scene { track_support: watched, track_detachment: watched, ..scene });
+        assert_eq!(motion(true), motion(false));
+    }
+}
+
+/// Yarn that is drawn, but without scatter, is uniform yarn.
+#[test]
+fn drawing_without_scatter_changes_no_motion() {
+    let mut uniform = small_sheet(21, 250.0);
+    uniform.yarn.stochastic = false;
+    // The step of drawn yarn may differ by rounding.
+    uniform.time_step = TimeStep::Seconds(uniform.step_limits().unwrap().dt);
+    let mut drawn = uniform;
+    drawn.yarn.stochastic = true;
+    (drawn.yarn.modulus_sd, drawn.yarn.damage_sd) = (0.0, 0.0);
+    assert_eq!(end_of(&uniform), end_of(&drawn));
 }
 
 #[test]

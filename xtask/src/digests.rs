@@ -2,8 +2,7 @@
 //! tests/golden/digests.
 
 use crate::bochs;
-use crate::platforms::{self, Compiler};
-use crate::records::{self, Figure};
+use crate::platforms;
 use crate::tools::{Outcome, output, target, top};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -19,9 +18,6 @@ pub struct Options {
     /// Leave out those of --targets that cannot run here, and say why.
     #[arg(long)]
     pub only_available: bool,
-    /// Instead: change the kernel on purpose, one thing at a time, and see that each change is noticed.
-    #[arg(long, conflicts_with_all = ["targets", "only_available"])]
-    controls: bool,
 }
 
 /// One target.
@@ -70,7 +66,7 @@ enum Runner {
     Wine,
 }
 
-/// The host's own setting must not matter (fmu/src/float.rs).
+/// The host's own setting must not matter (host/src/float.rs).
 const ROUNDING_UP: &[&str] = &["-static", "-DROUNDING=FE_UPWARD"];
 const HOSTED: &[&str] = &["tests/digests/hosted.c", "-lm"];
 const BOARD: &[&str] = &["tests/digests/cortex_m7.c", "examples/cortex-m7/board.c"];
@@ -202,7 +198,7 @@ const TARGETS: [Target; 12] = [
 /// `cargo xtask test`: some of the targets, those of them that can run here.
 pub fn short() -> Outcome {
     let targets = WITH_EVERY_CHANGE.map(str::to_string).to_vec();
-    run(&Options { targets, only_available: true, controls: false })
+    run(&Options { targets, only_available: true })
 }
 
 /// Those that run with every change: 32 bits, a machine without an operating system and one without a processor. The tests of the
@@ -219,9 +215,6 @@ enum Fate {
 
 /// Builds, runs and compares; prints the table. Any difference is an error.
 pub fn run(options: &Options) -> Outcome {
-    if options.controls {
-        return crate::controls::run();
-    }
     let wanted =
         |target: &&Target| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
     if let Some(unknown) = options.targets.iter().find(|name| TARGETS.iter().all(|target| target.name != *name)) {
@@ -240,13 +233,10 @@ pub fn run(options: &Options) -> Outcome {
         results.push((target.name, result));
     }
     report(&pins, &results)?;
-    let firmware = match libraries.iter().find(|built| built.library == FIRMWARE) {
-        Some(built) => Some(firmware(&built.path)?),
-        None => {
-            println!("examples/cortex-m7: skipped with cortex-m7-hard");
-            None
-        }
-    };
+    match libraries.iter().find(|built| built.library == FIRMWARE) {
+        Some(built) => firmware(&built.path)?,
+        None => println!("examples/cortex-m7: skipped with cortex-m7-hard"),
+    }
     let skipped = results.iter().find(|(_, result)| matches!(result, Fate::Skipped(_)));
     if let (Some((name, _)), false, false) = (skipped, options.targets.is_empty(), options.only_available) {
         return Err(format!("{name} was asked for and cannot run here"));
@@ -254,15 +244,15 @@ pub fn run(options: &Options) -> Outcome {
     if skipped.is_some() && results.iter().all(|(_, fate)| matches!(fate, Fate::Skipped(_))) {
         println!("no target could run: nothing was compared");
     }
-    if options.targets.is_empty() { record(&pins, &results, firmware.as_deref()) } else { Ok(()) }
+    Ok(())
 }
 
 /// The library that the firmware of examples/cortex-m7 links.
 const FIRMWARE: Library = Library::Of("thumbv7em-none-eabihf", HARD);
 
 /// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine,
-/// also if it rounds and flushes otherwise. Returns a line about it.
-fn firmware(library: &Path) -> Result<String, String> {
+/// also if it rounds and flushes otherwise. Prints the figures of docs/embedding.md.
+fn firmware(library: &Path) -> Outcome {
     if first_found(&["make", "gcc"]).is_none() {
         return Err("make or gcc is missing".into());
     }
@@ -296,9 +286,9 @@ fn firmware(library: &Path) -> Result<String, String> {
         return Err(format!("examples/cortex-m7 prints\n{board}and if it rounds upwards and flushes\n{otherwise}"));
     }
     let counted = board.lines().last().unwrap_or_default();
-    let said = format!("digest as on this machine, flash {} bytes, RAM {} bytes, {counted}", text + data, data + bss);
-    println!("examples/cortex-m7: {said}");
-    Ok(said)
+    let (flash, ram) = (text + data, data + bss);
+    println!("examples/cortex-m7: digest as on this machine, flash {flash} bytes, RAM {ram} bytes, {counted}");
+    Ok(())
 }
 
 /// Whether everything that a target needs is here; if not, what is missing and how to get it.
@@ -417,18 +407,6 @@ fn build_one(library: Library) -> Result<PathBuf, String> {
     let features = if triple.is_some() { "bare" } else { "bare,choose-instructions" };
     let kind = if flags.is_empty() { "" } else { "-with-options" };
     let folder = target().join("digests").join(format!("{}{kind}", triple.unwrap_or("choosing")));
-    compile(&compiler, &top(), &folder, triple, flags, features)
-}
-
-/// Runs cargo for the static library of the checkout in `source`.
-fn compile(
-    compiler: &Compiler,
-    source: &Path,
-    folder: &Path,
-    triple: Option<&str>,
-    flags: &str,
-    features: &str,
-) -> Result<PathBuf, String> {
     let mut command = compiler.command();
     command
         .args([
@@ -446,8 +424,8 @@ fn compile(
         .args(["--features", features])
         .args(compiler.options())
         .arg("--target-dir")
-        .arg(folder)
-        .current_dir(source);
+        .arg(&folder)
+        .current_dir(top());
     if let Some(triple) = triple {
         command.args(["--target", triple]);
     }
@@ -577,21 +555,8 @@ pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
 }
 
 /// The pinned digests.
-pub fn pins() -> Result<Vec<(String, String)>, String> {
+fn pins() -> Result<Vec<(String, String)>, String> {
     Ok(lines(&read(&top().join("tests/golden/digests"))?))
-}
-
-/// Builds the library of a checkout in another folder, for this machine.
-pub fn build_checkout(source: &Path) -> Result<PathBuf, String> {
-    let folder = target().join("digests").join("copy-target");
-    compile(&platforms::own(), source, &folder, None, "", "bare,choose-instructions")
-}
-
-/// What the first target prints with a library.
-pub fn run_here(library: &Path) -> Result<String, String> {
-    let target = &TARGETS[0];
-    ready(target)?;
-    Ok(execute(&target.runner, &link(target, library)?)?.0)
 }
 
 fn read(path: &Path) -> Result<String, String> {
@@ -599,7 +564,7 @@ fn read(path: &Path) -> Result<String, String> {
 }
 
 /// Names and digests of the lines of a text.
-pub fn lines(text: &str) -> Vec<(String, String)> {
+fn lines(text: &str) -> Vec<(String, String)> {
     let pair = |line: &str| line.split_once(' ').map(|(name, digest)| (name.to_string(), digest.trim().to_string()));
     text.lines().filter(|line| !line.starts_with('#')).filter_map(pair).collect()
 }
@@ -637,30 +602,4 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
     } else {
         Err(format!("digests are not those of tests/golden/digests\n{}", different.concat()))
     }
-}
-
-/// Writes docs/reliability/digests.toml.
-fn record(pins: &[(String, String)], results: &[(&str, Fate)], firmware: Option<&str>) -> Outcome {
-    let ran = results.iter().filter(|(_, fate)| matches!(fate, Fate::Ran { .. })).count();
-    let mut rows = String::new();
-    for (name, fate) in results {
-        let (key, value) = match fate {
-            Fate::Skipped(reason) => ("skipped", reason),
-            Fate::Ran { by, .. } => ("ran_on", by),
-        };
-        rows += &format!("\n[[target]]\nname = {name:?}\n{key} = {value:?}\n");
-    }
-    if let Some(said) = firmware {
-        rows += &format!("\n[firmware]\nexample = \"examples/cortex-m7\"\nsaid = {said:?}\n");
-    }
-    let value = format!("{ran} targets x {} scenes, all equal; {} skipped", pins.len(), results.len() - ran);
-    let row = Figure {
-        number: "5",
-        figure: "targets with identical digests x scenes",
-        value: &value,
-        floor: ">= 8 targets x >= 6 scenes, all equal",
-        reached: ran >= 8 && pins.len() >= 6,
-        command: "cargo xtask digests",
-    };
-    records::write("digests", row.command, &[row.now()?], &rows)
 }

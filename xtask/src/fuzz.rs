@@ -1,8 +1,6 @@
-//! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer, and the record of it.
+//! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer.
 
-use crate::records::{self, Figure};
 use crate::tools::{Outcome, target, top};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -18,43 +16,25 @@ pub struct Options {
     /// Targets that run at the same time; each takes a core.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
-    /// Only this target: scene, image, calls or fmi. No record is written then.
+    /// Only this target: scene, image, calls or fmi.
     #[arg(long, value_name = "NAME")]
     target: Option<String>,
     /// Afterwards put a small corpus that reaches the same code into fuzz/corpus.
     #[arg(long)]
     minimise: bool,
-    /// Add to the figures of the record instead of replacing them: a campaign in several parts.
-    #[arg(long)]
-    add: bool,
 }
 
 /// The targets, as in `fuzz/src/lib.rs`.
 const TARGETS: [&str; 4] = ["scene", "image", "calls", "fmi"];
-/// Executions that a release wants in all.
-const FLOOR: u64 = 10_000_000;
 /// Longest input, bytes. All that a target decodes of one is less.
 const LONGEST: &str = "-max_len=160";
 
 /// Without libFuzzer's finer features and statistics: they would take half of the time.
 const QUICK: [&str; 3] = ["-len_control=0", "-entropic=0", "-use_counters=0"];
 
-/// What docs/reliability/fuzz.toml holds of the targets.
-#[derive(Serialize, Deserialize)]
-struct Targets {
-    target: Vec<Run>,
-}
-
 /// What a target did.
-#[derive(Serialize, Deserialize)]
 struct Run {
-    name: String,
     executions: u64,
-    seconds: u64,
-    /// Edges of the control flow that were reached.
-    coverage: u64,
-    /// Executions in which a simulation took a step, or an image was accepted.
-    past_the_first_check: u64,
     crashes: u64,
 }
 
@@ -87,10 +67,7 @@ pub fn run(options: &Options) -> Outcome {
     }
     let executions: u64 = runs.iter().map(|run| run.executions).sum();
     let crashes: u64 = runs.iter().map(|run| run.crashes).sum();
-    println!("{executions} executions in {} targets, {crashes} crashes", runs.len());
-    if options.target.is_none() {
-        record(options, runs)?;
-    }
+    println!("figure 12: {executions} executions in {} targets, {crashes} crashes", runs.len());
     if crashes == 0 { Ok(()) } else { Err("an input broke something: see above".into()) }
 }
 
@@ -167,18 +144,15 @@ fn campaign(program: &Path, name: &'static str, seconds: u64) -> Result<Run, Str
     let (deep, all) = counts(&tally);
     let figure = |key: &str| figures.get(key).copied().unwrap_or(0);
     let run = Run {
-        name: name.to_string(),
         executions: figure("executions").max(all),
-        seconds: start.elapsed().as_secs(),
-        coverage: figure("coverage"),
-        past_the_first_check: deep,
+        // libFuzzer stops at the first.
         crashes: u64::from(!status.success()),
     };
     println!(
         "  {name}: {} executions in {} s, {} edges, {} % past the first check",
         run.executions,
-        run.seconds,
-        run.coverage,
+        start.elapsed().as_secs(),
+        figure("coverage"),
         percent(deep, all)
     );
     if !status.success() {
@@ -243,37 +217,4 @@ fn minimise(program: &Path, name: &str) -> Outcome {
     }
     println!("  {name}: {count} files, {bytes} bytes in fuzz/corpus/{name}");
     Ok(())
-}
-
-/// Writes docs/reliability/fuzz.toml.
-fn record(options: &Options, mut target: Vec<Run>) -> Outcome {
-    let path = top().join("docs/reliability/fuzz.toml");
-    let mut parts = "";
-    if options.add
-        && let Ok(text) = std::fs::read_to_string(&path)
-    {
-        let earlier: Targets = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        parts = ", in several parts";
-        for run in &mut target {
-            for past in earlier.target.iter().filter(|past| past.name == run.name) {
-                run.executions += past.executions;
-                run.seconds += past.seconds;
-                run.coverage = run.coverage.max(past.coverage);
-                run.past_the_first_check += past.past_the_first_check;
-                run.crashes += past.crashes;
-            }
-        }
-    }
-    let executions: u64 = target.iter().map(|run| run.executions).sum();
-    let crashes: u64 = target.iter().map(|run| run.crashes).sum();
-    let row = Figure {
-        number: "12",
-        figure: "fuzz executions without a crash",
-        value: &format!("{:.2e} in {} targets, {crashes} crashes", executions as f64, target.len()),
-        floor: "1e7",
-        reached: executions >= FLOOR && crashes == 0,
-        command: &format!("cargo xtask fuzz --seconds {}{parts}", options.seconds),
-    };
-    let tables = toml::to_string(&Targets { target }).map_err(|error| error.to_string())?;
-    records::write("fuzz", "cargo xtask fuzz", &[row.now()?], &format!("\n{tables}"))
 }

@@ -3,20 +3,15 @@
 mod abi;
 mod bochs;
 mod chosts;
-mod controls;
-mod coverage;
 mod demo;
 mod digests;
 mod examples;
-mod figures;
 mod fmu;
 mod fuzz;
 mod gates;
 mod install;
-mod mutants;
 mod platforms;
 mod readme;
-mod records;
 mod rotorburst;
 mod stack;
 mod tests;
@@ -48,18 +43,12 @@ enum Command {
     Install(install::Options),
     /// Write include/fabric_kernel.h.
     Header,
-    /// Measure the figures of docs/reliability.md and write the page and its table in README.md.
-    Figures(figures::Options),
-    /// Measure the line coverage of the kernel and its interfaces (needs cargo-llvm-cov), and write its record.
-    Coverage,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
     Digests(digests::Options),
     /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
     Bench(tests::BenchOptions),
-    /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer, and write docs/reliability/fuzz.toml.
+    /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
-    /// Change the kernel line by line and see whether the tests notice: docs/reliability/mutants.toml. About half an hour.
-    Mutants(mutants::Options),
 }
 
 fn main() -> std::process::ExitCode {
@@ -71,12 +60,9 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Header => chosts::header_write(),
-        Command::Figures(options) => figures::run(&options),
-        Command::Coverage => coverage::run(),
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Fuzz(options) => fuzz::run(&options),
-        Command::Mutants(options) => mutants::run(&options),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,

@@ -11,12 +11,11 @@ use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report as statistics};
 use fabric_fmu::door::{Handle, Text};
-use fabric_fmu::host::{Input, Output};
 use fabric_fmu::instance::Instance;
 use fabric_fmu::log::Status;
 use fabric_fmu::state::Saved;
 use fabric_fmu::table::{DEFAULT_DT, Id, TOKEN, VARIABLES};
-use fabric_fmu::{fmi2, fmi3};
+use fabric_fmu::{Input, Output, fmi2, fmi3};
 use std::ffi::{CString, c_void};
 use std::ptr;
 
