@@ -266,10 +266,10 @@
 // fk_outcome's status: no node touched in the last 64 steps is connected to a support any more.
 #define FK_STATUS_DETACHED 3
 
-// fk_outcome's status: over a forward travel of one radius no contact, or only negligible work.
+// fk_outcome's status: the projectile goes on and its contact with the fabric is over (docs/model.md, "Outcomes").
 #define FK_STATUS_EXITED 4
 
-// fk_outcome's status: the projectile left the sheet's box without contact.
+// fk_outcome's status: no contact, and none to come: the projectile leaves the sheet's box for good.
 #define FK_STATUS_PASSED 5
 
 // A step count that has not happened.
@@ -548,7 +548,8 @@ typedef struct fk_energy {
 typedef struct fk_fabric {
     // Set to sizeof(fk_fabric) by the caller.
     uint64_t struct_size;
-    // Largest distance of a node from the sheet's plane, m, >= 0.
+    // Largest distance from the sheet's plane of a node that live segments join to a support, m, >= 0. Of all nodes if the sheet
+    // is free, or if segments have failed and track_detachment is 0.
     double max_deflection;
     // Largest stretch (M1) of a live segment, dimensionless; yarns of the presets fail at about 1.05.
     double max_stretch;
@@ -793,10 +794,10 @@ int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out);
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_momentum_residual(const struct fk_sim *sim, double *out);
 
-// Largest deflection and stretch (M1).
-// Threads: looks. Time: a pass over the sheet. Touches: `out`.
+// Largest deflection and stretch (M1). What is still joined to a support is found in the simulation's scratch.
+// Threads: changes, though no result. Time: a pass over the sheet. Touches: the block's scratch, `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
-int32_t fk_get_fabric(const struct fk_sim *sim, struct fk_fabric *out);
+int32_t fk_get_fabric(struct fk_sim *sim, struct fk_fabric *out);
 
 // Counters; also after a failure.
 // Threads: looks. Time: constant. Touches: `out`.

@@ -327,7 +327,14 @@ public:
     Result<fk_contact> contact() const noexcept { return read(fk_get_contact); }
     Result<fk_support> support() const noexcept { return read(fk_get_support); }
     Result<fk_energy> energy() const noexcept { return read(fk_get_energy); }
-    Result<fk_fabric> fabric() const noexcept { return read(fk_get_fabric); }
+    // Uses the simulation's scratch: not beside other calls.
+    Result<fk_fabric> fabric() noexcept
+    {
+        Result<fk_fabric> fabric;
+        fabric.value_.struct_size = sizeof(fk_fabric);
+        fabric.reason_ = Status(fk_get_fabric(sim_, &fabric.value_));
+        return fabric;
+    }
     Result<fk_counters> counters() const noexcept { return read(fk_get_counters); }
     Result<fk_outcome> outcome() const noexcept { return read(fk_get_outcome); }
 

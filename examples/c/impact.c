@@ -28,7 +28,7 @@ static int allocate(block *memory, const fk_scene *scene)
     return 1;
 }
 
-static int line(const fk_sim *sim, const char *outcome)
+static int line(fk_sim *sim, const char *outcome)
 {
     fk_motion projectile = {.struct_size = sizeof projectile};
     fk_contact contact = {.struct_size = sizeof contact};

@@ -662,7 +662,7 @@ pub const VARIABLES: &[Variable] = &[
         "Mode host_driven with a mass: the host's loss of kinetic energy since the start, from the velocities it supplied, \
          minus contact.work, both at the start of the last communication step. Work of gravity or drag in the host is part of it",
     ),
-    output(Id::MaxDeflection, "fabric.max_deflection", 420, &POSITION, "Largest distance of a node from the sheet's plane"),
+    output(Id::MaxDeflection, "fabric.max_deflection", 420, &POSITION, "Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)"),
     output(Id::MaxStretch, "fabric.max_stretch", 421, &RATIO, "Largest stretch of a segment that has not failed"),
     discrete(Id::FailedSegments, "fabric.failed_segments", 422, Kind::Integer, "Number of failed segments"),
     output(
