@@ -66,6 +66,10 @@ pub fn scenes() -> Vec<Case> {
         refused("quaternion zero", BadQuaternion, "projectile.orientation", |s| s.projectile.orientation = [0.0; 4]),
         refused("sheet quaternion zero", BadQuaternion, "sheet.orientation", |s| s.sheet.orientation = [0.0; 4]),
         refused("overlap at the start", InitialOverlap, "projectile.position", |s| s.projectile.position[2] += 1e-4),
+        refused("a fixed node inside at the start", InitialOverlap, "projectile.position", |s| {
+            let half = s.half_size();
+            s.projectile.position = [half[0], half[1], 0.0];
+        }),
         refused("V dt > h", ProjectileTooFast, "projectile.velocity", |s| s.projectile.velocity[2] = 3.7e4),
         refused("spin 1e9 rad/s", ProjectileTooFast, "projectile.velocity", |s| {
             s.projectile.shape = Shape::Cylinder;
