@@ -43,7 +43,7 @@ REFUSED = [
     ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),
     ({"projectile.shape": 4}, "projectile.shape"),
     ({"projectile.position": [NAN, 0.0, 0.0]}, "projectile.position"),
-    ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a free node lies inside the projectile"),
+    ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a node lies inside the projectile"),
     ({"projectile.velocity": [0.0, INF, 0.0]}, "projectile.velocity"),
     ({"projectile.velocity": [0.0, 0.0, 5e4]}, "projectile.velocity"),  # more than a spacing in a step
     ({"projectile.orientation": [0.0] * 4}, "projectile.orientation"),
