@@ -44,7 +44,7 @@ REFUSED = [
     ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),
     ({"projectile.shape": 4}, "projectile.shape"),
     ({"projectile.position": [NAN, 0.0, 0.0]}, "projectile.position"),
-    ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a free node lies inside the projectile"),
+    ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a node lies inside the projectile"),
     ({"projectile.velocity": [0.0, INF, 0.0]}, "projectile.velocity"),
     ({"projectile.velocity": [0.0, 0.0, 5e4]}, "in a step; the largest step for this motion is"),
     ({"projectile.orientation": [0.0] * 4}, "projectile.orientation"),
