@@ -184,11 +184,12 @@ impl Flight {
 
     /// Whether a node that flies on straight never comes within the body's reach.
     fn misses(&self, position: &Vector, velocity: &Vector) -> bool {
-        if self.acceleration != Vector::zeros() {
-            let (x, v) = ((*position).into(), (*velocity).into());
-            return self.leaves(&Region { low: x, high: x, slowest: v, fastest: v });
-        }
         let (r, v) = (position - self.position, velocity - self.velocity);
+        let (x, u) = ((*position).into(), (*velocity).into());
+        // A load that drives the two further apart all the time leaves the straight flight as the nearer one.
+        if r.dot(&self.acceleration) > 0.0 || v.dot(&self.acceleration) > 0.0 {
+            return self.leaves(&Region { low: x, high: x, slowest: u, fastest: u });
+        }
         let (distance2, reach2, approach) = (r.norm_squared(), self.reach * self.reach, -r.dot(&v));
         // The least squared distance is r^2 - (r.v)^2/v^2.
         distance2 > reach2 && (approach <= 0.0 || (distance2 - reach2) * v.norm_squared() > approach * approach)
