@@ -22,7 +22,7 @@ const ROW: u64 = 20;
 /// Seeds of the short form.
 const SHORT: u64 = 8;
 /// Steps behind the start, or the first contact, after which a run ends without an outcome.
-const LIMIT: u64 = 400_000;
+const LIMIT: u64 = 800_000;
 /// Steps for which a run goes on behind its outcome.
 const AFTER: u64 = 60_000;
 /// Steps between two looks.
