@@ -648,29 +648,29 @@ impl Player<'_> {
 
     /// A structure of results.
     fn get(&mut self, slot: &Slot) {
-        fn one<T: Copy>(bytes: &mut Bytes, slot: &Slot, lives: bool, call: impl FnOnce(&Slot, Output<T>) -> i32) {
+        type Get<H, T> = unsafe extern "C" fn(H, Output<T>) -> i32;
+        fn one<H, T: Copy>(bytes: &mut Bytes, slot: &Slot, lives: bool, handle: H, call: Get<H, T>) {
             let given = structure(bytes, empty::<T>());
             // SAFETY: initialised bytes of a block of this length.
             let content = || unsafe { std::slice::from_raw_parts(given.kept.start(), given.kept.bytes()) }.to_vec();
             let before = content();
             let expected = slot.stopped(lives).or(given.refused).unwrap_or(FK_OK);
-            // SAFETY: a structure of this function.
-            assert_eq!(call(slot, unsafe { Output::given(given.pointer) }), expected);
+            // SAFETY: a live handle and a structure of this function.
+            assert_eq!(unsafe { call(handle, Output::given(given.pointer)) }, expected);
             assert!(expected == FK_OK || content() == before, "written by a refused call");
         }
         let bytes = &mut self.bytes;
-        // SAFETY: a live handle.
         match bytes.below(10) {
-            0 => one(bytes, slot, false, |slot, out| unsafe { fk_get_step_limits(slot.to_look_at(), out) }),
-            1 => one(bytes, slot, false, |slot, out| unsafe { fk_get_grid(slot.to_look_at(), out) }),
-            2 => one(bytes, slot, false, |slot, out| unsafe { fk_get_projectile(slot.to_look_at(), out) }),
-            3 => one(bytes, slot, false, |slot, out| unsafe { fk_get_contact(slot.to_look_at(), out) }),
-            4 => one(bytes, slot, false, |slot, out| unsafe { fk_get_support(slot.to_look_at(), out) }),
-            5 => one(bytes, slot, false, |slot, out| unsafe { fk_get_energy(slot.to_look_at(), out) }),
-            6 => one(bytes, slot, false, |slot, out| unsafe { fk_get_fabric(slot.to_change(), out) }),
-            7 => one(bytes, slot, false, |slot, out| unsafe { fk_get_outcome(slot.to_look_at(), out) }),
-            8 => one(bytes, slot, true, |slot, out| unsafe { fk_get_counters(slot.to_look_at(), out) }),
-            _ => one(bytes, slot, true, |slot, out| unsafe { fk_get_fault(slot.to_look_at(), out) }),
+            0 => one(bytes, slot, false, slot.to_look_at(), fk_get_step_limits),
+            1 => one(bytes, slot, false, slot.to_look_at(), fk_get_grid),
+            2 => one(bytes, slot, false, slot.to_look_at(), fk_get_projectile),
+            3 => one(bytes, slot, false, slot.to_look_at(), fk_get_contact),
+            4 => one(bytes, slot, false, slot.to_look_at(), fk_get_support),
+            5 => one(bytes, slot, false, slot.to_look_at(), fk_get_energy),
+            6 => one(bytes, slot, false, slot.to_change(), fk_get_fabric),
+            7 => one(bytes, slot, false, slot.to_look_at(), fk_get_outcome),
+            8 => one(bytes, slot, true, slot.to_look_at(), fk_get_counters),
+            _ => one(bytes, slot, true, slot.to_look_at(), fk_get_fault),
         }
     }
 

@@ -231,7 +231,7 @@ fn scene(seed: u64, numbers: &mut Numbers) -> (Scene, [f64; 3]) {
 
         // From straight down to 85 degrees from it; some miss the sheet.
         let angle = if numbers.next() < 0.7 { numbers.between(0.0, 1.48) } else { 0.0 };
-        let turn = numbers.between(0.0, 6.28);
+        let turn = numbers.between(0.0, std::f64::consts::TAU);
         let direction = [math::sin(angle) * math::cos(turn), math::sin(angle) * math::sin(turn), math::cos(angle)];
         let size = numbers.scale(5.0, 400.0);
         body.velocity = direction.map(|x| size * x);
