@@ -587,13 +587,16 @@ pub unsafe extern "C" fn fk_get_momentum_residual(sim: ToLookAt, mut out: Output
 /// Threads: changes, though no result. Time: a pass over the sheet. Touches: the block's scratch, `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fk_get_fabric(sim: ToChange, mut out: Output<fk_fabric>) -> i32 {
-    change(sim, |sim| {
-        let fabric = sim.fabric()?;
+pub unsafe extern "C" fn fk_get_fabric(mut sim: ToChange, mut out: Output<fk_fabric>) -> i32 {
+    // Not change(): a read-out that is refused leaves nothing for fk_get_fault.
+    let mut look = || {
+        let block = block::open(&mut sim)?;
+        let fabric = in_our_environment(|| block.sim.fabric())?;
         let struct_size = size_of::<fk_fabric>() as u64;
         let value = fk_fabric { struct_size, max_deflection: fabric.max_deflection, max_stretch: fabric.max_stretch };
         put(&mut out, value)
-    })
+    };
+    status(look())
 }
 
 /// Counters; also after a failure.
