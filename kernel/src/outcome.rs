@@ -4,7 +4,7 @@
 //! What is joined to a support is found by joining nodes over live segments into components (union by smaller number).
 //! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
 //! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
-//! Limits: the body is taken to fly on straight (under its present load) and a loose piece to fly on with its mean velocity.
+//! Limits: the body is taken to fly on straight (under its present load), and so are the nodes.
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
@@ -21,9 +21,10 @@ use crate::sweep::Axis;
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
-/// "Exited" allows the work to change by this part of it ...
+/// "Exited" beside loose pieces: over a travel of R the work may change by this part of it, and what the pieces can still
+/// take may be four times as much ...
 pub const SETTLED_PART: f64 = 0.0025;
-/// ... or by this, J, over a travel of R, and once more by what loose pieces in the way can still take.
+/// ... or this, J, if it is more.
 pub const SETTLED_WORK: f64 = 2.5e-4;
 
 /// An outcome that can latch.
@@ -104,9 +105,7 @@ impl Watch {
         checkpoint_impulses: 0,
         latched: [None; 4],
     };
-}
 
-impl Watch {
     /// Latches an outcome once.
     pub fn latch(&mut self, outcome: Outcome, step: u64, work: f64) {
         if let Some(slot @ None) = self.latched.get_mut(outcome as usize) {
@@ -240,13 +239,13 @@ impl Sim<'_> {
             if !self.state.watch.has(Outcome::Detached) && self.contact_is_detached() {
                 self.state.watch.latch(Outcome::Detached, step, work);
             }
-            let along = velocity.dot(&self.state.watch.take_direction(&velocity));
+            let direction = self.state.watch.take_direction(&velocity);
             let settled = self.pass_checkpoint();
-            if along < 0.0
-                || (along == 0.0 && self.state.watch.first.is_some_and(|first| first.direction != Vector::zeros()))
-            {
+            if direction == Vector::zeros() {
+                // At rest since before the first contact: nothing has been stopped.
+            } else if velocity.dot(&direction) <= 0.0 {
                 self.state.watch.latch(Outcome::Arrested, step, work);
-            } else if along > 0.0 && !self.state.watch.has(Outcome::Exited) && self.has_exited(settled) {
+            } else if !self.state.watch.has(Outcome::Exited) && self.has_exited(settled) {
                 self.state.watch.latch(Outcome::Exited, step, work);
             }
         }
