@@ -273,7 +273,7 @@ pub const STATUS: Choice = Choice {
         ("arrested", "stopped along its direction at first contact"),
         ("detached", "the nodes under the projectile have lost every connection to a support"),
         ("exited", "the projectile goes on and its contact with the fabric is over"),
-        ("passed", "left the sheet's box without contact"),
+        ("passed", "no contact, and none to come: the projectile leaves the sheet's box for good"),
         ("faulted", "the computation cannot go on: see the log; reset or restore a state"),
     ],
 };

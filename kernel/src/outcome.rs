@@ -176,6 +176,11 @@ impl Flight {
         })
     }
 
+    /// Whether a point lies behind the whole body, in any orientation.
+    fn has_behind(&self, position: &Vector) -> bool {
+        (position - self.position).dot(&self.velocity) < -self.reach * self.velocity.norm()
+    }
+
     /// Whether a point lies before the body's centre.
     fn has_ahead(&self, position: &Vector) -> bool {
         (position - self.position).dot(&self.velocity) > 0.0
@@ -293,10 +298,9 @@ impl Sim<'_> {
         let [first, end] = self.awake;
         for j in first..end {
             for i in 0..self.layout.nodes_x {
+                // A sheet set in motion by the host may be faster than the body.
                 region.take(&self.position(i, j));
-                if self.scene.attachment.kind == AttachmentKind::Free {
-                    region.take_velocity(&self.velocity(i, j));
-                }
+                region.take_velocity(&self.velocity(i, j));
             }
         }
         self.complete(&mut region);
@@ -351,6 +355,7 @@ impl Sim<'_> {
         let mut held = Region::EMPTY;
         let (mut held_behind, mut in_the_way) = (true, false);
         let (mut mass_ahead, mut momentum_ahead) = (0.0, 0.0);
+        let (mut mass_behind, mut momentum_behind) = (0.0, 0.0);
         for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
             let piece = piece_of(self.blocks.labels, j * nx + i);
             let (x, v) = (self.position(i, j), self.velocity(i, j));
@@ -370,7 +375,13 @@ impl Sim<'_> {
                 mass_ahead += weight;
                 momentum_ahead += weight * v.dot(&flight.velocity);
             }
-            if !misses || ahead != piece_ahead {
+            let behind = flight.has_behind(&x);
+            if behind {
+                let weight = self.layout.node_weight(i, j);
+                mass_behind += weight;
+                momentum_behind += weight * v.dot(&flight.velocity);
+            }
+            if !(misses || behind) || ahead != piece_ahead {
                 in_the_way = true;
                 if let Some(flags) = self.blocks.flags.get_mut(piece / 32) {
                     *flags |= 1 << (piece % 32);
@@ -384,6 +395,11 @@ impl Sim<'_> {
         }
         // Pieces of several nodes ahead, whose yarns pull them together, must also be faster than the body.
         let overtakes = mass_ahead > 0.0 && momentum_ahead <= mass_ahead * flight.velocity.norm_squared();
+        // What lies behind must be slower: single nodes of it may flutter towards the body, but they are tied to the others.
+        let pursued = mass_behind > 0.0 && momentum_behind >= mass_behind * flight.velocity.norm_squared();
+        if pursued {
+            return false;
+        }
         if !in_the_way && !overtakes {
             return true;
         }

@@ -137,7 +137,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let scene = scene_file::read(&options.scene)?;
     let name = options.scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy().to_string());
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/study").join(&name));
-    let mut buffers = Buffers::of(&scene)?;
+    let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
     let mut sim = buffers.sim(&scene)?;
     std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
 
@@ -169,6 +169,13 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     println!("written: {}", out.display());
     Ok(true)
+}
+
+/// Adds to a refusal of too many nodes the memory that they would take, some 200 bytes each.
+fn with_its_memory(scene: &Scene, error: Box<dyn std::error::Error>) -> Box<dyn std::error::Error> {
+    let refused = error.downcast_ref::<fabric::Error>().is_some_and(|error| error.code == fabric::Code::TooManyNodes);
+    let nodes = f64::from(scene.sheet.nodes_x) * f64::from(scene.sheet.nodes_y);
+    if refused { format!("{error}; they would take some {:.0} GB of memory", 200e-9 * nodes).into() } else { error }
 }
 
 /// Steps until an outcome or the step limit. Returns the history, the seconds spent in stepping, and a failure if one came.
@@ -242,7 +249,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         row(&format!("absorbed when {}", latched.outcome), value);
     }
     row("absorbed at the end", format!("{:.4} J", summary.absorbed));
-    let window = format!("peak force (mean over {:.2} us)", 1e6 * summary.force_window);
+    let window = format!("peak force (mean over {:.2} us)", 1e6 * summary.force_window.min(summary.time));
     row(&window, format!("{:.1} N", summary.peak_force));
     row("failed segments", summary.failed_segments.to_string());
     row("impulse on the supports", format!("{} mN s", vector(summary.support_impulse.map(|x| 1e3 * x), 3)));

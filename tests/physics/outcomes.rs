@@ -124,6 +124,25 @@ fn a_sphere_that_a_load_brings_back_has_not_passed() {
     assert_eq!(sim.outcomes().mask & Outcome::Passed.bit(), 0);
 }
 
+/// Behind a sheet that its host has thrown after it, a slow sphere has not passed.
+#[test]
+fn a_sphere_before_a_thrown_sheet_has_not_passed() {
+    let mut scene = small_sheet(41, 1.0);
+    scene.projectile.position[2] = scene.projectile.radius + 1e-3;
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    let (x, held) = (positions(&sim), held_nodes(&scene, &sim));
+    let inner = |k: usize| (1..40).contains(&(k % 41)) && (1..40).contains(&(k / 41));
+    let v: Vec<f64> = (0..x.len()).flat_map(|k| [0.0, 0.0, if inner(k) { 200.0 } else { 0.0 }]).collect();
+    assert!(held.iter().all(|&held| held));
+    sim.set_motion(x.as_flattened(), &v).unwrap();
+    while sim.outcomes().first_contact.is_none() && sim.step_count() < 10_000 {
+        sim.advance(64).unwrap();
+    }
+    assert!(sim.outcomes().first_contact.is_some());
+    assert_eq!(sim.outcomes().mask & Outcome::Passed.bit(), 0);
+}
+
 /// A host that moves its body a little away and then back has not passed; one that has led it past the sheet has.
 #[test]
 fn a_prescribed_sphere_passes_when_it_has_got_past() {
