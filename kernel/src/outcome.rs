@@ -176,9 +176,10 @@ impl Flight {
         })
     }
 
-    /// Whether a point lies behind the whole body, in any orientation.
+    /// Whether a point lies behind the whole body, in any orientation, and no load turns the body back to it.
     fn has_behind(&self, position: &Vector) -> bool {
-        (position - self.position).dot(&self.velocity) < -self.reach * self.velocity.norm()
+        let behind = (position - self.position).dot(&self.velocity) < -self.reach * self.velocity.norm();
+        behind && self.acceleration.dot(&self.velocity) >= 0.0
     }
 
     /// Whether a point lies before the body's centre.
