@@ -365,7 +365,8 @@ typedef struct fk_scene {
     uint32_t step_check;
     // FK_DRIVE_FREE or FK_DRIVE_PRESCRIBED. Default FK_DRIVE_FREE.
     uint32_t drive;
-    // 1: watch whether the touched nodes are still held, for the outcome "detached" (4 bytes a node). Default 1.
+    // 1: watch whether the touched nodes are still held, for the outcome "detached" (4 bytes a node). Default 1. With 0 a
+    // projectile that carries torn cloth is never said to have exited.
     uint32_t track_detachment;
     // 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     uint32_t track_support;

@@ -262,7 +262,8 @@ pub struct fk_scene {
     pub step_check: u32,
     /// FK_DRIVE_FREE or FK_DRIVE_PRESCRIBED. Default FK_DRIVE_FREE.
     pub drive: u32,
-    /// 1: watch whether the touched nodes are still held, for the outcome "detached" (4 bytes a node). Default 1.
+    /// 1: watch whether the touched nodes are still held, for the outcome "detached" (4 bytes a node). Default 1. With 0 a
+    /// projectile that carries torn cloth is never said to have exited.
     pub track_detachment: u32,
     /// 1: sum the impulses on the supports, for fk_get_support and fk_get_momentum_residual. Default 1.
     pub track_support: u32,

@@ -30,7 +30,7 @@ fabric::Scene scene()
     scene->projectile_radius = 2e-3;
     scene->projectile_mass = 2e-4;
     scene->projectile_position[2] = -scene->projectile_radius;
-    scene->track_support = scene->track_detachment = 0;
+    scene->track_support = 0;
     return scene;
 }
 

@@ -574,7 +574,7 @@ pub const VARIABLES: &[Variable] = &[
         263,
         Kind::Boolean,
         &[1.0],
-        "Watch whether the nodes under the projectile are still connected to a support",
+        "Watch whether the nodes under the projectile are still connected to a support; without it a projectile that carries torn cloth never exits",
     ),
     tunable(
         Id::StopOnEvent,

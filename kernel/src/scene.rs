@@ -297,7 +297,8 @@ pub struct Scene {
     /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full the peak force is
     /// the mean over the time elapsed.
     pub force_window: f64,
-    /// Watch whether the nodes in contact are still connected to a support (4 bytes per node).
+    /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it there is no outcome
+    /// "detached", and a body that carries torn cloth is never said to have exited.
     pub track_detachment: bool,
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,

@@ -1,6 +1,6 @@
 //! The map: time step against impact velocity on a small sheet, by the energy that the step creates.
 
-use super::flight::{changed, scale, unchecked, uniform};
+use super::flight::{scale, unchecked, uniform};
 use crate::Result;
 use crate::memory::Buffers;
 use crate::progress::Progress;
@@ -85,7 +85,7 @@ pub fn compute(cells: &[(f64, f64)]) -> Result<Vec<Cell>> {
 }
 
 fn cell(fraction: f64, speed: f64) -> Result<Cell> {
-    let scene = changed(unchecked(uniform(NODES, speed), fraction), |scene| scene.track_detachment = false);
+    let scene = unchecked(uniform(NODES, speed), fraction);
     let mut buffers = Buffers::of(&scene)?;
     let mut sim = buffers.sim(&scene)?;
     let start = scale(&sim)?;
