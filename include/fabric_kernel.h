@@ -549,8 +549,8 @@ typedef struct fk_energy {
 typedef struct fk_fabric {
     // Set to sizeof(fk_fabric) by the caller.
     uint64_t struct_size;
-    // Largest distance from the sheet's plane of a node that live segments join to a support, m, >= 0. Of all nodes if the sheet
-    // is free, or if segments have failed and track_detachment is 0.
+    // Largest distance from the sheet's plane of a node that live segments join to a support, m, >= 0; 0 once all of the sheet
+    // has torn off. Of all nodes if the sheet is free, or if segments have failed and track_detachment is 0.
     double max_deflection;
     // Largest stretch (M1) of a live segment, dimensionless; yarns of the presets fail at about 1.05.
     double max_stretch;

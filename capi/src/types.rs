@@ -464,8 +464,8 @@ pub struct fk_energy {
 pub struct fk_fabric {
     /// Set to sizeof(fk_fabric) by the caller.
     pub struct_size: u64,
-    /// Largest distance from the sheet's plane of a node that live segments join to a support, m, >= 0. Of all nodes if the sheet
-    /// is free, or if segments have failed and track_detachment is 0.
+    /// Largest distance from the sheet's plane of a node that live segments join to a support, m, >= 0; 0 once all of the sheet
+    /// has torn off. Of all nodes if the sheet is free, or if segments have failed and track_detachment is 0.
     pub max_deflection: f64,
     /// Largest stretch (M1) of a live segment, dimensionless; yarns of the presets fail at about 1.05.
     pub max_stretch: f64,

@@ -277,8 +277,7 @@ pub fn solve(
     let turns = rate != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
     let plain_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass);
     let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
-        let across = c.approach - c.normal.dot(velocity);
-        if turns { across - c.arm.dot(rate) } else { across }
+        if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
     };
     let (mut fastest, mut farthest, mut supported) = (0.0, 0.0, false);
     for slot in candidates.iter_mut() {

@@ -455,6 +455,9 @@ impl Sim<'_> {
     pub(crate) fn solve_contact(&mut self, mut kept: usize, count: usize) -> (Solved, usize) {
         for _ in 0..2 {
             let solved = self.solve_first(kept);
+            if kept == count {
+                return (solved, kept);
+            }
             let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..self.state.body };
             let passage = Passage::new(&self.model.solid, &body, self.model.pass_dt);
             let alone = kept;

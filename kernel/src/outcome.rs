@@ -8,7 +8,7 @@
 //! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
-use crate::blocks::{Blocks, in_runs};
+use crate::blocks::Blocks;
 use crate::layout;
 use crate::math;
 use crate::model::start_motion;
@@ -233,6 +233,48 @@ impl Region {
     }
 }
 
+/// What hangs together, for one look.
+pub(crate) struct Pieces {
+    /// Number of the piece that holds the supports.
+    support: Option<usize>,
+    /// Whether every node is labelled with the number of its piece.
+    labelled: bool,
+    /// Without labels: whether the sheet, one piece, counts as held.
+    held: bool,
+}
+
+impl Pieces {
+    /// Whether a piece is joined to a support.
+    pub(crate) fn hold(&self, piece: usize) -> bool {
+        if self.labelled { self.support == Some(piece) } else { self.held }
+    }
+}
+
+/// What loose pieces do in the body's way.
+struct Loose {
+    /// Some may meet the body: they are flagged.
+    in_the_way: bool,
+    /// Those ahead are on average no faster than the body.
+    are_overtaken: bool,
+    /// Those behind are on average no slower.
+    pursue: bool,
+}
+
+/// Nodes with their weights and the sum of a number of theirs.
+struct Swarm {
+    weight: f64,
+    sum: f64,
+}
+
+impl Swarm {
+    const NOTHING: Swarm = Swarm { weight: 0.0, sum: 0.0 };
+
+    fn take(&mut self, weight: f64, number: f64) {
+        self.weight += weight;
+        self.sum += weight * number;
+    }
+}
+
 impl Sim<'_> {
     /// Tests every outcome that has not latched. Called every 64 steps.
     pub(crate) fn test_outcomes(&mut self) {
@@ -341,105 +383,140 @@ impl Sim<'_> {
     /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
     /// way are allowed if they have next to nothing to exchange with it.
     fn way_is_clear(&mut self, beside_debris: bool) -> bool {
-        // Before the first failure all nodes are one piece; later, without labels, none is known to be loose.
-        let labelled = self.failed_segments > 0 && self.layout.track_detachment;
-        let support = if labelled { self.join_nodes() } else { None };
-        let one_piece_held = self.scene.attachment.kind != AttachmentKind::Free || !self.layout.track_detachment;
-        let (nx, ny, flight) = (self.layout.nodes_x.max(1), self.layout.nodes_y, self.flight());
-        let piece_of = |labels: &[u32], k: usize| match labels.get(k) {
-            Some(&label) if labelled => label as usize,
-            _ => 0,
-        };
-        let is_held = |piece: usize| if labelled { support == Some(piece) } else { one_piece_held };
+        let (pieces, flight) = (self.pieces(), self.flight());
+        if !self.held_is_clear(&pieces, &flight) {
+            return false;
+        }
+        let loose = self.loose_pieces(&pieces, &flight);
+        if loose.pursue {
+            return false;
+        }
+        if !loose.in_the_way && !loose.are_overtaken {
+            return true;
+        }
+        beside_debris && self.exchange(&pieces, &flight, &loose) <= 4.0 * settling(self.state.sums.work)
+    }
 
-        self.blocks.flags.fill(0);
-        let mut held = Region::EMPTY;
-        let (mut held_behind, mut in_the_way) = (true, false);
-        let (mut mass_ahead, mut momentum_ahead) = (0.0, 0.0);
-        let (mut mass_behind, mut momentum_behind) = (0.0, 0.0);
-        for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
-            let piece = piece_of(self.blocks.labels, j * nx + i);
-            let (x, v) = (self.position(i, j), self.velocity(i, j));
-            let (ahead, misses) = (flight.has_ahead(&x), flight.misses(&x, &v));
-            if is_held(piece) {
-                held.take(&x);
-                if self.scene.attachment.kind == AttachmentKind::Free {
-                    held.take_velocity(&v);
-                }
-                held_behind &= misses && !ahead;
+    /// Whether what is held lies behind the body and stays there, or the body leaves the box about it for good.
+    fn held_is_clear(&self, pieces: &Pieces, flight: &Flight) -> bool {
+        let (mut held, mut behind, mut none) = (Region::EMPTY, true, true);
+        for (i, j) in self.nodes() {
+            if !pieces.hold(self.piece(pieces, i, j)) {
                 continue;
             }
-            let alone = self.is_alone(i, j);
-            let piece_ahead = flight.has_ahead(&self.position(piece % nx, piece / nx));
-            if piece_ahead && !alone {
-                let weight = self.layout.node_weight(i, j);
-                mass_ahead += weight;
-                momentum_ahead += weight * v.dot(&flight.velocity);
+            let (x, v) = (self.position(i, j), self.velocity(i, j));
+            none = false;
+            held.take(&x);
+            if self.scene.attachment.kind == AttachmentKind::Free {
+                held.take_velocity(&v);
             }
-            let behind = flight.has_behind(&x);
-            if behind {
-                let weight = self.layout.node_weight(i, j);
-                mass_behind += weight;
-                momentum_behind += weight * v.dot(&flight.velocity);
+            behind = behind && !flight.has_ahead(&x) && flight.misses(&x, &v);
+        }
+        self.complete(&mut held);
+        none || behind || flight.leaves(&held)
+    }
+
+    /// Looks for loose pieces in the body's way and flags them.
+    fn loose_pieces(&mut self, pieces: &Pieces, flight: &Flight) -> Loose {
+        self.blocks.flags.fill(0);
+        let (mut ahead, mut behind, mut in_the_way) = (Swarm::NOTHING, Swarm::NOTHING, false);
+        for (i, j) in self.nodes() {
+            let piece = self.piece(pieces, i, j);
+            if pieces.hold(piece) {
+                continue;
             }
-            if !(misses || behind) || ahead != piece_ahead {
+            let (x, v) = (self.position(i, j), self.velocity(i, j));
+            let (node_ahead, node_behind) = (flight.has_ahead(&x), flight.has_behind(&x));
+            let piece_ahead = self.lies_ahead(piece, flight);
+            let weight = self.layout.node_weight(i, j);
+            if piece_ahead && !self.is_alone(i, j) {
+                ahead.take(weight, v.dot(&flight.velocity));
+            }
+            if node_behind {
+                behind.take(weight, v.dot(&flight.velocity));
+            }
+            if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
                 in_the_way = true;
                 if let Some(flags) = self.blocks.flags.get_mut(piece / 32) {
                     *flags |= 1 << (piece % 32);
                 }
             }
         }
-        self.complete(&mut held);
-        let none_held = held.low[0] > held.high[0];
-        if !(none_held || held_behind || flight.leaves(&held)) {
-            return false;
+        let own = flight.velocity.norm_squared();
+        Loose {
+            in_the_way,
+            are_overtaken: ahead.weight > 0.0 && ahead.sum <= ahead.weight * own,
+            pursue: behind.weight > 0.0 && behind.sum >= behind.weight * own,
         }
-        // Pieces of several nodes ahead, whose yarns pull them together, must also be faster than the body.
-        let overtakes = mass_ahead > 0.0 && momentum_ahead <= mass_ahead * flight.velocity.norm_squared();
-        // What lies behind must be slower: single nodes of it may flutter towards the body, but they are tied to the others.
-        let pursued = mass_behind > 0.0 && momentum_behind >= mass_behind * flight.velocity.norm_squared();
-        if pursued {
-            return false;
-        }
-        if !in_the_way && !overtakes {
-            return true;
-        }
-        if !beside_debris {
-            return false;
-        }
+    }
+
+    /// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and their kinetic
+    /// energy E seen from the body.
+    fn exchange(&self, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
         let (mut mass, mut energy) = (0.0, 0.0);
-        for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
-            let piece = piece_of(self.blocks.labels, j * nx + i);
-            let slow_ahead = || {
-                let piece_ahead = flight.has_ahead(&self.position(piece % nx, piece / nx));
-                overtakes && piece_ahead && !is_held(piece) && !self.is_alone(i, j)
-            };
+        for (i, j) in self.nodes() {
+            let piece = self.piece(pieces, i, j);
             let flagged = self.blocks.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
-            if flagged || slow_ahead() {
+            let overtaken =
+                || loose.are_overtaken && self.lies_ahead(piece, flight) && !pieces.hold(piece) && !self.is_alone(i, j);
+            if flagged || overtaken() {
                 let node_mass = self.layout.node_weight(i, j) * self.model.node_mass;
                 mass += node_mass;
                 energy += 0.5 * node_mass * (self.velocity(i, j) - flight.velocity).norm_squared();
             }
         }
-        flight.velocity.norm() * math::sqrt(2.0 * mass * energy) <= 4.0 * settling(self.state.sums.work)
+        flight.velocity.norm() * math::sqrt(2.0 * mass * energy)
+    }
+
+    /// All nodes, row by row.
+    fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j)))
+    }
+
+    /// Whether a piece, by the node with its smallest number, lies before the body's centre.
+    fn lies_ahead(&self, piece: usize, flight: &Flight) -> bool {
+        let nx = self.layout.nodes_x.max(1);
+        flight.has_ahead(&self.position(piece % nx, piece / nx))
+    }
+
+    /// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
+    /// loose.
+    pub(crate) fn pieces(&mut self) -> Pieces {
+        let labelled = self.failed_segments > 0 && self.layout.track_detachment;
+        let support = if labelled { self.join_nodes() } else { None };
+        let held = self.scene.attachment.kind != AttachmentKind::Free || !self.layout.track_detachment;
+        Pieces { support, labelled, held }
+    }
+
+    /// The number of the piece that a node belongs to.
+    pub(crate) fn piece(&self, pieces: &Pieces, i: usize, j: usize) -> usize {
+        let label = self.blocks.labels.get(j * self.layout.nodes_x + i);
+        label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
     }
 
     /// Whether no live segment ends at a node: then it flies straight.
     fn is_alone(&self, i: usize, j: usize) -> bool {
-        let live = |axis: Axis, i: Option<usize>, j: Option<usize>| {
-            let (Some(i), Some(j)) = (i, j) else { return false };
-            let row = layout::row(self.blocks.hot, self.layout.chunks, j);
-            layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+        let before = |axis: Axis, i: Option<usize>, j: Option<usize>| match (i, j) {
+            (Some(i), Some(j)) => self.is_live(axis, i, j),
+            _ => false,
         };
-        !(live(Axis::Horizontal, Some(i), Some(j))
-            || live(Axis::Horizontal, i.checked_sub(1), Some(j))
-            || live(Axis::Vertical, Some(i), Some(j))
-            || live(Axis::Vertical, Some(i), j.checked_sub(1)))
+        !(self.is_live(Axis::Horizontal, i, j)
+            || before(Axis::Horizontal, i.checked_sub(1), Some(j))
+            || self.is_live(Axis::Vertical, i, j)
+            || before(Axis::Vertical, Some(i), j.checked_sub(1)))
+    }
+
+    /// Whether the segment that starts at node (i, j) has not failed.
+    fn is_live(&self, axis: Axis, i: usize, j: usize) -> bool {
+        let row = layout::row(self.blocks.hot, self.layout.chunks, j);
+        layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
     }
 
     /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
     fn contact_is_detached(&mut self) -> bool {
-        let watched = self.layout.track_detachment && self.failed_segments > 0;
+        let can_be = self.layout.track_detachment && self.scene.attachment.kind != AttachmentKind::Free;
+        let watched = can_be && self.failed_segments > 0;
         if !watched || self.blocks.flags.iter().all(|&f| f == 0) || self.held_by_a_straight_yarn() {
             return false;
         }
@@ -452,7 +529,7 @@ impl Sim<'_> {
 
     /// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count as joined.
     /// Gives the label of the fixed nodes, if there are any.
-    pub(crate) fn join_nodes(&mut self) -> Option<usize> {
+    fn join_nodes(&mut self) -> Option<usize> {
         let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let Blocks { hot, labels, runs, .. } = &mut self.blocks;
         let mut sets = Components::new(labels);
@@ -486,12 +563,9 @@ impl Sim<'_> {
 
     /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
     fn held_by_a_straight_yarn(&self) -> bool {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let live = |axis: Axis, i: usize, j: usize| {
-            let row = layout::row(self.blocks.hot, chunks, j);
-            layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
-        };
-        let fixed = |i: usize, j: usize| self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i));
+        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        let live = |axis: Axis, i: usize, j: usize| self.is_live(axis, i, j);
+        let fixed = |i: usize, j: usize| self.is_fixed(i, j);
         let held = |i: usize, j: usize| {
             // Left, right, down and up, as far as the yarn is whole.
             (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))

@@ -15,7 +15,7 @@ use crate::outcome::{FirstContact, Latch, Outcome};
 use crate::path::{self, Path, Track};
 use crate::pose::Vector;
 use crate::projectile::{Body, Motion};
-use crate::scene::{Drive, Scene, StepLimits};
+use crate::scene::{AttachmentKind, Drive, Scene, StepLimits};
 use crate::state::{COUNT_MAX, State};
 use crate::sweep::Axis;
 use crate::weave::ATTACHMENTS;
@@ -77,8 +77,8 @@ pub struct Support {
 /// Extremes of the fabric at t_n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fabric {
-    /// Largest distance from the sheet's plane of a node that live segments join to a support, m. Of all nodes if the sheet is free,
-    /// or if segments have failed and `track_detachment` is off.
+    /// Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    /// off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
     pub max_deflection: f64,
     /// Largest stretch of a live segment.
     pub max_stretch: f64,
@@ -551,14 +551,14 @@ impl<'a> Sim<'a> {
     /// Deflection and stretch, with a full pass over the sheet. Changes nothing but scratch.
     pub fn fabric(&mut self) -> Result<Fabric, Failure> {
         self.sound()?;
-        let support = if self.failed_segments > 0 && self.layout.track_detachment { self.join_nodes() } else { None };
+        // Of a free sheet every node counts.
+        let pieces = if self.scene.attachment.kind == AttachmentKind::Free { None } else { Some(self.pieces()) };
         let (mut deflection, mut excess) = (0.0, 0.0);
         for j in 0..self.layout.nodes_y {
             for i in 0..self.layout.nodes_x {
                 let (u, _) = self.node(i, j);
                 let z = if u[2] < 0.0 { -u[2] } else { u[2] };
-                let label = self.blocks.labels.get(j * self.layout.nodes_x + i);
-                let held = support.is_none_or(|support| label.is_some_and(|&label| label as usize == support));
+                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(self.piece(pieces, i, j)));
                 deflection = if held && z > deflection { z } else { deflection };
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     if let Some(segment) = self.segment(axis, i, j)

@@ -175,7 +175,7 @@ pub fn run(options: &Options) -> Result<bool> {
 fn with_its_memory(scene: &Scene, error: Box<dyn std::error::Error>) -> Box<dyn std::error::Error> {
     let refused = error.downcast_ref::<fabric::Error>().is_some_and(|error| error.code == fabric::Code::TooManyNodes);
     let nodes = f64::from(scene.sheet.nodes_x) * f64::from(scene.sheet.nodes_y);
-    if refused { format!("{error}; they would take some {:.0} GB of memory", 200e-9 * nodes).into() } else { error }
+    if refused { format!("{error}; they would take some {:.0} GB of memory", 233e-9 * nodes).into() } else { error }
 }
 
 /// Steps until an outcome or the step limit. Returns the history, the seconds spent in stepping, and a failure if one came.

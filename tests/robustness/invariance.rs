@@ -30,13 +30,15 @@ fn plain(scene: &Scene) -> u64 {
     sim.digest()
 }
 
-/// Bits of positions and velocities after a plain run. (A digest is also of what is not motion.)
-fn end_of(scene: &Scene) -> [Vec<u64>; 2] {
+/// Bits of positions and velocities, and the projectile, after a plain run. (A digest is also of what is not motion.)
+fn end_of(scene: &Scene) -> ([Vec<u64>; 2], Motion) {
     let mut memory = Buffers::of(scene);
     let mut sim = memory.sim(scene);
     sim.advance(STEPS).unwrap();
     assert!(sim.counters().failed_segments > 0);
-    [positions(&sim), velocities(&sim)].map(|motion| motion.as_flattened().iter().map(|x| x.to_bits()).collect())
+    let nodes = [positions(&sim), velocities(&sim)];
+    let bits = nodes.map(|motion| motion.as_flattened().iter().map(|x| x.to_bits()).collect());
+    (bits, sim.projectile().unwrap())
 }
 
 /// Runs every scene in a special way and compares with the plain run.
