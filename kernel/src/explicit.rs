@@ -15,7 +15,7 @@ use crate::path;
 use crate::pose::Vector;
 use crate::projectile::{self, Body};
 use crate::rows::{Rows, Terms};
-use crate::scene::{Drive, Integrator, Scene, Symmetry};
+use crate::scene::{Drive, IntegratorKind, Scene, Symmetry};
 use crate::sim::Sim;
 use crate::state::Sums;
 use crate::sweep::Report;
@@ -64,16 +64,16 @@ impl Sim<'_> {
         let target = self.prescribe_rates(end);
         let found = self.refuse_too_fast().and_then(|()| self.gather());
         let gathered = found.inspect_err(|_| self.state.body = at_start)?;
-        match self.scene.integrator {
-            Integrator::Verlet => {
+        match self.scene.integrator.kind {
+            IntegratorKind::Verlet => {
                 let report = self.sweep();
                 self.touch(report, gathered.count, &at_start)?;
             }
             #[cfg(feature = "implicit")]
-            Integrator::Theta(rule) => self.iterate(rule, gathered.count, &at_start)?,
+            IntegratorKind::Theta => self.iterate(self.scene.integrator, gathered.count, &at_start)?,
             // Refused by the scene's check in a build without it.
             #[cfg(not(feature = "implicit"))]
-            Integrator::Theta(_) => return Err(Failure::NotConverged),
+            IntegratorKind::Theta => return Err(Failure::NotConverged),
         }
         self.end_pass(&gathered, target)
     }
@@ -443,9 +443,9 @@ impl Sim<'_> {
 
     /// Velocity of a node in this pass before any impulse, spacings a pass.
     fn free_velocity(&self, i: usize, j: usize) -> Vector {
-        match self.scene.integrator {
+        match self.scene.integrator.kind {
             #[cfg(feature = "implicit")]
-            Integrator::Theta(rule) => self.velocity_with_forces(rule, i, j),
+            IntegratorKind::Theta => self.velocity_with_forces(self.scene.integrator, i, j),
             _ => Vector::from(self.node(i, j).1),
         }
     }

@@ -36,12 +36,15 @@ pub mod bands;
 mod blocks;
 #[cfg(feature = "micro")]
 pub mod calibrate;
+mod check;
 pub mod contact;
+mod draw;
 pub mod energy;
 pub mod error;
 mod explicit;
 #[cfg(feature = "micro")]
 pub mod fibril;
+pub mod fields;
 pub mod lanes;
 pub mod layout;
 pub mod math;
@@ -76,8 +79,8 @@ pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, MAX_FACES, Projectile, RotationRule, Scene, Shape,
-    Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
+    RotationRule, Scene, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};
 

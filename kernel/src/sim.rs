@@ -325,7 +325,7 @@ impl<'a> Sim<'a> {
     }
 
     fn body_of_path(&self, path: &Path) -> Result<Body, Error> {
-        use crate::scene::{finite3, unit_quaternion};
+        use crate::error::{finite3, unit_quaternion};
         finite3("path.position", path.end.position)?;
         finite3("path.velocity", path.end.velocity)?;
         unit_quaternion("path.orientation", path.end.orientation)?;
@@ -336,16 +336,16 @@ impl<'a> Sim<'a> {
     /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a host).
     pub fn set_external_load(&mut self, force: [f64; 3], torque: [f64; 3]) -> Result<(), Error> {
         self.sound()?;
-        crate::scene::finite3("external.force", force)?;
-        crate::scene::finite3("external.torque", torque)?;
+        crate::error::finite3("external.force", force)?;
+        crate::error::finite3("external.torque", torque)?;
         if self.scene.drive != Drive::Free {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
         let force = Vector::from(self.model.pose.vector_in(force));
         let torque = Vector::from(self.model.pose.vector_in(torque));
         // What is a number in the host's axes may be none in the sheet's.
-        crate::scene::finite3("external.force", force.into())?;
-        crate::scene::finite3("external.torque", torque.into())?;
+        crate::error::finite3("external.force", force.into())?;
+        crate::error::finite3("external.torque", torque.into())?;
         self.scene.symmetry.check_load(&force, &torque)?;
         self.state.force = force.component_mul(&self.scene.symmetry.force_mask());
         self.state.torque = torque.component_mul(&self.scene.symmetry.torque_mask());
@@ -366,7 +366,7 @@ impl<'a> Sim<'a> {
                 let wanted = 3.0 * self.layout.nodes() as f64;
                 return Err(Error::new(Code::WrongLength, field, values.len() as f64, wanted));
             }
-            values.iter().try_for_each(|&x| crate::scene::finite(field, x))?;
+            values.iter().try_for_each(|&x| crate::error::finite(field, x))?;
         }
         let (points, _) = positions.as_chunks::<3>();
         let (speeds, _) = velocities.as_chunks::<3>();
@@ -434,7 +434,7 @@ impl<'a> Sim<'a> {
             let wanted = self.layout.segments() as f64;
             return Err(Error::new(Code::WrongLength, "stretches", stretches.len() as f64, wanted));
         }
-        stretches.iter().try_for_each(|&x| crate::scene::finite("stretches", x))?;
+        stretches.iter().try_for_each(|&x| crate::error::finite("stretches", x))?;
         if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
             return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
         }

@@ -17,7 +17,7 @@ use crate::error::Failure;
 use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, ITERATE_PLANES};
 use crate::pose::Vector;
 use crate::projectile::Body;
-use crate::scene::ThetaRule;
+use crate::scene::Integrator;
 use crate::sim::Sim;
 use crate::state::COUNT_MAX;
 use crate::sweep::{self, Axis, FAILED, YarnRow};
@@ -37,7 +37,7 @@ const LARGEST_FORCE: f64 = 1e80;
 
 impl Sim<'_> {
     /// One step of nodes and rates. On a failure nothing has changed.
-    pub(crate) fn iterate(&mut self, rule: ThetaRule, count: usize, before: &Body) -> Result<(), Failure> {
+    pub(crate) fn iterate(&mut self, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
         let rates = self.state.body;
         self.start_pushed();
         self.keep_gap_rates(count);
@@ -106,7 +106,7 @@ impl Sim<'_> {
     }
 
     /// phi/dt + n.(v_n + g) of every candidate.
-    fn approach_with_forces(&mut self, rule: ThetaRule, count: usize) {
+    fn approach_with_forces(&mut self, rule: Integrator, count: usize) {
         let nx = self.layout.nodes_x.max(1);
         let unit_speed = self.model.unit_speed;
         for c in 0..count {
@@ -123,7 +123,7 @@ impl Sim<'_> {
     }
 
     /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
-    pub(crate) fn velocity_with_forces(&self, rule: ThetaRule, i: usize, j: usize) -> Vector {
+    pub(crate) fn velocity_with_forces(&self, rule: Integrator, i: usize, j: usize) -> Vector {
         if self.is_fixed(i, j) {
             return Vector::zeros();
         }
@@ -157,7 +157,7 @@ impl Sim<'_> {
     }
 
     /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
-    fn guess(&mut self, rule: ThetaRule) -> f64 {
+    fn guess(&mut self, rule: Integrator) -> f64 {
         let chunks = self.layout.chunks;
         let (mut largest, mut finite) = (0.0, true);
         for j in 0..self.layout.nodes_y {
@@ -246,7 +246,7 @@ impl Sim<'_> {
     }
 
     /// Takes the converged guess: positions, velocities without impulses, supports, damage.
-    fn commit(&mut self, rule: ThetaRule) {
+    fn commit(&mut self, rule: Integrator) {
         let chunks = self.layout.chunks;
         let theta = rule.theta;
         for j in 0..self.layout.nodes_y {
