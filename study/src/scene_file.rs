@@ -91,9 +91,9 @@ pub fn write(name: &str, scene: &Scene) -> String {
             table = group;
             text.push_str(&format!("\n[{group}]\n"));
         }
-        let unit = field.quantity.map_or(String::new(), |quantity| format!("{}; ", quantity.unit));
-        let line = format!("{key} = {}", value(field, &mut copy));
-        text.push_str(&format!("{line:<40} # {unit}{}\n", about(field)));
+        let unit = field.quantity.map_or("1", |quantity| quantity.unit);
+        let unit = if unit == "1" { String::new() } else { format!("{unit}: ") };
+        text.push_str(&format!("# {unit}{}\n{key} = {}\n", about(field), value(field, &mut copy)));
     }
     text
 }
