@@ -302,7 +302,7 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
     }
     if summary.unconverged > 0 {
         eprintln!(
-            "warning: {} contact solves ended at the largest number of sweeps: their impulses are inexact (docs/model.md, \"Contact\")",
+            "warning: {} contact solves ended at the largest number of sweeps: their impulses are inexact",
             summary.unconverged
         );
     }
