@@ -209,25 +209,22 @@ impl Sim<'_> {
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
     /// The same expressions in the same order as the sweep.
     pub(crate) fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
-        let pull = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
+        let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
-            let q = segment.excess_now();
-            let stiffness = if q > self.model.critical && q > segment.history {
+            let q = segment.twice_strain();
+            let stiffness = if self.model.law.is_damaging(q, segment.history) {
                 self.model.law.alpha(segment.damage_rate, q) * segment.undamaged
             } else {
                 segment.stiffness
             };
             let stiffness = stiffness * self.model.toe.factor(q, segment.mark);
-            match axis {
-                Axis::Horizontal => sweep::pull_horizontal(stiffness, q, segment.d),
-                Axis::Vertical => sweep::pull_vertical(stiffness, q, segment.d),
-            }
+            segment.force(stiffness, q)
         };
-        let right = pull(Axis::Horizontal, Some(i), Some(j));
-        let left = pull(Axis::Horizontal, i.checked_sub(1), Some(j));
-        let up = pull(Axis::Vertical, Some(i), Some(j));
-        let down = pull(Axis::Vertical, Some(i), j.checked_sub(1));
+        let right = force(Axis::Horizontal, Some(i), Some(j));
+        let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
+        let up = force(Axis::Vertical, Some(i), Some(j));
+        let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
         [
             sweep::node_sum(right[0], left[0], up[0], down[0]),
             sweep::node_sum(right[1], left[1], up[1], down[1]),
@@ -306,7 +303,7 @@ impl Sim<'_> {
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
         let (law, model, chunks) = (self.model.law, &self.model, self.layout.chunks);
-        let critical = law.critical_excess();
+        let critical = model.critical;
         let uniform = [model.mean_stiffness, model.mean_stiffness, model.mean_damage_rate, model.mean_damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let ends = self.ends_of_segments(j);

@@ -255,7 +255,7 @@ pub struct Solved {
     pub angular_velocity: Vector,
 }
 
-/// Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
+/// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
 /// Every candidate's `approach` is set; `effective_mass` and `impulse` are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
 /// times the part of one that the planes leave.

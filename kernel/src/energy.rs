@@ -11,8 +11,8 @@ use crate::layout;
 use crate::pose::Vector;
 use crate::scene::Drive;
 use crate::sim::Sim;
-use crate::sweep::{self, Axis};
-use crate::yarn::Segment;
+use crate::sweep::Axis;
+use crate::yarn::{self, Segment};
 
 /// Energies, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,26 +59,29 @@ pub(crate) struct SegmentView {
 }
 
 impl SegmentView {
-    fn excess(&self, d: [f64; 3]) -> f64 {
-        match self.axis {
-            Axis::Horizontal => sweep::excess_horizontal(d),
-            Axis::Vertical => sweep::excess_vertical(d),
-        }
+    /// Twice the strain, q, at t_n.
+    pub fn twice_strain(&self) -> f64 {
+        yarn::twice_strain(self.axis.own_axes(self.d))
     }
 
-    /// U^2 - 1 at t_n.
-    pub fn excess_now(&self) -> f64 {
-        self.excess(self.d)
+    /// Twice the strain at t_{n-1}.
+    pub fn twice_strain_before(&self) -> f64 {
+        yarn::twice_strain(self.axis.own_axes(self.d_before))
+    }
+
+    /// Force on its first node at t_n with this stiffness and twice the strain.
+    pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
+        self.axis.own_axes(yarn::force(yarn::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
     }
 
     /// Whether its ends are nearer than at rest at t_n and were at t_{n-1}.
     pub fn is_slack(&self) -> bool {
-        self.excess_now() < 0.0 && self.excess(self.d_before) < 0.0
+        self.twice_strain() < 0.0 && self.twice_strain_before() < 0.0
     }
 }
 
 impl Sim<'_> {
-    /// The energies, with a full pass over the sheet. Commits nothing.
+    /// (M15) The energies, with a full pass over the sheet. Commits nothing.
     pub fn energy(&self) -> Result<Energy, Failure> {
         self.sound()?;
         let sums = &self.state.sums;
@@ -185,14 +188,14 @@ impl Sim<'_> {
 
     /// Strain energy in units of m (h/dt)^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
     fn segment_energy(&self, segment: &SegmentView) -> (f64, f64) {
-        let (before, now) = (segment.excess(segment.d_before), segment.excess_now());
-        let (law, critical, toe) = (&self.model.law, self.model.critical, &self.model.toe);
+        let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
+        let (law, toe) = (&self.model.law, &self.model.toe);
         let marked = segment.alpha_when_marked();
         let stored = |stiffness: f64, q: f64| {
-            let without_toe = if q > 0.0 { 0.25 * stiffness * q * q } else { 0.0 };
+            let without_toe = yarn::strain_energy(stiffness, q);
             if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
         };
-        let fresh = now > critical && now > segment.history;
+        let fresh = law.is_damaging(now, segment.history);
         if segment.history == 0.0 && !fresh {
             let stiffness = segment.stiffness;
             return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
@@ -289,7 +292,13 @@ mod tests {
         let (mut strain, mut dissipated) = (0.0, 0.0);
         for (k, [from, to]) in ends(scene).into_iter().enumerate() {
             let (segment, volume) = (scene.draw_segment(k as u64).unwrap(), scene.lumped_area() * h);
-            strain += volume * segment.stored(alpha[k], (x[to] - x[from]).norm() / h);
+            let stretch = (x[to] - x[from]).norm() / h;
+            strain += volume
+                * if stretch > 1.0 {
+                    0.125 * alpha[k] * segment.modulus * (stretch * stretch - 1.0).powi(2)
+                } else {
+                    0.0
+                };
             dissipated += volume * law.dissipated(&segment, alpha[k]);
         }
         (strain, dissipated)
@@ -519,7 +528,7 @@ mod tests {
                 assert_eq!(view(axis, before, now).is_slack(), slack, "{before} {now}");
             }
             // U = 1.2: U^2 - 1 = 0.44.
-            close(view(axis, 0.0, 0.2).excess_now(), 0.44, 1e-15);
+            close(view(axis, 0.0, 0.2).twice_strain(), 0.44, 1e-15);
         }
     }
 }

@@ -139,7 +139,7 @@ impl Sim<'_> {
         self.state.sums.pull_support(kind, at, &pull, symmetry);
     }
 
-    /// Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
+    /// (M9) Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
     /// a quarter of a kick, not only another unit. Contact needs nothing: its next impulse covers what is missing.
     fn halve_step(&mut self) -> Result<(), Failure> {
         let before = self.energy().map_or(0.0, |energy| energy.residual);

@@ -15,7 +15,7 @@ use crate::weave;
 use crate::yarn::DamageLaw;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
-/// [`crate::sweep::LOST`]).
+/// [`crate::yarn::LOST`]).
 const LOST_SPEED: f64 = 1e30;
 
 /// Constants derived from the scene.
@@ -87,7 +87,7 @@ impl Model {
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
         self.law = law;
-        self.critical = law.critical_excess();
+        self.critical = law.critical_twice_strain();
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;

@@ -440,7 +440,7 @@ impl Scene {
         Segment { modulus, damage_rate: self.yarn.damage_slope * modulus + self.yarn.damage_intercept }
     }
 
-    /// Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
+    /// (M6) Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
     /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
         if !self.yarn.stochastic {
@@ -470,7 +470,7 @@ impl Scene {
 
     /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
     ///
-    /// omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
+    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
     /// tangent stiffness is largest; dt_crit = 2/omega.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
@@ -543,7 +543,7 @@ impl Scene {
         let toe = self.slack_toe;
         finite("slack_toe", toe)?;
         let [narrowest, widest] = TOE_RANGE;
-        let critical = 0.5 * self.damage_law().critical_excess();
+        let critical = 0.5 * self.damage_law().critical_twice_strain();
         let widest = if critical < widest { critical } else { widest };
         let limit = if self.integrator != Integrator::Verlet {
             0.0

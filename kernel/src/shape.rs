@@ -252,7 +252,7 @@ impl Solid {
         })
     }
 
-    /// Gap of the point `p`, given in the body's frame from its centre of mass.
+    /// (M12) Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
         match self {
             Solid::Sphere { radius } => {

@@ -19,13 +19,13 @@ use crate::scene::{AttachmentKind, Drive, Scene, StepLimits};
 use crate::state::{COUNT_MAX, State};
 use crate::sweep::Axis;
 use crate::weave::ATTACHMENTS;
-use crate::yarn::squared_stretch_excess;
+use crate::yarn::{stretch, twice_strain_at};
 use core::mem::MaybeUninit;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.
 pub(crate) const LARGEST_STRETCH: f64 = 1e100;
 /// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy is a number then. The
-/// first step may find it lost (see [`crate::sweep::LOST`]).
+/// first step may find it lost (see [`crate::yarn::LOST`]).
 const LARGEST_GIVEN_MOTION: f64 = 1e30;
 
 /// The caller's memory: lengths from [`Layout::reals`] and [`Layout::words`]; longer is fine, content does not matter.
@@ -449,9 +449,9 @@ impl<'a> Sim<'a> {
             for j in 0..rows {
                 let history = layout::row_mut(self.blocks.history, chunks, j);
                 for i in 0..columns {
-                    let excess = squared_stretch_excess(stretches.next().copied().unwrap_or(0.0));
+                    let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
                     if let Some(slot) = layout::get_mut(history, axis, i) {
-                        *slot = if excess > critical { excess } else { 0.0 };
+                        *slot = if q > critical { q } else { 0.0 };
                     }
                 }
             }
@@ -553,7 +553,7 @@ impl<'a> Sim<'a> {
         self.sound()?;
         // Of a free sheet every node counts.
         let pieces = if self.scene.attachment.kind == AttachmentKind::Free { None } else { Some(self.pieces()) };
-        let (mut deflection, mut excess) = (0.0, 0.0);
+        let (mut deflection, mut largest) = (0.0, 0.0);
         for j in 0..self.layout.nodes_y {
             for i in 0..self.layout.nodes_x {
                 let (u, _) = self.node(i, j);
@@ -564,13 +564,13 @@ impl<'a> Sim<'a> {
                     if let Some(segment) = self.segment(axis, i, j)
                         && segment.stiffness > 0.0
                     {
-                        let q = segment.excess_now();
-                        excess = if q > excess { q } else { excess };
+                        let q = segment.twice_strain();
+                        largest = if q > largest { q } else { largest };
                     }
                 }
             }
         }
-        Ok(Fabric { max_deflection: deflection * self.scene.sheet.spacing, max_stretch: math::sqrt(1.0 + excess) })
+        Ok(Fabric { max_deflection: deflection * self.scene.sheet.spacing, max_stretch: stretch(largest) })
     }
 
     /// Counters; also after a failure.
@@ -643,7 +643,7 @@ impl<'a> Sim<'a> {
     pub fn copy_damage(&self, out: &mut [f64]) -> Result<(), Error> {
         self.sound()?;
         self.copy_segments(out, |sim, segment| {
-            let q = segment.excess_now();
+            let q = segment.twice_strain();
             let largest = if q > segment.history { q } else { segment.history };
             sim.model.law.alpha(segment.damage_rate, largest)
         })
@@ -652,10 +652,7 @@ impl<'a> Sim<'a> {
     /// Stretch at t_n of every segment in the order of their numbers.
     pub fn copy_stretch(&self, out: &mut [f64]) -> Result<(), Error> {
         self.sound()?;
-        self.copy_segments(out, |_, segment| {
-            let u2 = 1.0 + segment.excess_now();
-            math::sqrt(if u2 > 0.0 { u2 } else { 0.0 })
-        })
+        self.copy_segments(out, |_, segment| stretch(segment.twice_strain()))
     }
 
     /// Whether a node lies on the mirror planes x = 0 and y = 0.

@@ -14,12 +14,11 @@ use crate::pose::Vector;
 use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
 use crate::sim::{LARGEST_STRETCH, Sim};
 use crate::state::{COUNT_MAX, Parts, State, Visitor};
-use crate::sweep::FAILED;
 use crate::toe::NO_TOE;
-use crate::yarn::squared_stretch_excess;
+use crate::yarn::{FAILED, twice_strain_at};
 
 /// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
-/// A simulation that has not failed stays far below (see [`crate::sweep::LOST`]).
+/// A simulation that has not failed stays far below (see [`crate::yarn::LOST`]).
 const LARGEST_MOTION: f64 = 1e100;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
@@ -342,7 +341,7 @@ impl Sim<'_> {
     /// Looks at the words of the arrays: motion whose energy is finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
     fn arrays_sound(&self, mut words: &[[u8; 8]]) -> bool {
         // A segment breaks long before: only one that was broken beforehand has such a history.
-        let largest = squared_stretch_excess(LARGEST_STRETCH);
+        let largest = twice_strain_at(LARGEST_STRETCH);
         let possible = -LARGEST_MOTION..=LARGEST_MOTION;
         let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
         let toe = self.layout.toe;

@@ -20,7 +20,8 @@ use crate::projectile::Body;
 use crate::scene::ThetaRule;
 use crate::sim::Sim;
 use crate::state::COUNT_MAX;
-use crate::sweep::{self, Axis, FAILED, YarnRow};
+use crate::sweep::{self, Axis, YarnRow};
+use crate::yarn::{self, Damage};
 
 // First planes of the iterate's rows, three each.
 /// Guess of the displacement at the step's end.
@@ -32,7 +33,7 @@ const AT_START: usize = 6;
 /// Acceleration at the guess.
 const AT_GUESS: usize = 9;
 
-/// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`sweep::LOST`]).
+/// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`crate::yarn::LOST`]).
 const LARGEST_FORCE: f64 = 1e80;
 
 impl Sim<'_> {
@@ -189,7 +190,7 @@ impl Sim<'_> {
             (self.layout.nodes_x, self.layout.nodes_y, self.layout.x.segments(), self.layout.y.segments());
         let uniform =
             YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
-        let (law, critical) = (&self.model.law, self.model.critical);
+        let law = &self.model.law;
         let Blocks { hot, history, yarn, iterate, carry, .. } = &mut self.blocks;
         if self.layout.x.mirrored {
             (0..ny).for_each(|j| place_image_column(layout::row_mut(iterate, chunks, j), self.layout.x));
@@ -205,7 +206,7 @@ impl Sim<'_> {
             let (hot, history) = (layout::row(hot, chunks, j), layout::row(history, chunks, j));
             let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
             let stiffness = |axis: Axis, i: usize, q: f64| {
-                if q > critical && layout::get(history, axis as usize, i).is_some_and(|largest| q > largest) {
+                if layout::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                     let (undamaged, damage_rate) = yarn.constants(axis, i);
                     law.alpha(damage_rate, q) * undamaged
                 } else {
@@ -219,15 +220,16 @@ impl Sim<'_> {
                 let mut right = [0.0; 3];
                 if i < across {
                     let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
-                    let q = sweep::excess_horizontal(d);
-                    right = sweep::pull_horizontal(stiffness(Axis::Horizontal, i, q), q, d);
+                    let q = yarn::twice_strain(d);
+                    right = yarn::force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
                 }
                 let mut lift = [0.0; 3];
                 if j < up {
                     let over = displacement(above, i);
                     let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
-                    let q = sweep::excess_vertical(d);
-                    lift = sweep::pull_vertical(stiffness(Axis::Vertical, i, q), q, d);
+                    let d = sweep::vertical_axes(d);
+                    let q = yarn::twice_strain(d);
+                    lift = sweep::vertical_axes(yarn::force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
                 }
                 for axis in 0..3 {
                     let Some(down) = layout::get_mut(carry, axis, i) else { break };
@@ -283,11 +285,11 @@ impl Sim<'_> {
             for i in 0..self.layout.nodes_x {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     let Some(segment) = self.segment(axis, i, j) else { continue };
-                    let q = segment.excess_now();
-                    if !(q > self.model.critical && q > segment.history) {
+                    let q = segment.twice_strain();
+                    if !self.model.law.is_damaging(q, segment.history) {
                         continue;
                     }
-                    let alpha = self.model.law.alpha(segment.damage_rate, q);
+                    let Damage { alpha, history: largest } = self.model.law.damage(segment.damage_rate, q);
                     failed |= alpha == 0.0;
                     let stiffness = layout::row_mut(self.blocks.hot, chunks, j);
                     if let Some(slot) = layout::get_mut(stiffness, 6 + axis as usize, i) {
@@ -295,7 +297,7 @@ impl Sim<'_> {
                     }
                     let history = layout::row_mut(self.blocks.history, chunks, j);
                     if let Some(slot) = layout::get_mut(history, axis as usize, i) {
-                        *slot = if alpha == 0.0 { FAILED } else { q };
+                        *slot = largest;
                     }
                 }
             }
@@ -306,7 +308,7 @@ impl Sim<'_> {
     }
 }
 
-/// g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
+/// (M10) g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
 fn mean_kick(theta: f64, at_start: f64, at_guess: f64) -> f64 {
     theta * ((1.0 - theta) * at_start + theta * at_guess)
 }

@@ -14,6 +14,7 @@ use crate::lanes::{self, Job, Lane};
 use crate::layout::{self, CHUNK, Chunk, HOT_PLANES, MARK_PLANES};
 use crate::sim::Sim;
 use crate::sweep::{self, Axis};
+use crate::yarn;
 
 /// Mark of a segment without a toe; those with one have marks in [-1, 0].
 pub const NO_TOE: f64 = 1.0;
@@ -145,13 +146,13 @@ impl Job for NextSlack<'_> {
                     here[2].right_of(next[2]).sub(here[2]),
                 ];
                 // A mark is 1 or at most 0: U^2 is below it where a segment is slack that has none.
-                if L::load(&L::groups(mark_h)[g]).any_above(sweep::excess_horizontal(d).add(one)) {
+                if L::load(&L::groups(mark_h)[g]).any_above(yarn::twice_strain(d).add(one)) {
                     return Some(c);
                 }
                 let Some(over) = self.above.get(c) else { continue };
                 let over = displacement::<L>(Some(over), g);
                 let d = [over[0].sub(here[0]), over[1].sub(here[1]), over[2].sub(here[2])];
-                if L::load(&L::groups(mark_v)[g]).any_above(sweep::excess_vertical(d).add(one)) {
+                if L::load(&L::groups(mark_v)[g]).any_above(yarn::twice_strain(sweep::vertical_axes(d)).add(one)) {
                     return Some(c);
                 }
             }
