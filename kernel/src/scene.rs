@@ -5,9 +5,9 @@
 
 use crate::error::{Code, Error};
 use crate::math;
+use crate::planes::AT_REST;
 use crate::random::{self, Purpose};
 use crate::shape::{self, Solid};
-use crate::sweep::AT_REST;
 use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 

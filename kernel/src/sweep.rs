@@ -10,7 +10,10 @@
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES,
+    vertical_axes,
+};
 use crate::toe::{NO_TOE, Toe};
 use crate::yarn::{self, DamageLaw, LOST};
 
@@ -37,32 +40,13 @@ pub enum YarnRow<'a> {
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
 
-/// Direction of a segment.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// To the right-hand neighbour, along x.
-    Horizontal = 0,
-    /// To the neighbour above, along y.
-    Vertical = 1,
-}
-
-impl Axis {
-    /// A vector of the sheet in the axes of a segment of this direction, the rest direction first, or back.
-    pub fn own_axes(self, vector: [f64; 3]) -> [f64; 3] {
-        match self {
-            Axis::Horizontal => vector,
-            Axis::Vertical => vertical_axes(vector),
-        }
-    }
-}
-
 impl YarnRow<'_> {
     /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
         match self {
             YarnRow::Uniform { stiffness, damage_rate } => (*stiffness, *damage_rate),
             YarnRow::Stochastic(row) => {
-                let at = |plane: usize| layout::get(row, axis as usize + plane, i).unwrap_or(0.0);
+                let at = |plane: usize| planes::get(row, axis as usize + plane, i).unwrap_or(0.0);
                 (at(0), at(2))
             }
         }
@@ -84,12 +68,6 @@ pub struct Pass<'a> {
     pub toe: Toe,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
-}
-
-/// A vector of the sheet in the axes of a vertical segment, the rest direction first, or back.
-#[inline(always)]
-pub fn vertical_axes<L: Lane>([x, y, z]: [L; 3]) -> [L; 3] {
-    [y, x, z]
 }
 
 /// Sum of a node's four forces, in the order that everything keeps.
@@ -360,11 +338,6 @@ fn hand_on<L: Lane>(up: L, carry: &mut L::Group) -> L {
     up.store(carry);
     vertical
 }
-
-/// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall off faster than
-/// exponentially, and without a least one nearly every force there would be a subnormal number, which processors are slow
-/// with. Sums of numbers above it are multiples of 2^-308, so no product of three of them is subnormal.
-pub const AT_REST: f64 = f64::from_bits((1023 - 256) << 52);
 
 /// (M7) v <- v + a, u <- u + v along one axis. Returns the new u.
 #[inline(always)]
