@@ -732,7 +732,7 @@ mod tests {
     use super::*;
     use fabric::{
         Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, Projectile, RotationRule, Shape, Sheet,
-        StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+        StepAfterFailure, StepCheck, Symmetry, TimeStep, Yarn,
     };
 
     #[test]
@@ -803,12 +803,12 @@ mod tests {
             vary(&|scene| scene.projectile.shape = shape);
         }
         vary(&|scene| scene.drive = Drive::Prescribed);
-        vary(&|scene| scene.time_step = TimeStep::Seconds(1.5e-8));
-        vary(&|scene| scene.time_step = TimeStep::Fraction(0.25));
+        vary(&|scene| scene.time_step = TimeStep::seconds(1.5e-8));
+        vary(&|scene| scene.time_step = TimeStep::fraction(0.25));
         vary(&|scene| scene.step_check = StepCheck::None);
-        let rule = ThetaRule { theta: 0.75, tolerance: 3e-7, max_iterations: 77 };
-        vary(&|scene| scene.integrator = Integrator::Theta(rule));
-        vary(&|scene| scene.rotation_rule = RotationRule::Theta(0.625));
+        let rule = Integrator { theta: 0.75, tolerance: 3e-7, max_iterations: 77, ..Integrator::THETA };
+        vary(&|scene| scene.integrator = rule);
+        vary(&|scene| scene.rotation_rule = RotationRule::theta(0.625));
         vary(&|scene| scene.step_after_failure = StepAfterFailure::Half);
         vary(&|scene| scene.symmetry.mirror_x = true);
         vary(&|scene| scene.symmetry.mirror_y = true);
@@ -869,11 +869,11 @@ mod tests {
             },
             drive: Drive::Prescribed,
             seed: 0x0123_4567_89ab_cdef,
-            time_step: TimeStep::Seconds(number()),
+            time_step: TimeStep::seconds(number()),
             step_check: StepCheck::None,
-            integrator: Integrator::Theta(ThetaRule { theta: number(), tolerance: number(), max_iterations: 1005 }),
+            integrator: Integrator { theta: number(), tolerance: number(), max_iterations: 1005, ..Integrator::THETA },
             step_after_failure: StepAfterFailure::Half,
-            rotation_rule: RotationRule::Theta(number()),
+            rotation_rule: RotationRule::theta(number()),
             force_window: number(),
             track_detachment: true,
             track_support: false,
@@ -910,8 +910,8 @@ mod tests {
         let mut theta = askew();
         theta.projectile.shape = Shape::Cylinder;
         theta.yarn.draw = Draw::Yarn;
-        theta.integrator = Integrator::Theta(ThetaRule { theta: 0.5, tolerance: 1e-9, max_iterations: 300 });
-        theta.rotation_rule = RotationRule::Theta(0.5);
+        theta.integrator = Integrator { theta: 0.5, tolerance: 1e-9, max_iterations: 300, ..Integrator::THETA };
+        theta.rotation_rule = RotationRule::theta(0.5);
         let mut quarter = Scene::sheet_3in_sphere();
         (quarter.sheet.nodes_x, quarter.sheet.nodes_y) = (42, 41);
         quarter.yarn.stochastic = false;
@@ -927,7 +927,7 @@ mod tests {
         let mut halved = Scene::sheet_3in_sphere();
         (halved.sheet.nodes_x, halved.sheet.nodes_y) = (31, 31);
         halved.attachment.kind = AttachmentKind::TwoSides;
-        halved.time_step = TimeStep::Seconds(2e-8);
+        halved.time_step = TimeStep::seconds(2e-8);
         halved.step_after_failure = StepAfterFailure::Half;
         let mut small = Scene::sheet_3in_sphere();
         (small.sheet.nodes_x, small.sheet.nodes_y) = (41, 41);

@@ -3,8 +3,8 @@
 
 use core::ffi::c_char;
 use fabric::{
-    Attachment, AttachmentKind, Code, Draw, Drive, Error, Faces, Integrator, Motion, Projectile, RotationRule, Scene,
-    Shape, Sheet, StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Code, Draw, Drive, Error, Faces, Integrator, IntegratorKind, Motion, Projectile,
+    RotationKind, RotationRule, Scene, Shape, Sheet, StepAfterFailure, StepCheck, Symmetry, TimeStep, Yarn,
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
@@ -523,17 +523,12 @@ impl fk_scene {
     pub fn of(scene: &Scene) -> fk_scene {
         let (sheet, yarn, body) = (&scene.sheet, &scene.yarn, &scene.projectile);
         let (step_kind, step_value) = match scene.time_step {
-            TimeStep::Fraction(fraction) => (FK_STEP_FRACTION, fraction),
-            TimeStep::Seconds(dt) => (FK_STEP_SECONDS, dt),
+            TimeStep { fraction, seconds: 0.0 } => (FK_STEP_FRACTION, fraction),
+            TimeStep { seconds, .. } => (FK_STEP_SECONDS, seconds),
         };
-        let (integrator, rule) = match scene.integrator {
-            Integrator::Verlet => (FK_VERLET, ThetaRule::default()),
-            Integrator::Theta(rule) => (FK_THETA, rule),
-        };
-        let (rotation_rule, rotation_theta) = match scene.rotation_rule {
-            RotationRule::Midpoint => (FK_MIDPOINT, ThetaRule::default().theta),
-            RotationRule::Theta(theta) => (FK_THETA, theta),
-        };
+        let rule = scene.integrator;
+        let (integrator, rotation_rule) = (rule.kind as u32, scene.rotation_rule.kind as u32);
+        let rotation_theta = scene.rotation_rule.theta;
         fk_scene {
             struct_size: size_of::<fk_scene>() as u64,
             sheet_nodes_x: sheet.nodes_x,
@@ -618,8 +613,8 @@ impl fk_scene {
             other => return Err(unknown("projectile.shape", other)),
         };
         let time_step = match self.step_kind {
-            FK_STEP_FRACTION => TimeStep::Fraction(self.step_value),
-            FK_STEP_SECONDS => TimeStep::Seconds(self.step_value),
+            FK_STEP_FRACTION => TimeStep::fraction(self.step_value),
+            FK_STEP_SECONDS => TimeStep::seconds(self.step_value),
             other => return Err(unknown("step_kind", other)),
         };
         let step_check = match self.step_check {
@@ -637,13 +632,9 @@ impl fk_scene {
             FK_DRAW_YARN => Draw::Yarn,
             other => return Err(unknown("yarn.draw", other)),
         };
-        let integrator = match self.integrator {
-            FK_VERLET => Integrator::Verlet,
-            FK_THETA => Integrator::Theta(ThetaRule {
-                theta: self.theta,
-                tolerance: self.theta_tolerance,
-                max_iterations: self.theta_max_iterations,
-            }),
+        let kind_of_integrator = match self.integrator {
+            FK_VERLET => IntegratorKind::Verlet,
+            FK_THETA => IntegratorKind::Theta,
             other => return Err(unknown("integrator", other)),
         };
         let step_after_failure = match self.step_after_failure {
@@ -652,8 +643,8 @@ impl fk_scene {
             other => return Err(unknown("step_after_failure", other)),
         };
         let rotation_rule = match self.rotation_rule {
-            FK_MIDPOINT => RotationRule::Midpoint,
-            FK_THETA => RotationRule::Theta(self.rotation_theta),
+            FK_MIDPOINT => RotationKind::Midpoint,
+            FK_THETA => RotationKind::Theta,
             other => return Err(unknown("rotation_rule", other)),
         };
         Ok(Scene {
@@ -706,10 +697,15 @@ impl fk_scene {
             seed: self.seed,
             time_step,
             step_check,
-            integrator,
+            integrator: Integrator {
+                kind: kind_of_integrator,
+                theta: self.theta,
+                tolerance: self.theta_tolerance,
+                max_iterations: self.theta_max_iterations,
+            },
             step_after_failure,
             slack_toe: self.slack_toe,
-            rotation_rule,
+            rotation_rule: RotationRule { kind: rotation_rule, theta: self.rotation_theta },
             force_window: self.force_window,
             track_detachment: flag("track_detachment", self.track_detachment)?,
             track_support: flag("track_support", self.track_support)?,

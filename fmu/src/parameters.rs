@@ -182,7 +182,7 @@ impl Parameters {
         body.angular_velocity = motion.angular_velocity;
         scene.drive = if self.host_driven() { Drive::Prescribed } else { Drive::Free };
         scene.seed = u64::from(count(Id::Seed));
-        scene.time_step = TimeStep::Seconds(self.scalar(Id::Dt));
+        scene.time_step = TimeStep::seconds(self.scalar(Id::Dt));
         scene.force_window = self.scalar(Id::ForceWindow);
         scene.track_detachment = self.flag(Id::TrackDetachment);
         scene

@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use fabric::{
     AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck, Symmetry,
-    ThetaRule, TimeStep,
+    TimeStep,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -36,12 +36,12 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     scene.yarn.critical_stretch = bytes.choose(&[1.03, 1.001, 1.2]);
     scene.sheet.plies = bytes.choose(&[1, 1, 3]);
     scene.time_step = match bytes.below(4) {
-        0 => TimeStep::Fraction(0.4),
-        1 => TimeStep::Fraction(0.1),
-        2 => TimeStep::Seconds(1e-8),
+        0 => TimeStep::fraction(0.4),
+        1 => TimeStep::fraction(0.1),
+        2 => TimeStep::seconds(1e-8),
         _ => {
             scene.step_check = StepCheck::None;
-            TimeStep::Fraction(0.9)
+            TimeStep::fraction(0.9)
         }
     };
 
@@ -100,11 +100,11 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     match bytes.below(8) {
         0 => {
             scene.integrator =
-                Integrator::Theta(ThetaRule { theta: 0.5, tolerance: 1e-6, max_iterations: MOST_ITERATIONS });
+                Integrator { theta: 0.5, tolerance: 1e-6, max_iterations: MOST_ITERATIONS, ..Integrator::THETA };
             scene.step_after_failure = StepAfterFailure::Keep;
             scene.slack_toe = 0.0;
         }
-        1 => scene.rotation_rule = RotationRule::Theta(0.75),
+        1 => scene.rotation_rule = RotationRule::theta(0.75),
         2 => {
             scene.symmetry = Symmetry { mirror_x: true, mirror_y: bytes.once_in(2) };
             (scene.yarn.stochastic, scene.drive) = (false, Drive::Free);

@@ -100,7 +100,7 @@ fn scene_of(lines: &Lines) -> Result<Scene, Box<dyn Error>> {
     };
     scene.seed = word(lines, "seed")?.parse()?;
     let [dt] = numbers(lines, "dt")?;
-    scene.time_step = TimeStep::Seconds(dt);
+    scene.time_step = TimeStep::seconds(dt);
     scene.projectile.position = numbers(lines, "position")?;
     scene.projectile.velocity = numbers(lines, "velocity")?;
     scene.projectile.orientation = numbers(lines, "orientation")?;

@@ -4,7 +4,7 @@
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
 //! accumulated but contact loss, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
-//! Reference: docs/model.md, "Audit".
+//! Reference: docs/model.md, "Energy balance".
 
 use crate::error::Failure;
 use crate::planes::{self, Axis};

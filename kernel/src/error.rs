@@ -4,6 +4,7 @@
 //! - [`Failure`]: the computation cannot go on; said at once and latched until reset or load.
 //! - Outcomes (arrested, exited, ...) are physics, not errors: see [`crate::outcome`].
 
+use crate::math;
 use core::fmt::Write;
 
 /// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never reused.
@@ -278,6 +279,36 @@ impl core::fmt::Display for Failure {
 }
 
 impl core::error::Error for Failure {}
+
+/// Refuses NaN and infinities.
+pub(crate) fn finite(field: &'static str, value: f64) -> Result<(), Error> {
+    if value.is_finite() { Ok(()) } else { Err(Error::new(Code::NotFinite, field, value, 0.0)) }
+}
+
+/// Refuses a vector with a NaN or infinite component.
+pub(crate) fn finite3(field: &'static str, v: [f64; 3]) -> Result<(), Error> {
+    v.iter().try_for_each(|&x| finite(field, x))
+}
+
+/// Refuses everything but finite numbers greater than zero.
+pub(crate) fn positive(field: &'static str, value: f64) -> Result<(), Error> {
+    finite(field, value)?;
+    if value > 0.0 { Ok(()) } else { Err(Error::new(Code::NotPositive, field, value, 0.0)) }
+}
+
+/// Refuses everything but finite numbers that are zero or greater.
+pub(crate) fn not_negative(field: &'static str, value: f64) -> Result<(), Error> {
+    finite(field, value)?;
+    if value >= 0.0 { Ok(()) } else { Err(Error::new(Code::OutOfRange, field, value, 0.0)) }
+}
+
+/// Refuses a quaternion whose length differs from 1 by 1e-3 or more.
+pub(crate) fn unit_quaternion(field: &'static str, q: [f64; 4]) -> Result<(), Error> {
+    q.iter().try_for_each(|&x| finite(field, x))?;
+    let length = math::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    let off = length - 1.0;
+    if off < 1e-3 && off > -1e-3 { Ok(()) } else { Err(Error::new(Code::BadQuaternion, field, length, 1.0)) }
+}
 
 #[cfg(test)]
 mod tests {

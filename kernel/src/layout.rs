@@ -3,7 +3,7 @@
 
 use crate::error::{Code, Error};
 use crate::planes::{Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, YARN_PLANES};
-use crate::scene::{Integrator, Scene, StepAfterFailure};
+use crate::scene::{IntegratorKind, Scene, StepAfterFailure};
 use crate::state::Parts;
 use crate::symmetry::Line;
 
@@ -98,7 +98,7 @@ impl Layout {
         let chunks = x.stored().div_ceil(CHUNK);
         let stochastic = scene.yarn.stochastic;
         let track_detachment = scene.track_detachment;
-        let implicit = matches!(scene.integrator, Integrator::Theta(_));
+        let implicit = scene.integrator.kind == IntegratorKind::Theta;
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let toe = scene.slack_toe > 0.0;
         let candidates = match scene.contact_capacity {
@@ -172,7 +172,7 @@ impl Layout {
     /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands.
     pub fn band_reals(&self, of: u32) -> Result<usize, Error> {
         if self.implicit {
-            return Err(Error::plain(Code::NotInBands, "integrator"));
+            return Err(Error::plain(Code::NotInBands, "integrator.kind"));
         }
         if !(1..=MAX_BANDS).contains(&of) {
             return Err(Error::new(Code::OutOfRange, "of", f64::from(of), f64::from(MAX_BANDS)));
@@ -287,7 +287,7 @@ mod tests {
         assert_eq!(with(&|scene| scene.step_after_failure = StepAfterFailure::Half).2, 2);
         #[cfg(feature = "implicit")]
         {
-            let theta = |scene: &mut Scene| scene.integrator = Integrator::Theta(crate::scene::ThetaRule::default());
+            let theta = |scene: &mut Scene| scene.integrator = crate::scene::Integrator::THETA;
             assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
         }
     }

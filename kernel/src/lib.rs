@@ -37,11 +37,14 @@ mod blocks;
 mod body;
 #[cfg(feature = "micro")]
 pub mod calibrate;
+mod check;
 pub mod contact;
+mod draw;
 pub mod energy;
 pub mod error;
 #[cfg(feature = "micro")]
 pub mod fibril;
+pub mod fields;
 pub mod lanes;
 pub mod layout;
 mod marks;
@@ -82,8 +85,8 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, MAX_FACES, Projectile, RotationRule, Scene, Shape,
-    Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, ThetaRule, TimeStep, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
+    RotationRule, Scene, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use watch::{Latch, Outcome};

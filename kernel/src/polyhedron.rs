@@ -6,10 +6,10 @@
 //! lie outside none.
 //! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel.
 
-use crate::error::{Code, Error};
+use crate::error::{Code, Error, positive};
 use crate::math;
 use crate::pose::Vector;
-use crate::scene::{self, Faces, MAX_FACES};
+use crate::scene::{Faces, MAX_FACES};
 
 /// Gap of a point: signed distance (negative inside) and outward unit normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -229,22 +229,21 @@ impl Polyhedron {
     }
 }
 
-/// Refuses faces that are too few, too many, not finite, without a unit normal, not about the centre of mass, nearer to it
+/// Refuses faces that are too few, too many, without a unit normal, not about the centre of mass, nearer to it
 /// than the node spacing, or that enclose nothing.
 #[inline(never)] // The polyhedron must not add to the stack of what is checked next.
 pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
-    const FIELD: &str = "projectile.faces";
+    const FIELD: &str = "projectile.faces.planes";
     if faces.count < 4 || faces.count as usize > MAX_FACES {
         let limit = if faces.count < 4 { 4 } else { MAX_FACES };
-        return Err(Error::new(Code::OutOfRange, FIELD, faces.count as f64, limit as f64));
+        return Err(Error::new(Code::OutOfRange, "projectile.faces.count", faces.count as f64, limit as f64));
     }
     for &[x, y, z, distance] in faces.in_use() {
-        scene::finite3(FIELD, [x, y, z])?;
         let off = math::length([x, y, z]) - 1.0;
         if !(-1e-6..=1e-6).contains(&off) {
             return Err(Error::new(Code::BadNormal, FIELD, off + 1.0, 1.0));
         }
-        scene::positive(FIELD, distance)?;
+        positive(FIELD, distance)?;
         if distance < spacing {
             return Err(Error::new(Code::ProjectileTooSmall, FIELD, distance, spacing));
         }

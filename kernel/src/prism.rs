@@ -6,9 +6,9 @@
 //! Limits: 3 to 14 corners. A sector's outer arc is replaced by chords, its bore by one chord (a polyhedron is convex).
 //! Reference: C. Steger, "On the calculation of arbitrary moments of polygons", TU Muenchen, FGBV-96-05 (1996).
 
-use crate::error::{Code, Error};
+use crate::error::{Code, Error, positive};
 use crate::math;
-use crate::scene::{Attachment, AttachmentKind, Faces, MAX_FACES, Projectile, Scene, Shape, positive};
+use crate::scene::{Attachment, AttachmentKind, Faces, MAX_FACES, Projectile, Scene, Shape};
 
 /// Largest number of a prism's corners.
 pub const MAX_CORNERS: usize = MAX_FACES - 2;
@@ -40,7 +40,7 @@ pub fn prism(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Result<Prism, E
         let limit = if corners.len() < 3 { 3 } else { MAX_CORNERS };
         return Err(Error::new(Code::OutOfRange, "prism.corners", corners.len() as f64, limit as f64));
     }
-    corners.iter().flatten().try_for_each(|&x| crate::scene::finite("prism.corners", x))?;
+    corners.iter().flatten().try_for_each(|&x| crate::error::finite("prism.corners", x))?;
     refuse_not_convex(corners)?;
     Ok(built(corners, thickness, mass))
 }
@@ -100,7 +100,7 @@ pub fn disc_sector(
     mass: f64,
 ) -> Result<Prism, Error> {
     positive("disc_sector.outer_radius", outer_radius)?;
-    crate::scene::finite("disc_sector.inner_radius", inner_radius)?;
+    crate::error::finite("disc_sector.inner_radius", inner_radius)?;
     if inner_radius < 0.0 || inner_radius >= outer_radius {
         return Err(Error::new(Code::OutOfRange, "disc_sector.inner_radius", inner_radius, outer_radius));
     }

@@ -8,7 +8,7 @@
 //! Reference: J. C. Simo, K. K. Wong, Int. J. Numer. Meth. Engng 31 (1991) 19; Powell and Zohdi (2009), equations 14-16.
 
 use crate::pose::{self, Vector, into_body, out_of_body};
-use crate::scene::RotationRule;
+use crate::scene::{RotationKind, RotationRule};
 use crate::shape::Solid;
 use nalgebra::{Quaternion, Vector4};
 
@@ -112,12 +112,13 @@ impl Body {
         self.position += self.velocity * dt;
         if solid.feels_torque() {
             let rate = self.angular_velocity;
-            let (mean, end) = match rule {
-                RotationRule::Midpoint => {
+            let (mean, end) = match rule.kind {
+                RotationKind::Midpoint => {
                     let middle = midpoint_rate(&rate, &inertia.moments, dt);
                     (middle, middle * 2.0 - rate)
                 }
-                RotationRule::Theta(theta) => {
+                RotationKind::Theta => {
+                    let theta = rule.theta;
                     let end = theta_rate(&rate, &inertia.moments, theta, dt);
                     (rate * (1.0 - theta) + end * theta, end)
                 }
@@ -315,7 +316,7 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0, 0.0, 50.0],
         };
-        for rule in [RotationRule::Midpoint, RotationRule::Theta(0.5), RotationRule::Theta(1.0)] {
+        for rule in [RotationRule::MIDPOINT, RotationRule::theta(0.5), RotationRule::theta(1.0)] {
             let mut body = Body::of(&motion);
             (0..100).for_each(|_| body.drift(&solid, &inertia, rule, 1e-4));
             assert!((body.position - Vector::new(0.96, 2.05, 3.06)).norm() < 1e-12);
@@ -342,7 +343,7 @@ mod tests {
         for theta in [0.25, 0.5, 0.75] {
             let mut body = Body::of(&motion);
             let first = body.angular_velocity;
-            body.drift(&solid, &inertia, RotationRule::Theta(theta), dt);
+            body.drift(&solid, &inertia, RotationRule::theta(theta), dt);
             let mean = first * (1.0 - theta) + body.angular_velocity * theta;
             // The quaternion's vector part over its scalar part is dt/2 times the rate.
             let q = body.orientation;

@@ -1,24 +1,13 @@
-//! The scene: plain data that says what is simulated. Defaults come from functions; [`Scene::check`] names the first bad field.
+//! The scene: plain data that says what is simulated. Defaults come from functions.
+//! Each number has a row in `fields.rs`; what goes with what is checked in `check.rs`.
 //!
 //! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's own frame has
 //! its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body vectors into world vectors.
 
-use crate::error::{Code, Error};
-use crate::math;
-use crate::planes::AT_REST;
-use crate::random::{self, Purpose};
-use crate::shape::{self, Solid};
-use crate::weave;
-use crate::yarn::{DamageLaw, Segment};
-
 /// Rest length of a segment in the paper: 35 yarns per inch, m.
 pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
-/// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
-const SLOWEST_MOTION: f64 = 1e-30;
-/// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that a step makes of a
-/// state that is not lost are numbers, and so are its momentum and energy.
-const LARGEST_UNIT: f64 = 1e90;
-const LARGEST_STIFFNESS: f64 = 1e6;
+/// Largest number of nodes along one side.
+pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
 
 /// The grid of nodes and its mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -200,25 +189,40 @@ pub enum Drive {
 
 /// The time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TimeStep {
-    /// A fraction of the drawn sheet's dt_crit, in (0, 0.5].
-    Fraction(f64),
-    /// Seconds, > 0, at most 0.5 dt_crit.
-    Seconds(f64),
+pub struct TimeStep {
+    /// A fraction of the drawn sheet's dt_crit, in (0, 0.5]. Read if `seconds` is 0.
+    pub fraction: f64,
+    /// The step itself, s, at most 0.5 dt_crit; 0: `fraction` says it.
+    pub seconds: f64,
+}
+
+impl TimeStep {
+    /// A step as a fraction of dt_crit.
+    pub const fn fraction(fraction: f64) -> TimeStep {
+        TimeStep { fraction, seconds: 0.0 }
+    }
+
+    /// A step in seconds.
+    pub const fn seconds(seconds: f64) -> TimeStep {
+        TimeStep { fraction: 0.0, seconds }
+    }
 }
 
 /// How the nodes are stepped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Integrator {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum IntegratorKind {
     /// Velocity Verlet, explicit: the default.
-    Verlet,
+    Verlet = 0,
     /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature `implicit`).
-    Theta(ThetaRule),
+    Theta = 1,
 }
 
-/// Settings of the theta rule.
+/// How the nodes are stepped, with the settings of the theta rule (read for it only).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThetaRule {
+pub struct Integrator {
+    /// The method.
+    pub kind: IntegratorKind,
     /// Weight of the forces at the step's end, in [0.5, 1]; 0.5 is of second order.
     pub theta: f64,
     /// The iteration ends when no node moves by more than this, in node spacings, > 0.
@@ -227,10 +231,12 @@ pub struct ThetaRule {
     pub max_iterations: u32,
 }
 
-impl Default for ThetaRule {
-    fn default() -> ThetaRule {
-        ThetaRule { theta: 0.5, tolerance: 1e-10, max_iterations: 500 }
-    }
+impl Integrator {
+    /// Velocity Verlet.
+    pub const VERLET: Integrator =
+        Integrator { kind: IntegratorKind::Verlet, theta: 0.5, tolerance: 1e-10, max_iterations: 500 };
+    /// The theta rule with its usual settings.
+    pub const THETA: Integrator = Integrator { kind: IntegratorKind::Theta, ..Integrator::VERLET };
 }
 
 /// What the step does once a segment has failed.
@@ -245,12 +251,32 @@ pub enum StepAfterFailure {
 }
 
 /// How the projectile turns between impulses.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RotationRule {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum RotationKind {
     /// Implicit midpoint rule: keeps kinetic energy and angular momentum.
-    Midpoint,
-    /// The paper's theta rule (its equations 14-16) with this theta, in [0.5, 1]; does not conserve (feature `implicit`).
-    Theta(f64),
+    Midpoint = 0,
+    /// The paper's theta rule (its equations 14-16); does not conserve (feature `implicit`).
+    Theta = 1,
+}
+
+/// How the projectile turns between impulses, with the setting of the theta rule (read for it only).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotationRule {
+    /// The method.
+    pub kind: RotationKind,
+    /// Weight of the end of the step, in [0.5, 1].
+    pub theta: f64,
+}
+
+impl RotationRule {
+    /// The midpoint rule.
+    pub const MIDPOINT: RotationRule = RotationRule { kind: RotationKind::Midpoint, theta: 0.5 };
+
+    /// The theta rule.
+    pub const fn theta(theta: f64) -> RotationRule {
+        RotationRule { kind: RotationKind::Theta, theta }
+    }
 }
 
 /// Whether the step is checked against the limit.
@@ -375,12 +401,12 @@ impl Scene {
             },
             drive: Drive::Free,
             seed: 1,
-            time_step: TimeStep::Fraction(STEP_DEFAULT_FRACTION),
+            time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),
             step_check: StepCheck::Refuse,
-            integrator: Integrator::Verlet,
+            integrator: Integrator::VERLET,
             step_after_failure: StepAfterFailure::Keep,
             slack_toe: 0.0,
-            rotation_rule: RotationRule::Midpoint,
+            rotation_rule: RotationRule::MIDPOINT,
             force_window: 1e-6,
             track_detachment: true,
             track_support: true,
@@ -406,16 +432,6 @@ impl Scene {
         }
     }
 
-    /// The damage law's shared constants.
-    pub fn damage_law(&self) -> DamageLaw {
-        DamageLaw {
-            critical_stretch: self.yarn.critical_stretch,
-            a: self.yarn.damage_a,
-            b: self.yarn.damage_b,
-            alpha_fail: self.yarn.alpha_fail,
-        }
-    }
-
     /// Mass of one node of all plies together, kg.
     pub fn lumped_mass(&self) -> f64 {
         self.sheet.node_mass * self.sheet.plies as f64
@@ -434,359 +450,9 @@ impl Scene {
         ]
     }
 
-    /// The segment all others vary about: mean modulus and the damage rate on its line.
-    pub fn mean_segment(&self) -> Segment {
-        let modulus = self.yarn.modulus_mean;
-        Segment { modulus, damage_rate: self.yarn.damage_slope * modulus + self.yarn.damage_intercept }
-    }
-
-    /// (M6) Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
-    /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
-    pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
-        if !self.yarn.stochastic {
-            return Ok(self.mean_segment());
-        }
-        let number = match self.yarn.draw {
-            Draw::Segment => number,
-            Draw::Yarn => weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number),
-        };
-        for retry in 0..1000 {
-            let g1 = random::normal(self.seed, number, Purpose::Modulus, retry);
-            let g2 = random::normal(self.seed, number, Purpose::DamageRate, retry);
-            let modulus = self.yarn.modulus_mean + self.yarn.modulus_sd * g1;
-            let damage_rate = self.yarn.damage_slope * modulus + self.yarn.damage_intercept + self.yarn.damage_sd * g2;
-            if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN && damage_rate.is_finite() {
-                return Ok(Segment { modulus, damage_rate });
-            }
-        }
-        Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_sd", self.yarn.damage_sd, DAMAGE_RATE_MIN))
-    }
-
     /// Number of segments: (nx - 1) ny + nx (ny - 1).
     pub fn segments(&self) -> u64 {
         let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
         (nx - 1) * ny + nx * (ny - 1)
-    }
-
-    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
-    ///
-    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
-    /// tangent stiffness is largest; dt_crit = 2/omega.
-    pub fn step_limits(&self) -> Result<StepLimits, Error> {
-        self.check()?;
-        let mut stiffest = self.yarn.modulus_mean;
-        if self.yarn.stochastic {
-            stiffest = 0.0;
-            for number in 0..self.segments() {
-                let modulus = self.draw_segment(number)?.modulus;
-                if modulus > stiffest {
-                    stiffest = modulus;
-                }
-            }
-        }
-        let u2 = self.yarn.critical_stretch * self.yarn.critical_stretch;
-        let stiffness = stiffest * self.sheet.yarn_area / self.sheet.spacing;
-        let omega2 = stiffness / self.sheet.node_mass * (2.0 * (3.0 * u2 - 1.0) + 2.0 * (u2 - 1.0));
-        let dt_crit = 2.0 / math::sqrt(omega2);
-        if !dt_crit.is_normal() {
-            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
-        }
-        let step_max = self.step_max_fraction() * dt_crit;
-        let dt = match self.time_step {
-            TimeStep::Fraction(fraction) => fraction * dt_crit,
-            TimeStep::Seconds(dt) => dt,
-        };
-        if self.step_check == StepCheck::Refuse && dt > step_max {
-            return Err(Error::new(Code::StepTooLarge, "dt", dt, step_max));
-        }
-        let speed = self.sheet.spacing / dt;
-        let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
-        let unit_stiffness = dt * dt * stiffness / self.sheet.node_mass;
-        let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
-            && unit_stiffness.is_normal()
-            && unit_stiffness <= LARGEST_STIFFNESS
-            && AT_REST * speed <= SLOWEST_MOTION;
-        if !usable {
-            return Err(Error::new(Code::StepLimitUnusable, "dt", dt, step_max));
-        }
-        Ok(StepLimits { dt, dt_crit, step_max })
-    }
-
-    /// Checks every field by itself and against the others, in the order of declaration; the first bad one is named.
-    /// The time step against dt_crit is checked by [`Scene::step_limits`].
-    pub fn check(&self) -> Result<(), Error> {
-        self.check_sheet()?;
-        self.check_yarn()?;
-        self.check_projectile()?;
-        self.check_attachment()?;
-        self.check_symmetry()?;
-        match self.time_step {
-            TimeStep::Seconds(dt) => positive("dt", dt)?,
-            TimeStep::Fraction(fraction) => {
-                positive("step_fraction", fraction)?;
-                if self.step_check == StepCheck::Refuse && fraction > self.step_max_fraction() {
-                    return Err(Error::new(Code::OutOfRange, "step_fraction", fraction, self.step_max_fraction()));
-                }
-            }
-        }
-        self.check_integrator()?;
-        self.check_toe()?;
-        positive("force_window", self.force_window)
-    }
-
-    /// Largest accepted fraction of dt_crit.
-    pub fn step_max_fraction(&self) -> f64 {
-        if self.slack_toe > 0.0 { STEP_WITH_TOE * STEP_MAX_FRACTION } else { STEP_MAX_FRACTION }
-    }
-
-    fn check_toe(&self) -> Result<(), Error> {
-        let toe = self.slack_toe;
-        finite("slack_toe", toe)?;
-        let [narrowest, widest] = TOE_RANGE;
-        let critical = 0.5 * self.damage_law().critical_twice_strain();
-        let widest = if critical < widest { critical } else { widest };
-        let limit = if self.integrator != Integrator::Verlet {
-            0.0
-        } else if toe < narrowest {
-            narrowest
-        } else {
-            widest
-        };
-        let verlet = self.integrator == Integrator::Verlet;
-        let sound = toe == 0.0 || (verlet && toe >= narrowest && toe <= widest);
-        if sound { Ok(()) } else { Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit)) }
-    }
-
-    fn check_integrator(&self) -> Result<(), Error> {
-        let built = |field| if cfg!(feature = "implicit") { Ok(()) } else { Err(Error::plain(Code::NotBuilt, field)) };
-        let weight = |field, theta: f64| {
-            finite(field, theta)?;
-            let limit = if theta < 0.5 { 0.5 } else { 1.0 };
-            if (0.5..=1.0).contains(&theta) { Ok(()) } else { Err(Error::new(Code::OutOfRange, field, theta, limit)) }
-        };
-        if let Integrator::Theta(rule) = self.integrator {
-            built("integrator")?;
-            weight("integrator.theta", rule.theta)?;
-            positive("integrator.tolerance", rule.tolerance)?;
-            if self.step_after_failure != StepAfterFailure::Keep {
-                return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
-            }
-            if rule.max_iterations < 1 {
-                return Err(Error::new(Code::OutOfRange, "integrator.max_iterations", 0.0, 1.0));
-            }
-        }
-        if let RotationRule::Theta(theta) = self.rotation_rule {
-            built("rotation_rule")?;
-            weight("rotation_rule.theta", theta)?;
-        }
-        Ok(())
-    }
-
-    fn check_sheet(&self) -> Result<(), Error> {
-        let sheet = &self.sheet;
-        for (field, nodes) in [("sheet.nodes_x", sheet.nodes_x), ("sheet.nodes_y", sheet.nodes_y)] {
-            if nodes < 2 {
-                return Err(Error::new(Code::OutOfRange, field, nodes as f64, 2.0));
-            }
-            if nodes > MAX_NODES_PER_SIDE {
-                return Err(Error::new(Code::TooManyNodes, field, nodes as f64, MAX_NODES_PER_SIDE as f64));
-            }
-        }
-        positive("sheet.spacing", sheet.spacing)?;
-        positive("sheet.node_mass", sheet.node_mass)?;
-        positive("sheet.yarn_area", sheet.yarn_area)?;
-        if sheet.plies < 1 || sheet.plies > 1000 {
-            return Err(Error::new(Code::OutOfRange, "sheet.plies", sheet.plies as f64, 1000.0));
-        }
-        finite3("sheet.position", sheet.position)?;
-        unit_quaternion("sheet.orientation", sheet.orientation)
-    }
-
-    fn check_yarn(&self) -> Result<(), Error> {
-        let yarn = &self.yarn;
-        positive("yarn.modulus_mean", yarn.modulus_mean)?;
-        not_negative("yarn.modulus_sd", yarn.modulus_sd)?;
-        finite("yarn.damage_slope", yarn.damage_slope)?;
-        finite("yarn.damage_intercept", yarn.damage_intercept)?;
-        not_negative("yarn.damage_sd", yarn.damage_sd)?;
-        finite("yarn.critical_stretch", yarn.critical_stretch)?;
-        if yarn.critical_stretch <= 1.0 || yarn.critical_stretch > 2.0 {
-            let limit = if yarn.critical_stretch > 2.0 { 2.0 } else { 1.0 };
-            return Err(Error::new(Code::OutOfRange, "yarn.critical_stretch", yarn.critical_stretch, limit));
-        }
-        positive("yarn.damage_a", yarn.damage_a)?;
-        finite("yarn.damage_b", yarn.damage_b)?;
-        if yarn.damage_b >= 1.0 {
-            return Err(Error::new(Code::OutOfRange, "yarn.damage_b", yarn.damage_b, 1.0));
-        }
-        let first = yarn.damage_a * (1.0 - yarn.damage_b);
-        // One rounding above 1 is what A = 1/(1 - B) gives.
-        if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
-            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, 1.0 / (1.0 - yarn.damage_b)));
-        }
-        finite("yarn.alpha_fail", yarn.alpha_fail)?;
-        if yarn.alpha_fail < 0.0 || yarn.alpha_fail >= 1.0 {
-            return Err(Error::new(Code::OutOfRange, "yarn.alpha_fail", yarn.alpha_fail, 1.0));
-        }
-        let rate = self.mean_segment().damage_rate;
-        finite("yarn.damage_slope", rate)?;
-        if rate < DAMAGE_RATE_MIN {
-            return Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_intercept", rate, DAMAGE_RATE_MIN));
-        }
-        Ok(())
-    }
-
-    fn check_projectile(&self) -> Result<(), Error> {
-        let body = &self.projectile;
-        shape::check(body, self.sheet.spacing)?;
-        finite("projectile.mass", body.mass)?;
-        if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
-            positive("projectile.mass", body.mass)?;
-            if body.mass < self.lumped_mass() {
-                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
-            }
-        }
-        finite3("projectile.position", body.position)?;
-        finite3("projectile.velocity", body.velocity)?;
-        unit_quaternion("projectile.orientation", body.orientation)?;
-        finite3("projectile.angular_velocity", body.angular_velocity)
-    }
-
-    /// Mirror planes need yarn that is alike everywhere and a body that contact alone moves. Whether the hit is centred is
-    /// checked where the start motion is known in the sheet's frame (`symmetry.rs`).
-    fn check_symmetry(&self) -> Result<(), Error> {
-        let Symmetry { mirror_x, mirror_y } = self.symmetry;
-        if !mirror_x && !mirror_y {
-            return Ok(());
-        }
-        if self.yarn.stochastic {
-            return Err(Error::plain(Code::NotSymmetric, "yarn.stochastic"));
-        }
-        if self.drive != Drive::Free {
-            return Err(Error::plain(Code::NotSymmetric, "drive"));
-        }
-        Ok(())
-    }
-
-    #[inline(never)] // Its solid must not add to the stack of what is checked next.
-    fn check_attachment(&self) -> Result<(), Error> {
-        if self.attachment.kind != AttachmentKind::FourCorners {
-            return Ok(());
-        }
-        let (inset, radius) = (self.attachment.disc_inset, self.attachment.disc_radius);
-        not_negative("attachment.disc_inset", inset)?;
-        positive("attachment.disc_radius", radius)?;
-        let centre = weave::disc_centre(self);
-        if centre[0] <= radius || centre[1] <= radius {
-            let limit = if centre[0] < centre[1] { centre[0] } else { centre[1] };
-            return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
-        }
-        // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.
-        let pose = crate::pose::Pose::of_sheet(&self.sheet);
-        let offset = pose.point_in(self.projectile.position);
-        let orientation = crate::pose::normalised(pose.orientation_in(self.projectile.orientation));
-        let reach = Solid::of(&self.projectile).reach_in_plane(&orientation);
-        for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
-            if gap <= radius {
-                return Err(Error::new(Code::DiscTouchesProjectile, "attachment.disc_radius", radius, gap));
-            }
-        }
-        let nearest2 = weave::disc_to_nearest_node2(self);
-        if nearest2 > radius * radius {
-            return Err(Error::new(Code::HoldsNothing, "attachment.disc_radius", radius, math::sqrt(nearest2)));
-        }
-        Ok(())
-    }
-}
-
-/// Largest number of nodes along one side.
-pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
-
-/// Refuses NaN and infinities.
-pub(crate) fn finite(field: &'static str, value: f64) -> Result<(), Error> {
-    if value.is_finite() { Ok(()) } else { Err(Error::new(Code::NotFinite, field, value, 0.0)) }
-}
-
-/// Refuses a vector with a NaN or infinite component.
-pub(crate) fn finite3(field: &'static str, v: [f64; 3]) -> Result<(), Error> {
-    v.iter().try_for_each(|&x| finite(field, x))
-}
-
-/// Refuses everything but finite numbers greater than zero.
-pub(crate) fn positive(field: &'static str, value: f64) -> Result<(), Error> {
-    finite(field, value)?;
-    if value > 0.0 { Ok(()) } else { Err(Error::new(Code::NotPositive, field, value, 0.0)) }
-}
-
-fn not_negative(field: &'static str, value: f64) -> Result<(), Error> {
-    finite(field, value)?;
-    if value >= 0.0 { Ok(()) } else { Err(Error::new(Code::OutOfRange, field, value, 0.0)) }
-}
-
-/// Refuses a quaternion whose length differs from 1 by 1e-3 or more.
-pub(crate) fn unit_quaternion(field: &'static str, q: [f64; 4]) -> Result<(), Error> {
-    q.iter().try_for_each(|&x| finite(field, x))?;
-    let length = math::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    let off = length - 1.0;
-    if off < 1e-3 && off > -1e-3 { Ok(()) } else { Err(Error::new(Code::BadQuaternion, field, length, 1.0)) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn presets_are_sound() {
-        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
-            scene.check().unwrap();
-            let limits = scene.step_limits().unwrap();
-            assert!(limits.dt > 1.9e-8 && limits.dt < 2.12e-8);
-        }
-        assert_eq!(Scene::sheet_3in_sphere().segments(), 21_840);
-        assert_eq!(Scene::sheet_10in_cylinder().segments(), 244_300);
-    }
-
-    #[test]
-    fn uniform_step_limit() {
-        let mut scene = Scene::sheet_3in_sphere();
-        scene.yarn.stochastic = false;
-        let limits = scene.step_limits().unwrap();
-        assert!((limits.dt_crit / 5.289994e-8 - 1.0).abs() < 1e-6);
-        assert!((limits.step_max / 2.644997e-8 - 1.0).abs() < 1e-6);
-        scene.time_step = TimeStep::Seconds(2.7e-8);
-        let error = scene.step_limits().unwrap_err();
-        assert_eq!((error.code, error.field), (Code::StepTooLarge, "dt"));
-        assert_eq!(error.limit, limits.step_max);
-        scene.step_check = StepCheck::None;
-        assert!(scene.step_limits().is_ok());
-    }
-
-    #[test]
-    #[cfg(not(feature = "implicit"))]
-    fn a_build_without_the_theta_rule_refuses_it() {
-        let mut scene = Scene::sheet_3in_sphere();
-        scene.integrator = Integrator::Theta(ThetaRule::default());
-        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "integrator"));
-        scene.integrator = Integrator::Verlet;
-        scene.rotation_rule = RotationRule::Theta(0.5);
-        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "rotation_rule"));
-    }
-
-    #[test]
-    fn one_draw_per_yarn_makes_rows_and_columns_alike() {
-        let mut scene = Scene::sheet_3in_sphere();
-        scene.yarn.draw = Draw::Yarn;
-        let horizontal = |i, j| scene.draw_segment(weave::horizontal_number(105, i, j)).unwrap();
-        let vertical = |i, j| scene.draw_segment(weave::vertical_number(105, 105, i, j)).unwrap();
-        assert_eq!(horizontal(0, 7), horizontal(103, 7));
-        assert_ne!(horizontal(0, 7), horizontal(0, 8));
-        assert_eq!(vertical(7, 0), vertical(7, 103));
-        assert_ne!(vertical(7, 0), horizontal(0, 7));
-    }
-
-    #[test]
-    fn mean_damage_rate_lies_on_the_line() {
-        assert!((Scene::sheet_3in_sphere().mean_segment().damage_rate - 230.6011).abs() < 1e-9);
     }
 }

@@ -11,7 +11,7 @@ use crate::error::{Code, Error};
 use crate::math;
 use crate::polyhedron::{self, Gap, Polyhedron};
 use crate::pose::{Vector, into_body};
-use crate::scene::{self, Projectile, Shape};
+use crate::scene::{Projectile, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -43,19 +43,17 @@ pub enum Solid {
     Polyhedron(Polyhedron),
 }
 
-/// Refuses dimensions that are not numbers, too small for the node spacing, or of no body. `moments` only of known mass.
+/// Refuses dimensions that are too small for the node spacing, or of no body. `moments` only of known mass.
 pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
     let too_small = |field, value, limit| Err(Error::new(Code::ProjectileTooSmall, field, value, limit));
     match body.shape {
         Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => {
-            scene::positive("projectile.radius", body.radius)?;
             if body.radius < spacing {
                 return too_small("projectile.radius", body.radius, spacing);
             }
         }
         Shape::Box => {
             for edge in body.size {
-                scene::positive("projectile.size", edge)?;
                 if edge < 2.0 * spacing {
                     return too_small("projectile.size", edge, 2.0 * spacing);
                 }
@@ -69,7 +67,6 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
         }
     }
     if matches!(body.shape, Shape::Cylinder | Shape::HemisphericalCylinder) {
-        scene::positive("projectile.length", body.length)?;
         if body.length < 2.0 * spacing {
             return too_small("projectile.length", body.length, 2.0 * spacing);
         }
@@ -80,9 +77,8 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses moments that are not positive, and any greater than the other two together (beyond rounding).
+/// Refuses moments any of which is greater than the other two together (beyond rounding).
 fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
-    moments.iter().try_for_each(|&moment| scene::positive("projectile.moments", moment))?;
     let sum = moments[0] + moments[1] + moments[2];
     for moment in moments {
         let others = sum - moment;

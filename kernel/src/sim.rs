@@ -283,7 +283,7 @@ impl<'a> Sim<'a> {
     }
 
     fn body_of_path(&self, path: &Path) -> Result<Body, Error> {
-        use crate::scene::{finite3, unit_quaternion};
+        use crate::error::{finite3, unit_quaternion};
         finite3("path.position", path.end.position)?;
         finite3("path.velocity", path.end.velocity)?;
         unit_quaternion("path.orientation", path.end.orientation)?;
@@ -294,16 +294,16 @@ impl<'a> Sim<'a> {
     /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a host).
     pub fn set_external_load(&mut self, force: [f64; 3], torque: [f64; 3]) -> Result<(), Error> {
         self.system.sound()?;
-        crate::scene::finite3("external.force", force)?;
-        crate::scene::finite3("external.torque", torque)?;
+        crate::error::finite3("external.force", force)?;
+        crate::error::finite3("external.torque", torque)?;
         if self.system.scene.drive != Drive::Free {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
         let force = Vector::from(self.system.model.pose.vector_in(force));
         let torque = Vector::from(self.system.model.pose.vector_in(torque));
         // What is a number in the host's axes may be none in the sheet's.
-        crate::scene::finite3("external.force", force.into())?;
-        crate::scene::finite3("external.torque", torque.into())?;
+        crate::error::finite3("external.force", force.into())?;
+        crate::error::finite3("external.torque", torque.into())?;
         self.system.scene.symmetry.check_load(&force, &torque)?;
         self.system.state.force = force.component_mul(&self.system.scene.symmetry.force_mask());
         self.system.state.torque = torque.component_mul(&self.system.scene.symmetry.torque_mask());
@@ -330,7 +330,7 @@ impl<'a> Sim<'a> {
     /// [`Layout::band_reals`], content does not matter.
     ///
     /// # Errors
-    /// More bands than [`crate::bands::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
+    /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
     pub fn bands<'s>(&'s mut self, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
         Bands::of(&mut self.system, scratch, of)
     }

@@ -8,10 +8,11 @@
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
 use crate::error::{Code, Error};
+use crate::fields;
 use crate::layout::HEADER_WORDS;
 use crate::planes::{self, CHUNK};
 use crate::pose::Vector;
-use crate::scene::{Draw, Integrator, RotationRule, Scene, Shape, StepAfterFailure, Symmetry};
+use crate::scene::Scene;
 use crate::start::LARGEST_STRETCH;
 use crate::state::{COUNT_MAX, State, Visitor};
 use crate::step;
@@ -67,71 +68,10 @@ impl Visitor for Hash {
     }
 }
 
-/// A hash of the scene and of the step in use. The projectile's start is left out: the image holds its present motion.
-/// So is `contact_capacity`: it changes no bit of the motion, only whether there is room to go on. An image may be taken on with more
-/// room, and that is the cure where a run has failed for want of it.
+/// A hash of the scene and of the step in use: the words of the table (`fields.rs`), as each row says.
 pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     let mut hash = Hash::default();
-    let s = &scene.sheet;
-    for count in [s.nodes_x, s.nodes_y, s.plies] {
-        hash.word(count as u64);
-    }
-    for value in [s.spacing, s.node_mass, s.yarn_area] {
-        hash.real(value);
-    }
-    s.position.iter().chain(&s.orientation).for_each(|&x| hash.real(x));
-    hash.word(scene.attachment.kind as u64);
-    hash.real(scene.attachment.disc_inset);
-    hash.real(scene.attachment.disc_radius);
-    let y = &scene.yarn;
-    let line = [y.modulus_mean, y.modulus_sd, y.damage_slope, y.damage_intercept, y.damage_sd];
-    line.iter().chain(&[y.critical_stretch, y.damage_a, y.damage_b, y.alpha_fail]).for_each(|&x| hash.real(x));
-    hash.word(u64::from(y.stochastic));
-    let p = &scene.projectile;
-    hash.word(p.shape as u64);
-    for value in [p.radius, p.length, p.mass] {
-        hash.real(value);
-    }
-    match p.shape {
-        Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => {}
-        Shape::Box => p.size.iter().for_each(|&x| hash.real(x)),
-        Shape::Polyhedron => {
-            hash.word(p.faces.count as u64);
-            p.faces.in_use().iter().flatten().chain(&p.moments).for_each(|&x| hash.real(x));
-        }
-    }
-    hash.word(scene.drive as u64);
-    hash.word(scene.seed);
-    // Not how the step was asked for, but its value.
-    hash.real(dt);
-    hash.real(scene.force_window);
-    hash.word(u64::from(scene.track_detachment));
-    hash.word(u64::from(scene.track_support));
-    // Options that came later count only where they are used.
-    if y.stochastic && y.draw != Draw::Segment {
-        hash.word(0x1_0000 + y.draw as u64);
-    }
-    if scene.symmetry != Symmetry::default() {
-        let Symmetry { mirror_x, mirror_y } = scene.symmetry;
-        hash.word(0x2_0000 + 2 * u64::from(mirror_y) + u64::from(mirror_x));
-    }
-    if let Integrator::Theta(rule) = scene.integrator {
-        hash.word(0x3_0000);
-        hash.real(rule.theta);
-        hash.real(rule.tolerance);
-        hash.word(rule.max_iterations as u64);
-    }
-    if scene.step_after_failure != StepAfterFailure::Keep {
-        hash.word(0x5_0000 + scene.step_after_failure as u64);
-    }
-    if scene.slack_toe > 0.0 {
-        hash.word(0x6_0000);
-        hash.real(scene.slack_toe);
-    }
-    if let RotationRule::Theta(theta) = scene.rotation_rule {
-        hash.word(0x4_0000);
-        hash.real(theta);
-    }
+    fields::fingerprint_words(scene, dt, &mut |word| hash.word(word));
     hash.value()
 }
 
@@ -427,6 +367,7 @@ mod tests {
     use crate::error::Failure;
     use crate::layout::{STATE_WORDS, frame_words};
     use crate::projectile::{Body, Motion};
+    use crate::scene::{Draw, Integrator, RotationRule, Shape, StepAfterFailure, Symmetry};
     use crate::state::Parts;
     use std::vec::Vec;
 
@@ -546,8 +487,8 @@ mod tests {
         };
         let mirror = |mirror_x, mirror_y| move |s: &mut Scene| s.symmetry = Symmetry { mirror_x, mirror_y };
         let theta = |theta, tolerance, max_iterations| {
-            let rule = crate::scene::ThetaRule { theta, tolerance, max_iterations };
-            move |s: &mut Scene| s.integrator = Integrator::Theta(rule)
+            let rule = Integrator { theta, tolerance, max_iterations, ..Integrator::THETA };
+            move |s: &mut Scene| s.integrator = rule
         };
         let prints = [
             print(&|_| ()),
@@ -563,8 +504,8 @@ mod tests {
             print(&|s| s.step_after_failure = StepAfterFailure::Half),
             print(&|s| s.slack_toe = 0.01),
             print(&|s| s.slack_toe = 0.02),
-            print(&|s| s.rotation_rule = RotationRule::Theta(0.5)),
-            print(&|s| s.rotation_rule = RotationRule::Theta(1.0)),
+            print(&|s| s.rotation_rule = RotationRule::theta(0.5)),
+            print(&|s| s.rotation_rule = RotationRule::theta(1.0)),
             print(&|s| s.track_detachment = !s.track_detachment),
             print(&|s| s.track_support = !s.track_support),
             print(&|s| s.seed += 1),
@@ -599,9 +540,8 @@ mod tests {
         for (mirror_x, mirror_y, word) in [(true, false, 0x2_0001), (false, true, 0x2_0002), (true, true, 0x2_0003)] {
             check(&|s| s.symmetry = Symmetry { mirror_x, mirror_y }, &[word]);
         }
-        let rule = crate::scene::ThetaRule { theta: 0.5, tolerance: 1e-10, max_iterations: 500 };
-        check(&|s| s.integrator = Integrator::Theta(rule), &[0x3_0000, 0.5_f64.to_bits(), 1e-10_f64.to_bits(), 500]);
-        check(&|s| s.rotation_rule = RotationRule::Theta(1.0), &[0x4_0000, 1.0_f64.to_bits()]);
+        check(&|s| s.integrator = Integrator::THETA, &[0x3_0000, 0.5_f64.to_bits(), 1e-10_f64.to_bits(), 500]);
+        check(&|s| s.rotation_rule = RotationRule::theta(1.0), &[0x4_0000, 1.0_f64.to_bits()]);
         check(&|s| s.step_after_failure = StepAfterFailure::Half, &[0x5_0001]);
         check(&|s| s.slack_toe = 0.02, &[0x6_0000, 0.02_f64.to_bits()]);
         // Several at once, in the order in which they came.

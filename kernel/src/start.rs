@@ -69,7 +69,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
             let wanted = 3.0 * system.layout.nodes() as f64;
             return Err(Error::new(Code::WrongLength, field, values.len() as f64, wanted));
         }
-        values.iter().try_for_each(|&x| crate::scene::finite(field, x))?;
+        values.iter().try_for_each(|&x| crate::error::finite(field, x))?;
     }
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
@@ -137,7 +137,7 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
         let wanted = system.layout.segments() as f64;
         return Err(Error::new(Code::WrongLength, "stretches", stretches.len() as f64, wanted));
     }
-    stretches.iter().try_for_each(|&x| crate::scene::finite("stretches", x))?;
+    stretches.iter().try_for_each(|&x| crate::error::finite("stretches", x))?;
     if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
         return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
     }

@@ -17,7 +17,7 @@ use crate::planes::{self, CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows::{Rows, Terms};
-use crate::scene::{Integrator, Scene, Symmetry};
+use crate::scene::{IntegratorKind, Scene, Symmetry};
 use crate::state::Sums;
 use crate::sweep::Report;
 use crate::system::System;
@@ -66,16 +66,16 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     let target = body::prescribe_rates(system, end);
     let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system));
     let gathered = found.inspect_err(|_| system.state.body = at_start)?;
-    match system.scene.integrator {
-        Integrator::Verlet => {
+    match system.scene.integrator.kind {
+        IntegratorKind::Verlet => {
             let report = sweep(system);
             touch(system, report, gathered.count, &at_start)?;
         }
         #[cfg(feature = "implicit")]
-        Integrator::Theta(rule) => theta::iterate(system, rule, gathered.count, &at_start)?,
+        IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, gathered.count, &at_start)?,
         // Refused by the scene's check in a build without it.
         #[cfg(not(feature = "implicit"))]
-        Integrator::Theta(_) => return Err(Failure::NotConverged),
+        IntegratorKind::Theta => return Err(Failure::NotConverged),
     }
     end_pass(system, &gathered, target)
 }

@@ -387,8 +387,8 @@ impl System<'_> {
     /// Velocity of a node in this pass before any impulse, spacings a pass.
     pub fn free_velocity(&self, i: usize, j: usize) -> Vector {
         #[cfg(feature = "implicit")]
-        if let crate::scene::Integrator::Theta(rule) = self.scene.integrator {
-            return self.velocity_with_forces(rule.theta, i, j);
+        if self.layout.implicit {
+            return self.velocity_with_forces(self.scene.integrator.theta, i, j);
         }
         Vector::from(self.node(i, j).1)
     }

@@ -21,7 +21,7 @@ use crate::planes::{
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows::{place_image_column, place_image_row};
-use crate::scene::ThetaRule;
+use crate::scene::Integrator;
 use crate::state::COUNT_MAX;
 use crate::sweep::{self, YarnRow};
 use crate::system::{System, mean_acceleration};
@@ -32,7 +32,7 @@ use crate::yarn::{self, Damage};
 const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
-pub(crate) fn iterate(system: &mut System<'_>, rule: ThetaRule, count: usize, before: &Body) -> Result<(), Failure> {
+pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
     let rates = system.state.body;
     start_pushed(system);
     keep_gap_rates(system, count);
@@ -101,7 +101,7 @@ fn keep_gap_rates(system: &mut System<'_>, count: usize) {
 }
 
 /// phi/dt + n.(v_n + g) of every candidate.
-fn approach_with_forces(system: &mut System<'_>, rule: ThetaRule, count: usize) {
+fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
     let nx = system.layout.nodes_x.max(1);
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
@@ -138,7 +138,7 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
 }
 
 /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
-fn guess(system: &mut System<'_>, rule: ThetaRule) -> f64 {
+fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
     for j in 0..system.layout.nodes_y {
@@ -228,7 +228,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
 }
 
 /// Takes the converged guess: positions, velocities without impulses, supports, damage.
-fn commit(system: &mut System<'_>, rule: ThetaRule) {
+fn commit(system: &mut System<'_>, rule: Integrator) {
     let chunks = system.layout.chunks;
     let theta = rule.theta;
     for j in 0..system.layout.nodes_y {

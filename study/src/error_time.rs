@@ -40,7 +40,7 @@ use crate::plots::{Axes, Plot, Series, Style};
 use crate::{Result, report};
 use clap::Args;
 use fabric::scene::STEP_MAX_FRACTION;
-use fabric::{Integrator, Scene, StepCheck, ThetaRule, TimeStep};
+use fabric::{Integrator, IntegratorKind, Scene, StepCheck, TimeStep};
 use std::path::{Path, PathBuf};
 
 /// Options of `error-time`.
@@ -144,14 +144,14 @@ fn with_step(mut scene: Scene, step: TimeStep, fraction: f64) -> Scene {
 
 /// The theta rule with theta = 1/2 and this tolerance in node spacings.
 fn theta(tolerance: f64) -> Integrator {
-    Integrator::Theta(ThetaRule { tolerance, ..ThetaRule::default() })
+    Integrator { tolerance, ..Integrator::THETA }
 }
 
 /// Name of an integrator for tables.
 fn integrator_name(integrator: Integrator) -> String {
-    match integrator {
-        Integrator::Verlet => "Verlet".to_string(),
-        Integrator::Theta(rule) => format!("theta, tolerance {:.0e}", rule.tolerance),
+    match integrator.kind {
+        IntegratorKind::Verlet => "Verlet".to_string(),
+        IntegratorKind::Theta => format!("theta, tolerance {:.0e}", integrator.tolerance),
     }
 }
 

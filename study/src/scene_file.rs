@@ -1,9 +1,10 @@
-//! Scenes as TOML: a preset, and whatever differs from it. Keys are the field names of [`fabric::Scene`]; an unknown key is an error.
+//! Scenes as TOML: a preset, and whatever differs from it. Keys are the names of the table of parameters ([`fabric::fields`]), which
+//! are the paths in [`fabric::Scene`]; an unknown key is an error.
 //!
 //! ```toml
 //! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector"
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
-//! integrator = "verlet"                # or "theta", or { theta = { tolerance = 1e-8 } }
+//! integrator = { kind = "theta", tolerance = 1e-8 }
 //!
 //! [attachment]
 //! kind = "four_corners"
@@ -14,214 +15,22 @@
 //!
 //! All keys with units and defaults: study/scenes/every_key.toml.
 //!
-//! `faces` are rows `[n_x, n_y, n_z, b]`. A disc sector gets its faces, mass centre and moments from its dimensions:
+//! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given. A disc sector gets its faces,
+//! mass centre and moments from its dimensions:
 //! `disc_sector = { inner_radius = 0.015, outer_radius = 0.04, angle = 2.0944, thickness = 0.01 }` beside `mass`.
 
 use crate::Result;
-use fabric::{
-    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck, ThetaRule,
-    TimeStep, prism,
-};
-use serde::Deserialize;
-use serde::de::Error as _;
+use fabric::fields::{self, FIELDS, Field, Place};
+use fabric::{Scene, prism};
 use std::path::Path;
+use toml::{Table, Value};
 
-/// A scene file. What is absent keeps the preset's value.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SceneFile {
-    preset: Preset,
-    #[serde(default)]
-    sheet: SheetFile,
-    #[serde(default)]
-    symmetry: SymmetryFile,
-    #[serde(default)]
-    attachment: AttachmentFile,
-    #[serde(default)]
-    yarn: YarnFile,
-    #[serde(default)]
-    projectile: ProjectileFile,
-    drive: Option<DriveName>,
-    seed: Option<u64>,
-    time_step: Option<TimeStepFile>,
-    step_check: Option<StepCheckName>,
-    integrator: Option<IntegratorFile>,
-    step_after_failure: Option<StepAfterFailureName>,
-    slack_toe: Option<f64>,
-    rotation_rule: Option<RotationFile>,
-    force_window: Option<f64>,
-    track_detachment: Option<bool>,
-    track_support: Option<bool>,
-    contact_capacity: Option<u32>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Preset {
-    #[serde(rename = "sheet_3in_sphere")]
-    Sheet3inSphere,
-    #[serde(rename = "sheet_10in_cylinder")]
-    Sheet10inCylinder,
-    TurbineDiscSector,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SheetFile {
-    nodes_x: Option<u32>,
-    nodes_y: Option<u32>,
-    spacing: Option<f64>,
-    node_mass: Option<f64>,
-    yarn_area: Option<f64>,
-    plies: Option<u32>,
-    position: Option<[f64; 3]>,
-    orientation: Option<[f64; 4]>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [symmetry] with mirror_x, mirror_y")]
-struct SymmetryFile {
-    mirror_x: Option<bool>,
-    mirror_y: Option<bool>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [attachment] with kind, disc_inset, disc_radius")]
-struct AttachmentFile {
-    kind: Option<AttachmentName>,
-    disc_inset: Option<f64>,
-    disc_radius: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct YarnFile {
-    modulus_mean: Option<f64>,
-    modulus_sd: Option<f64>,
-    damage_slope: Option<f64>,
-    damage_intercept: Option<f64>,
-    damage_sd: Option<f64>,
-    critical_stretch: Option<f64>,
-    damage_a: Option<f64>,
-    damage_b: Option<f64>,
-    alpha_fail: Option<f64>,
-    stochastic: Option<bool>,
-    draw: Option<DrawName>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ProjectileFile {
-    shape: Option<ShapeName>,
-    radius: Option<f64>,
-    length: Option<f64>,
-    size: Option<[f64; 3]>,
-    faces: Option<Vec<[f64; 4]>>,
-    moments: Option<[f64; 3]>,
-    disc_sector: Option<DiscSectorFile>,
-    mass: Option<f64>,
-    position: Option<[f64; 3]>,
-    velocity: Option<[f64; 3]>,
-    orientation: Option<[f64; 4]>,
-    angular_velocity: Option<[f64; 3]>,
-}
-
-/// A sector of a disc in place of `shape`, `faces` and `moments`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DiscSectorFile {
-    inner_radius: f64,
-    outer_radius: f64,
-    angle: f64,
-    thickness: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum AttachmentName {
-    TwoSides,
-    FourSides,
-    FourCorners,
-    Free,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum DrawName {
-    Segment,
-    Yarn,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum ShapeName {
-    Sphere,
-    Cylinder,
-    HemisphericalCylinder,
-    Box,
-    Polyhedron,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum DriveName {
-    Free,
-    Prescribed,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum StepCheckName {
-    Refuse,
-    None,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, deny_unknown_fields, expecting = "`time_step` is { fraction = 0.4 } or { seconds = 2e-8 }")]
-enum TimeStepFile {
-    Fraction { fraction: f64 },
-    Seconds { seconds: f64 },
-}
-
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    deny_unknown_fields,
-    expecting = "`integrator` is \"verlet\", \"theta\", or { theta = { theta, tolerance, max_iterations } }"
-)]
-enum IntegratorFile {
-    Name(IntegratorName),
-    Rule { theta: ThetaFile },
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum IntegratorName {
-    Verlet,
-    Theta,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ThetaFile {
-    theta: Option<f64>,
-    tolerance: Option<f64>,
-    max_iterations: Option<u32>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum StepAfterFailureName {
-    Keep,
-    Half,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-enum RotationFile {
-    Midpoint,
-    Theta(f64),
-}
+/// The presets by name.
+const PRESETS: [(&str, fn() -> Scene); 3] = [
+    ("sheet_3in_sphere", Scene::sheet_3in_sphere),
+    ("sheet_10in_cylinder", Scene::sheet_10in_cylinder),
+    ("turbine_disc_sector", Scene::turbine_disc_sector),
+];
 
 /// Reads a scene. The kernel's own checks come later, when a simulation is made of it.
 pub fn read(path: &Path) -> Result<Scene> {
@@ -230,166 +39,141 @@ pub fn read(path: &Path) -> Result<Scene> {
 }
 
 /// The scene that a text describes.
-pub fn parse(text: &str) -> std::result::Result<Scene, toml::de::Error> {
-    let file: SceneFile = toml::from_str(text)?;
-    let mut scene = match file.preset {
-        Preset::Sheet3inSphere => Scene::sheet_3in_sphere(),
-        Preset::Sheet10inCylinder => Scene::sheet_10in_cylinder(),
-        Preset::TurbineDiscSector => Scene::turbine_disc_sector(),
+pub fn parse(text: &str) -> Result<Scene> {
+    let mut file: Table = text.parse()?;
+    let mut scene = preset(file.remove("preset"))?;
+    let sector = match file.get_mut("projectile") {
+        Some(Value::Table(projectile)) => projectile.remove("disc_sector").map(|sector| (sector, projectile.clone())),
+        _ => None,
     };
-    let sheet = &mut scene.sheet;
-    set(&mut sheet.nodes_x, file.sheet.nodes_x);
-    set(&mut sheet.nodes_y, file.sheet.nodes_y);
-    set(&mut sheet.spacing, file.sheet.spacing);
-    set(&mut sheet.node_mass, file.sheet.node_mass);
-    set(&mut sheet.yarn_area, file.sheet.yarn_area);
-    set(&mut sheet.plies, file.sheet.plies);
-    set(&mut sheet.position, file.sheet.position);
-    set(&mut sheet.orientation, file.sheet.orientation);
-
-    set(&mut scene.symmetry.mirror_x, file.symmetry.mirror_x);
-    set(&mut scene.symmetry.mirror_y, file.symmetry.mirror_y);
-
-    let attachment = &mut scene.attachment;
-    set(&mut attachment.kind, file.attachment.kind.map(attachment_kind));
-    set(&mut attachment.disc_inset, file.attachment.disc_inset);
-    set(&mut attachment.disc_radius, file.attachment.disc_radius);
-
-    let yarn = &mut scene.yarn;
-    set(&mut yarn.modulus_mean, file.yarn.modulus_mean);
-    set(&mut yarn.modulus_sd, file.yarn.modulus_sd);
-    set(&mut yarn.damage_slope, file.yarn.damage_slope);
-    set(&mut yarn.damage_intercept, file.yarn.damage_intercept);
-    set(&mut yarn.damage_sd, file.yarn.damage_sd);
-    set(&mut yarn.critical_stretch, file.yarn.critical_stretch);
-    set(&mut yarn.damage_a, file.yarn.damage_a);
-    set(&mut yarn.damage_b, file.yarn.damage_b);
-    set(&mut yarn.alpha_fail, file.yarn.alpha_fail);
-    set(&mut yarn.stochastic, file.yarn.stochastic);
-    set(&mut yarn.draw, file.yarn.draw.map(draw));
-
-    let given = &file.projectile;
-    if given.disc_sector.is_some() && (given.shape.is_some() || given.faces.is_some() || given.moments.is_some()) {
-        return Err(toml::de::Error::custom("`disc_sector` stands in place of `shape`, `faces` and `moments`"));
+    let given = flat("", Value::Table(file))?;
+    for (key, value) in &given {
+        assign(&mut scene, key, value)?;
     }
-    let body = &mut scene.projectile;
-    set(&mut body.shape, file.projectile.shape.map(shape));
-    set(&mut body.radius, file.projectile.radius);
-    set(&mut body.length, file.projectile.length);
-    set(&mut body.size, file.projectile.size);
-    set(&mut body.faces, file.projectile.faces.map(|faces| Faces::of(&faces)));
-    set(&mut body.moments, file.projectile.moments);
-    set(&mut body.mass, file.projectile.mass);
-    if let Some(sector) = file.projectile.disc_sector {
-        let made =
-            prism::disc_sector(sector.inner_radius, sector.outer_radius, sector.angle, sector.thickness, body.mass);
-        let made = made.map_err(toml::de::Error::custom)?.projectile;
-        (body.shape, body.faces, body.moments) = (made.shape, made.faces, made.moments);
+    let counted = |key: &str| given.iter().any(|(name, _)| name == key);
+    if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
+        && !counted("projectile.faces.count")
+    {
+        scene.projectile.faces.count = planes.len() as u32;
     }
-    set(&mut body.position, file.projectile.position);
-    set(&mut body.velocity, file.projectile.velocity);
-    set(&mut body.orientation, file.projectile.orientation);
-    set(&mut body.angular_velocity, file.projectile.angular_velocity);
-
-    set(&mut scene.drive, file.drive.map(drive));
-    set(&mut scene.seed, file.seed);
-    set(&mut scene.time_step, file.time_step.map(time_step));
-    set(&mut scene.step_check, file.step_check.map(step_check));
-    set(&mut scene.integrator, file.integrator.map(integrator));
-    set(&mut scene.step_after_failure, file.step_after_failure.map(step_after_failure));
-    set(&mut scene.slack_toe, file.slack_toe);
-    set(&mut scene.rotation_rule, file.rotation_rule.map(rotation_rule));
-    set(&mut scene.force_window, file.force_window);
-    set(&mut scene.track_detachment, file.track_detachment);
-    set(&mut scene.track_support, file.track_support);
-    set(&mut scene.contact_capacity, file.contact_capacity);
+    if let Some((sector, beside)) = sector {
+        if ["shape", "faces", "moments"].iter().any(|key| beside.contains_key(*key)) {
+            return Err("`disc_sector` stands in place of `shape`, `faces` and `moments`".into());
+        }
+        take_sector(&mut scene, &sector)?;
+    }
     Ok(scene)
 }
 
-fn set<T>(field: &mut T, value: Option<T>) {
-    if let Some(value) = value {
-        *field = value;
-    }
+fn preset(name: Option<Value>) -> Result<Scene> {
+    let names = PRESETS.map(|(name, _)| format!("\"{name}\"")).join(", ");
+    let Some(name) = name else { return Err(format!("no key `preset`: one of {names}").into()) };
+    let found = PRESETS.iter().find(|(known, _)| name.as_str() == Some(known));
+    found.map(|(_, make)| make()).ok_or_else(|| format!("preset = {name}: must be one of {names}").into())
 }
 
-fn attachment_kind(name: AttachmentName) -> AttachmentKind {
-    match name {
-        AttachmentName::TwoSides => AttachmentKind::TwoSides,
-        AttachmentName::FourSides => AttachmentKind::FourSides,
-        AttachmentName::FourCorners => AttachmentKind::FourCorners,
-        AttachmentName::Free => AttachmentKind::Free,
-    }
-}
-
-fn draw(name: DrawName) -> Draw {
-    match name {
-        DrawName::Segment => Draw::Segment,
-        DrawName::Yarn => Draw::Yarn,
-    }
-}
-
-fn shape(name: ShapeName) -> Shape {
-    match name {
-        ShapeName::Sphere => Shape::Sphere,
-        ShapeName::Cylinder => Shape::Cylinder,
-        ShapeName::HemisphericalCylinder => Shape::HemisphericalCylinder,
-        ShapeName::Box => Shape::Box,
-        ShapeName::Polyhedron => Shape::Polyhedron,
-    }
-}
-
-fn drive(name: DriveName) -> Drive {
-    match name {
-        DriveName::Free => Drive::Free,
-        DriveName::Prescribed => Drive::Prescribed,
-    }
-}
-
-fn step_check(name: StepCheckName) -> StepCheck {
-    match name {
-        StepCheckName::Refuse => StepCheck::Refuse,
-        StepCheckName::None => StepCheck::None,
-    }
-}
-
-fn integrator(value: IntegratorFile) -> Integrator {
+/// Every key below a table with its whole name, tables of tables taken apart.
+fn flat(prefix: &str, value: Value) -> Result<Vec<(String, Value)>> {
+    let is_group =
+        |name: &str| name.is_empty() || FIELDS.iter().any(|field| field.name.starts_with(&format!("{name}.")));
     match value {
-        IntegratorFile::Name(IntegratorName::Verlet) => Integrator::Verlet,
-        IntegratorFile::Name(IntegratorName::Theta) => Integrator::Theta(ThetaRule::default()),
-        IntegratorFile::Rule { theta: file } => {
-            let mut rule = ThetaRule::default();
-            set(&mut rule.theta, file.theta);
-            set(&mut rule.tolerance, file.tolerance);
-            set(&mut rule.max_iterations, file.max_iterations);
-            Integrator::Theta(rule)
+        Value::Table(table) if is_group(prefix) => {
+            let mut all = Vec::new();
+            for (key, value) in table {
+                let name = if prefix.is_empty() { key } else { format!("{prefix}.{key}") };
+                all.extend(flat(&name, value)?);
+            }
+            Ok(all)
+        }
+        _ if is_group(prefix) => {
+            let keys = FIELDS.iter().filter_map(|field| field.name.strip_prefix(prefix)?.strip_prefix('.'));
+            Err(format!("`{prefix}` is a table, [{prefix}], with {}", keys.collect::<Vec<_>>().join(", ")).into())
+        }
+        value => Ok(vec![(prefix.to_string(), value)]),
+    }
+}
+
+/// Gives a parameter a value.
+fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<()> {
+    let Some(field) = fields::field(key) else { return Err(format!("unknown key `{key}`").into()) };
+    let words = words(field, value).ok_or_else(|| format!("{key} = {value}: must be {}", expected(field)))?;
+    for (element, word) in words.into_iter().enumerate() {
+        field.set_word(scene, element, word)?;
+    }
+    Ok(())
+}
+
+/// The words of a value, if it is of the parameter's type.
+fn words(field: &Field, value: &Value) -> Option<Vec<u64>> {
+    let whole = |value: &Value| value.as_integer().and_then(|whole| u64::try_from(whole).ok());
+    match field.place {
+        Place::Reals(_, shape) => {
+            let mut numbers = Vec::new();
+            reals(value, shape, &mut numbers)?;
+            Some(numbers.into_iter().map(f64::to_bits).collect())
+        }
+        Place::Count(_) => Some(vec![whole(value).filter(|&count| count <= u64::from(u32::MAX))?]),
+        Place::Seed(_) => Some(vec![whole(value)?]),
+        Place::Flag(_) => Some(vec![u64::from(value.as_bool()?)]),
+        Place::Choice(choice, ..) => {
+            let name = value.as_str()?;
+            Some(vec![choice.items.iter().position(|(item, _)| *item == name)? as u64])
         }
     }
 }
 
-fn step_after_failure(name: StepAfterFailureName) -> StepAfterFailure {
-    match name {
-        StepAfterFailureName::Keep => StepAfterFailure::Keep,
-        StepAfterFailureName::Half => StepAfterFailure::Half,
+/// Numbers of an array of this shape. Of rows there may be fewer.
+fn reals(value: &Value, shape: &[usize], numbers: &mut Vec<f64>) -> Option<()> {
+    let Some((size, rest)) = shape.split_first() else {
+        let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))?;
+        numbers.push(number);
+        return Some(());
+    };
+    let elements = value.as_array()?;
+    let fits = if rest.is_empty() { elements.len() == *size } else { elements.len() <= *size };
+    if !fits {
+        return None;
+    }
+    elements.iter().try_for_each(|element| reals(element, rest, numbers))
+}
+
+/// What a value must be, in words.
+fn expected(field: &Field) -> String {
+    match field.place {
+        Place::Reals(_, []) => "a number".to_string(),
+        Place::Reals(_, [size]) => format!("an array of {size} numbers"),
+        Place::Reals(_, [rows, columns, ..]) => format!("at most {rows} rows of {columns} numbers"),
+        Place::Count(_) | Place::Seed(_) => "a whole number".to_string(),
+        Place::Flag(_) => "true or false".to_string(),
+        Place::Choice(choice, ..) => {
+            let names: Vec<_> = choice.items.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            format!("one of {}", names.join(", "))
+        }
     }
 }
 
-fn rotation_rule(value: RotationFile) -> RotationRule {
-    match value {
-        RotationFile::Midpoint => RotationRule::Midpoint,
-        RotationFile::Theta(theta) => RotationRule::Theta(theta),
+/// Gives the projectile the faces and moments of a disc sector of its mass.
+fn take_sector(scene: &mut Scene, sector: &Value) -> Result<()> {
+    const KEYS: [&str; 4] = ["inner_radius", "outer_radius", "angle", "thickness"];
+    let Value::Table(table) = sector else { return Err("`disc_sector` is a table".into()) };
+    if let Some(unknown) = table.keys().find(|key| !KEYS.contains(&key.as_str())) {
+        return Err(format!("unknown key `{unknown}` of disc_sector: {}", KEYS.join(", ")).into());
     }
-}
-
-fn time_step(value: TimeStepFile) -> TimeStep {
-    match value {
-        TimeStepFile::Fraction { fraction } => TimeStep::Fraction(fraction),
-        TimeStepFile::Seconds { seconds } => TimeStep::Seconds(seconds),
-    }
+    let number = |key: &str| {
+        let value = table.get(key).and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+        value.ok_or_else(|| format!("disc_sector.{key} must be a number"))
+    };
+    let [inner, outer, angle, thickness] = KEYS.map(number);
+    let body = &mut scene.projectile;
+    let made = prism::disc_sector(inner?, outer?, angle?, thickness?, body.mass)?.projectile;
+    (body.shape, body.faces, body.moments) = (made.shape, made.faces, made.moments);
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fabric::{AttachmentKind, Draw, Integrator, RotationRule, Shape, TimeStep};
 
     #[test]
     fn a_preset_alone_is_that_preset() {
@@ -404,7 +188,7 @@ mod tests {
                     [attachment]\nkind = \"four_corners\"\n[projectile]\nvelocity = [1.0, 2.0, 3.0]\n";
         let mut expected = Scene::sheet_3in_sphere();
         expected.seed = 7;
-        expected.time_step = TimeStep::Seconds(1e-8);
+        expected.time_step = TimeStep { seconds: 1e-8, ..expected.time_step };
         expected.attachment.kind = AttachmentKind::FourCorners;
         expected.projectile.velocity = [1.0, 2.0, 3.0];
         assert_eq!(parse(text).unwrap(), expected);
@@ -419,25 +203,29 @@ mod tests {
     #[test]
     fn a_choice_written_the_wrong_way_is_told_the_right_one() {
         for (text, right) in [
-            ("integrator = \"verlt\"", "\"verlet\", \"theta\", or {"),
-            ("symmetry = \"quarter\"", "[symmetry] with mirror_x"),
-            ("attachment = \"four_sides\"", "[attachment] with kind"),
-            ("time_step = 2e-8", "{ seconds = 2e-8 }"),
+            ("integrator = { kind = \"verlt\" }", "one of \"verlet\", \"theta\""),
+            ("integrator = \"verlet\"", "a table, [integrator], with kind, theta"),
+            ("symmetry = \"quarter\"", "[symmetry], with mirror_x"),
+            ("attachment = \"four_sides\"", "[attachment], with kind"),
+            ("time_step = 2e-8", "[time_step], with fraction, seconds"),
+            ("seed = -1", "a whole number"),
+            ("track_support = 1", "true or false"),
+            ("[projectile]\nvelocity = 100.0", "an array of 3 numbers"),
         ] {
             let message = parse(&format!("preset = \"sheet_3in_sphere\"\n{text}\n")).unwrap_err().to_string();
             assert!(message.contains(right), "{message}");
         }
-        let by_name = parse("preset = \"sheet_3in_sphere\"\nintegrator = \"theta\"").unwrap();
-        assert_eq!(by_name.integrator, Integrator::Theta(ThetaRule::default()));
+        let by_name = parse("preset = \"sheet_3in_sphere\"\nintegrator = { kind = \"theta\" }").unwrap();
+        assert_eq!(by_name.integrator, Integrator::THETA);
     }
 
     #[test]
     fn options_of_the_theta_rule_and_of_symmetry() {
-        let text = "preset = \"sheet_3in_sphere\"\nintegrator = { theta = { tolerance = 1e-8 } }\n\
-                    rotation_rule = { theta = 0.5 }\n[symmetry]\nmirror_x = true\n[yarn]\ndraw = \"yarn\"\n";
+        let text = "preset = \"sheet_3in_sphere\"\nintegrator = { kind = \"theta\", tolerance = 1e-8 }\n\
+                    rotation_rule = { kind = \"theta\" }\n[symmetry]\nmirror_x = true\n[yarn]\ndraw = \"yarn\"\n";
         let mut expected = Scene::sheet_3in_sphere();
-        expected.integrator = Integrator::Theta(ThetaRule { tolerance: 1e-8, ..ThetaRule::default() });
-        expected.rotation_rule = RotationRule::Theta(0.5);
+        expected.integrator = Integrator { tolerance: 1e-8, ..Integrator::THETA };
+        expected.rotation_rule = RotationRule::theta(0.5);
         expected.symmetry.mirror_x = true;
         expected.yarn.draw = Draw::Yarn;
         assert_eq!(parse(text).unwrap(), expected);
@@ -450,7 +238,7 @@ mod tests {
         assert_eq!(body("shape = \"hemispherical_cylinder\"").shape, Shape::HemisphericalCylinder);
         let cuboid = body("shape = \"box\"\nsize = [0.01, 0.02, 0.03]");
         assert_eq!((cuboid.shape, cuboid.size), (Shape::Box, [0.01, 0.02, 0.03]));
-        let faces = "faces = [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]\nmoments = [1.0, 2.0, 3.0]";
+        let faces = "faces.planes = [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]\nmoments = [1.0, 2.0, 3.0]";
         let given = body(&format!("shape = \"polyhedron\"\n{faces}"));
         assert_eq!(given.faces.in_use(), [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]);
         assert_eq!((given.shape, given.moments), (Shape::Polyhedron, [1.0, 2.0, 3.0]));
@@ -473,7 +261,7 @@ mod tests {
         for text in
             ["preset = \"sheet_3in_sphere\"\nwindow = 1.0", "preset = \"sheet_3in_sphere\"\n[sheet]\nwindow = 1.0"]
         {
-            assert!(parse(text).unwrap_err().to_string().contains("`window`"));
+            assert!(parse(text).unwrap_err().to_string().contains("window`"));
         }
     }
 

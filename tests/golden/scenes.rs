@@ -2,7 +2,7 @@
 
 use fabric::{
     AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure, Symmetry,
-    ThetaRule, TimeStep,
+    TimeStep,
 };
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
@@ -65,7 +65,7 @@ pub fn damage_law_with_offset() -> Scene {
     scene.attachment.kind = AttachmentKind::TwoSides;
     (scene.yarn.damage_b, scene.yarn.damage_a) = (0.01, 1.0 / 0.99);
     scene.yarn.alpha_fail = 0.0;
-    scene.time_step = TimeStep::Seconds(2.5e-8);
+    scene.time_step = TimeStep::seconds(2.5e-8);
     scene.projectile.velocity = [0.0, 0.0, 300.0];
     (scene.track_detachment, scene.track_support) = (false, false);
     scene
@@ -87,8 +87,8 @@ pub fn drawn_yarns_by_the_theta_rule() -> Scene {
     (scene.sheet.nodes_x, scene.sheet.nodes_y) = (33, 30);
     scene.attachment.kind = AttachmentKind::FourSides;
     scene.yarn.draw = Draw::Yarn;
-    scene.integrator = Integrator::Theta(ThetaRule { tolerance: 1e-9, ..ThetaRule::default() });
-    scene.rotation_rule = RotationRule::Theta(0.5);
+    scene.integrator = Integrator { tolerance: 1e-9, ..Integrator::THETA };
+    scene.rotation_rule = RotationRule::theta(0.5);
     scene
 }
 

@@ -89,7 +89,7 @@ fn a_turning_cylinder_is_entered_only_to_first_order_in_the_step() {
     let deepest = |fraction: f64| {
         let mut scene = tilted_cylinder(25, 0.3, 120.0);
         scene.projectile.angular_velocity = [2000.0, 0.0, 500.0];
-        scene.time_step = fabric::TimeStep::Fraction(fraction);
+        scene.time_step = fabric::TimeStep::fraction(fraction);
         checked_run(&scene, (400.0 * 0.4 / fraction) as u64)
     };
     let (coarse, fine) = (deepest(0.4), deepest(0.1));

@@ -1,7 +1,7 @@
 //! Order of convergence of the sheet alone, with velocity Verlet and with the theta rule: N = 21, four sides held,
 //! v_z = v0 cos cos at the start, no projectile.
 
-use fabric::{Integrator, ThetaRule, TimeStep};
+use fabric::{Integrator, TimeStep};
 use fabric_tests::reference::{V3, largest_distance};
 use fabric_tests::{Buffers, close, damage, positions, small_sheet, without_projectile};
 
@@ -16,18 +16,18 @@ struct End {
     iterations: f64,
 }
 
-const VERLET: Integrator = Integrator::Verlet;
+const VERLET: Integrator = Integrator::VERLET;
 
 /// The theta rule with theta = 1/2.
 fn theta() -> Integrator {
-    Integrator::Theta(ThetaRule::default())
+    Integrator::THETA
 }
 
 /// The sheet after `time` units of dt_crit, with steps of dt_crit/`division`.
 fn run(integrator: Integrator, v0: f64, time: u64, division: u64) -> End {
     let mut scene = without_projectile(small_sheet(21, 0.0));
     scene.integrator = integrator;
-    scene.time_step = TimeStep::Fraction(1.0 / division as f64);
+    scene.time_step = TimeStep::fraction(1.0 / division as f64);
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
     let mut x = vec![0.0; 3 * 441];
@@ -90,7 +90,7 @@ fn the_theta_rule_converges_with_second_order_without_damage() {
 /// Theta = 1, backward Euler, is of first order.
 #[test]
 fn backward_euler_converges_with_first_order() {
-    let errors = errors(Integrator::Theta(ThetaRule { theta: 1.0, ..ThetaRule::default() }), 150.0, 80);
+    let errors = errors(Integrator { theta: 1.0, ..Integrator::THETA }, 150.0, 80);
     let order = (errors[1] / errors[2]).log2();
     let finest = (errors[2] / errors[3]).log2();
     println!("figure 18: theta = 1: 1 stated, {order:.3}, {finest:.3} as dt is halved");

@@ -2,7 +2,7 @@
 
 use crate::contact::gap;
 use fabric::shape::Solid;
-use fabric::{AttachmentKind, Drive, Faces, Integrator, Projectile, Scene, Shape, ThetaRule, TimeStep, pose, prism};
+use fabric::{AttachmentKind, Drive, Faces, Integrator, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::{Buffers, positions, small_sheet};
 
 /// Bodies with a flat front across z, and how far they reach along y and along z from the centre of mass, m.
@@ -38,7 +38,7 @@ fn beside(front: &(Projectile, f64, f64), below: f64, beside: f64, velocity: [f6
 
 /// Work on the sheet, J, by a body in 30 steps of 0.4 dt_crit, or in as much time with another step.
 fn work(scene: &Scene, fraction: f64) -> f64 {
-    let scene = Scene { time_step: TimeStep::Fraction(fraction), ..*scene };
+    let scene = Scene { time_step: TimeStep::fraction(fraction), ..*scene };
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
     sim.advance((30.0 * 0.4 / fraction) as u64).unwrap();
@@ -54,7 +54,7 @@ fn a_flush_body_flies_past_the_edge_of_a_sheet() {
         for fraction in [0.4, 0.1, 0.05] {
             for below in [1.03e-6, 2e-6, 4e-6] {
                 let scene = beside(&front, below, 1e-6, [0.0, 0.0, 200.0]);
-                let theta = Integrator::Theta(ThetaRule::default());
+                let theta = Integrator::THETA;
                 for scene in [scene, Scene { drive: Drive::Prescribed, ..scene }, Scene { integrator: theta, ..scene }]
                 {
                     assert_eq!(work(&scene, fraction), 0.0, "{:?} {fraction} {below}", front.0.shape);
@@ -82,8 +82,8 @@ fn a_body_clears_an_edge_in_time_or_meets_it() {
 /// caught in the same step.
 #[test]
 fn a_body_that_is_kept_from_flying_off_meets_the_node() {
-    let theta = Integrator::Theta(ThetaRule::default());
-    for (integrator, held) in [(Integrator::Verlet, true), (Integrator::Verlet, false), (theta, true), (theta, false)] {
+    let theta = Integrator::THETA;
+    for (integrator, held) in [(Integrator::VERLET, true), (Integrator::VERLET, false), (theta, true), (theta, false)] {
         let mut scene = Scene { integrator, ..small_sheet(3, 0.0) };
         let a = 4e-3;
         scene.projectile = Projectile { shape: Shape::Box, size: [2.0 * a; 3], ..scene.projectile };

@@ -1,8 +1,6 @@
 //! The step that is halved after the first failure: second order through the switch, the same bits before it, closed books.
 
-use fabric::{
-    AttachmentKind, Code, Drive, Integrator, Motion, Path, Scene, Sim, StepAfterFailure, ThetaRule, TimeStep,
-};
+use fabric::{AttachmentKind, Code, Drive, Integrator, Motion, Path, Scene, Sim, StepAfterFailure, TimeStep};
 use fabric_tests::reference::{V3, fixed_nodes, largest_distance, length};
 use fabric_tests::{Buffers, positions, small_sheet, speed, sphere_on_3in, without_projectile};
 
@@ -36,7 +34,7 @@ fn the_switch_is_of_second_order() {
     let base = without_projectile(small_sheet(41, 0.0));
     let after = 16.0 * base.step_limits().unwrap().dt_crit;
     let run = |scene: Scene, division: f64| {
-        let scene = Scene { time_step: TimeStep::Fraction(1.0 / division), ..scene };
+        let scene = Scene { time_step: TimeStep::fraction(1.0 / division), ..scene };
         swinging_sheet(&mut Buffers::of(&scene), &scene, after)
     };
     let fine = run(base, 128.0);
@@ -146,7 +144,7 @@ fn a_path_is_followed_in_halves() {
 #[test]
 fn the_theta_rule_is_not_halved() {
     let mut scene = halved(small_sheet(21, 100.0));
-    scene.integrator = Integrator::Theta(ThetaRule::default());
+    scene.integrator = Integrator::THETA;
     let error = scene.check().unwrap_err();
     assert_eq!((error.code, error.field), (Code::OutOfRange, "step_after_failure"));
 }

@@ -31,7 +31,7 @@ fn a_slack_sheet_creeps_as_stated() {
     let mut halved = scene;
     halved.step_after_failure = StepAfterFailure::Half;
     let mut softened = scene;
-    (softened.slack_toe, softened.time_step) = (0.02, TimeStep::Fraction(0.35));
+    (softened.slack_toe, softened.time_step) = (0.02, TimeStep::fraction(0.35));
     for (name, scene, stated) in [
         ("as it is", scene, 0.3),
         ("step_after_failure = half", halved, 0.03),

@@ -54,7 +54,7 @@ fn turning_point(sim: &mut Sim<'_>) -> (f64, f64) {
 #[test]
 fn the_quartic_oscillator() {
     let mut scene = between_supports(small_sheet(3, 1.0), 1.0);
-    scene.time_step = TimeStep::Fraction(0.1);
+    scene.time_step = TimeStep::fraction(0.1);
     let (m, mass, h) = (scene.sheet.node_mass, scene.projectile.mass, scene.sheet.spacing);
     let speed = mass / (mass + m);
     let depth = ((mass + m) * speed * speed * h * h * h / stiffness(&scene)).powf(0.25);
@@ -85,7 +85,7 @@ fn the_quartic_oscillator() {
 fn the_ledger_of_the_oscillator_closes_with_second_order() {
     let residual = |fraction: f64| {
         let mut scene = between_supports(small_sheet(3, 1.0), 1.0);
-        scene.time_step = TimeStep::Fraction(fraction);
+        scene.time_step = TimeStep::fraction(fraction);
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);
         // The same time for every step: 80 us.
@@ -110,7 +110,7 @@ fn energy(scene: &Scene, speed: f64) -> f64 {
 /// Returns the largest stretch, alpha and the speed at the end, m/s.
 fn axial_pull(speed: f64) -> (f64, f64, f64) {
     let mut scene = without_projectile(small_sheet(3, 0.0));
-    scene.time_step = TimeStep::Fraction(5e-4);
+    scene.time_step = TimeStep::fraction(5e-4);
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
     let mut stretches = [2.0; 12];

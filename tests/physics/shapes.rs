@@ -136,7 +136,7 @@ fn turning_bodies_are_entered_to_first_order_only_and_contact_never_adds_energy(
         let deepest = |fraction: f64| {
             let mut scene = oblique(body, AttachmentKind::FourSides);
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (25, 25);
-            scene.time_step = TimeStep::Fraction(fraction);
+            scene.time_step = TimeStep::fraction(fraction);
             checked_run(&scene, (400.0 * 0.4 / fraction) as u64)
         };
         let (coarse, fine) = (deepest(0.4), deepest(0.1));

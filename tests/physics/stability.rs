@@ -8,7 +8,7 @@ use fabric_tests::{Buffers, close, small_sheet, without_projectile};
 /// 1/sqrt(1 - (omega dt/2)^2), so its energy at 0.99 of the limit by 50; an unstable one multiplies it without end.
 fn growth(stretch: f64, dt: f64, steps: u64) -> f64 {
     let mut scene = without_projectile(small_sheet(21, 0.0));
-    scene.time_step = TimeStep::Seconds(dt);
+    scene.time_step = TimeStep::seconds(dt);
     scene.step_check = StepCheck::None;
     let mut buffers = Buffers::of(&scene);
     let mut sim: Sim<'_> = buffers.sim(&scene);

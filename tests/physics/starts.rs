@@ -61,7 +61,7 @@ fn a_pre_stretched_sheet_holds_its_strain_energy() {
 #[test]
 fn a_pre_damaged_sheet_is_softer() {
     let mut scene = between_supports(small_sheet(3, 0.7), 1.0);
-    scene.time_step = TimeStep::Fraction(0.1);
+    scene.time_step = TimeStep::fraction(0.1);
     let largest = 1.0325;
     let rate = 7.91 * 140.21 - 878.46;
     let alpha = (-rate * (largest - 1.03f64)).exp();

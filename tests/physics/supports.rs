@@ -1,6 +1,6 @@
 //! Supports are obstacles: a fixed node takes the impulse that stops a free body, and its attachment books it.
 
-use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, StepAfterFailure, Symmetry, ThetaRule};
+use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, StepAfterFailure, Symmetry};
 use fabric_tests::reference::{V3, add, dot, length, rest_positions, scale, sub};
 use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder};
 
@@ -17,7 +17,7 @@ fn sphere_at(scene: &Scene, node: usize, normal: V3, velocity: V3) -> Scene {
 fn one_fixed_node_takes_the_normal_velocity() {
     let sheet = small_sheet(2, 0.0);
     for normal in [[0.0, 0.0, 1.0], [0.48, 0.36, 0.8], [0.6, 0.0, 0.8]] {
-        for integrator in [Integrator::Verlet, Integrator::Theta(ThetaRule::default())] {
+        for integrator in [Integrator::VERLET, Integrator::THETA] {
             let velocity = [3.0, -20.0, 99.5];
             let scene = Scene { integrator, ..sphere_at(&sheet, 0, normal, velocity) };
             let mass = scene.projectile.mass;
@@ -109,7 +109,7 @@ fn a_cylinder_does_not_pass_through_a_clamped_edge() {
 #[test]
 fn a_sphere_larger_than_the_sheet_is_stopped_by_its_supports() {
     let base = small_sheet(15, 60.0);
-    let theta = Integrator::Theta(ThetaRule::default());
+    let theta = Integrator::THETA;
     for scene in [
         base,
         small_sheet(15, 300.0),
@@ -165,7 +165,7 @@ fn a_prescribed_body_passes_through_supports_and_is_told() {
 /// A fixed node set into a free body is refused; a body that meets the edge of a sheet that is held displaced, stops there too.
 #[test]
 fn supports_that_are_displaced_are_met_where_they_are() {
-    for integrator in [Integrator::Verlet, Integrator::Theta(ThetaRule::default())] {
+    for integrator in [Integrator::VERLET, Integrator::THETA] {
         let mut scene = Scene { integrator, ..small_sheet(15, 99.5) };
         let (half, h) = (scene.half_size()[0], scene.sheet.spacing);
         // Ten spacings beside the sheet, and supports that are drawn out to there.

@@ -1,6 +1,6 @@
 //! The theta rule with contact: against velocity Verlet, and its own balances. Its order is in `convergence.rs`.
 
-use fabric::{AttachmentKind, Failure, Integrator, RotationRule, Scene, Sim, StepCheck, Symmetry, ThetaRule, TimeStep};
+use fabric::{AttachmentKind, Failure, Integrator, RotationRule, Scene, Sim, StepCheck, Symmetry, TimeStep};
 use fabric_tests::reference::{
     V3, add, cross, dot, fixed_nodes, forces, length, moments, projectile_energy, scale, sub, turn, turn_back,
 };
@@ -8,7 +8,7 @@ use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed, tilted
 
 /// The scene stepped by the theta rule with theta = 1/2.
 fn by_theta(scene: Scene) -> Scene {
-    Scene { integrator: Integrator::Theta(ThetaRule::default()), ..scene }
+    Scene { integrator: Integrator::THETA, ..scene }
 }
 
 /// N = 41, 3 J, 60 us, 0.4 dt_crit: both methods give the projectile 26.119 m/s, 0.1346 J lost.
@@ -68,7 +68,7 @@ fn momentum_of_a_free_sheet_and_a_turning_cylinder_is_kept() {
 fn work_energy_identity_of_every_step() {
     let mut scene = by_theta(small_sheet(21, 120.0));
     scene.yarn.stochastic = true;
-    scene.time_step = TimeStep::Fraction(0.25);
+    scene.time_step = TimeStep::fraction(0.25);
     let (m, fixed) = (scene.sheet.node_mass, fixed_nodes(&scene));
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
@@ -136,7 +136,7 @@ fn a_quarter_moves_as_the_whole_sheet() {
 #[test]
 fn without_convergence_the_state_is_kept() {
     let mut scene = by_theta(small_sheet(21, 100.0));
-    scene.time_step = TimeStep::Fraction(1.0);
+    scene.time_step = TimeStep::fraction(1.0);
     scene.step_check = StepCheck::None;
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
@@ -171,7 +171,7 @@ fn an_image_goes_on_with_the_same_bits() {
     other.advance(200).unwrap();
     assert_eq!(sim.digest(), other.digest());
     assert!(sim.counters().failed_segments > 0);
-    let verlet = Scene { integrator: Integrator::Verlet, ..scene };
+    let verlet = Scene { integrator: Integrator::VERLET, ..scene };
     let mut verlet_buffers = Buffers::of(&verlet);
     assert!(verlet_buffers.sim(&verlet).load(&image).is_err());
 }
@@ -186,14 +186,14 @@ fn the_rotation_rule_is_an_option_of_either_integrator() {
     let spin = |rule: RotationRule, division: f64| {
         let mut scene = scene;
         scene.rotation_rule = rule;
-        scene.time_step = TimeStep::Fraction(0.4 / division);
+        scene.time_step = TimeStep::fraction(0.4 / division);
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);
         sim.advance(1000 * division as u64).unwrap();
         sim.projectile().unwrap().angular_velocity
     };
     let differ = |theta, division| {
-        length(sub(spin(RotationRule::Theta(theta), division), spin(RotationRule::Midpoint, division))) / 3e5
+        length(sub(spin(RotationRule::theta(theta), division), spin(RotationRule::MIDPOINT, division))) / 3e5
     };
     assert!(differ(0.5, 1.0) < 1e-12);
     let (coarse, fine) = (differ(1.0, 1.0), differ(1.0, 2.0));

@@ -3,7 +3,7 @@
 
 use crate::symmetry::{modelled_nodes, with_wave};
 use fabric::yarn::Segment;
-use fabric::{AttachmentKind, Code, Integrator, Scene, Sim, StepAfterFailure, Symmetry, ThetaRule, TimeStep};
+use fabric::{AttachmentKind, Code, Integrator, Scene, Sim, StepAfterFailure, Symmetry, TimeStep};
 use fabric_tests::reference::{V3, add, fixed_nodes, forces, length, scale, segment_ends, sub};
 use fabric_tests::{
     Buffers, close, damage, positions, small_sheet, speed, sphere_on_3in, velocities, without_projectile,
@@ -127,7 +127,7 @@ fn forces_and_energies_are_those_of_the_formulas() {
 /// greatest energy after both have a toe, over that of the start, and the number of failed segments.
 fn swing(width: f64, division: f64, stretch: f64, velocity: f64) -> (f64, f64, u64) {
     let mut scene = with_toe(without_projectile(small_sheet(3, 0.0)), width);
-    scene.time_step = TimeStep::Fraction(1.0 / division);
+    scene.time_step = TimeStep::fraction(1.0 / division);
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
     // A yarn of the edge, between fixed nodes.
@@ -289,15 +289,15 @@ fn refusals() {
         (error.code, error.field, error.limit)
     };
     let out = |limit: f64| (Code::OutOfRange, "slack_toe", limit);
-    let critical = 0.5 * scene.damage_law().critical_excess();
+    let critical = 0.5 * scene.damage_law().critical_twice_strain();
     assert_eq!(refused(with_toe(scene, 0.004)), out(0.005));
-    assert_eq!(refused(with_toe(scene, -0.01)), out(0.005));
+    assert_eq!(refused(with_toe(scene, -0.01)), out(0.0));
     assert_eq!(refused(with_toe(scene, critical + 1e-9)), out(critical));
     assert!(with_toe(scene, critical).check().is_ok());
     let mut strong = scene;
     strong.yarn.critical_stretch = 1.1;
     assert_eq!(refused(with_toe(strong, 0.051)), out(0.05));
-    let theta = Integrator::Theta(ThetaRule::default());
+    let theta = Integrator::THETA;
     assert_eq!(refused(Scene { integrator: theta, ..with_toe(scene, WIDTH) }), out(0.0));
 
     // The tangent modulus is up to 4/3 E: sqrt(3/4) of the largest step is left.
@@ -305,8 +305,8 @@ fn refusals() {
     let (limits, plain) = (soft.step_limits().unwrap(), scene.step_limits().unwrap());
     assert_eq!((limits.dt, limits.dt_crit), (plain.dt, plain.dt_crit));
     close(limits.step_max, 0.75f64.sqrt() * plain.step_max, 1e-15);
-    let fraction = Scene { time_step: TimeStep::Fraction(0.434), ..soft };
-    assert_eq!(refused(fraction).1, "step_fraction");
-    let seconds = Scene { time_step: TimeStep::Seconds(0.434 * plain.dt_crit), ..soft };
-    assert_eq!(refused(seconds), (Code::StepTooLarge, "dt", limits.step_max));
+    let fraction = Scene { time_step: TimeStep::fraction(0.434), ..soft };
+    assert_eq!(refused(fraction).1, "time_step.fraction");
+    let seconds = Scene { time_step: TimeStep::seconds(0.434 * plain.dt_crit), ..soft };
+    assert_eq!(refused(seconds), (Code::StepTooLarge, "time_step.seconds", limits.step_max));
 }

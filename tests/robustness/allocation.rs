@@ -80,7 +80,7 @@ fn nothing_is_allocated() {
     let mut stochastic = small_sheet(19, 200.0);
     stochastic.yarn.stochastic = true;
     let mut implicit = small_sheet(19, 100.0);
-    implicit.integrator = fabric::Integrator::Theta(fabric::ThetaRule::default());
+    implicit.integrator = fabric::Integrator::THETA;
     let scenes = [stochastic, implicit, tilted_cylinder(21, 0.4, 100.0)];
     let mut total = 0;
     for scene in &scenes {

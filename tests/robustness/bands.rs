@@ -303,7 +303,7 @@ fn what_cannot_be_cut_is_refused() {
     let theta = golden::drawn_yarns_by_the_theta_rule();
     let mut memory = Buffers::of(&theta);
     let mut sim = memory.sim(&theta);
-    refused(sim.bands(&mut scratch, 2), Code::NotInBands, "integrator");
+    refused(sim.bands(&mut scratch, 2), Code::NotInBands, "integrator.kind");
 }
 
 #[test]

@@ -2,9 +2,7 @@
 //! one does not compile before it is produced here.
 
 use fabric::snapshot::Hash;
-use fabric::{
-    Code, Drive, Error, Failure, Integrator, Memory, Motion, Outcome, Path, Scene, Sim, Status, Symmetry, ThetaRule,
-};
+use fabric::{Code, Drive, Error, Failure, Integrator, Memory, Motion, Outcome, Path, Scene, Sim, Status, Symmetry};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
@@ -31,7 +29,7 @@ fn constructed(scene: &Scene) -> Error {
 
 fn theta(max_iterations: u32) -> Scene {
     let mut scene = small_sheet(9, 50.0);
-    scene.integrator = Integrator::Theta(ThetaRule { max_iterations, ..ThetaRule::default() });
+    scene.integrator = Integrator { max_iterations, ..Integrator::THETA };
     scene
 }
 
@@ -87,7 +85,7 @@ fn forged_image() -> Vec<u8> {
 
 /// Where a code that no build with every feature gives is produced: the test and the file it is in.
 const NOT_BUILT: (&str, &str) =
-    ("fn a_build_without_the_theta_rule_refuses_it()", include_str!("../../kernel/src/scene.rs"));
+    ("fn a_build_without_the_theta_rule_refuses_it()", include_str!("../../kernel/src/check.rs"));
 
 /// The error of a call on a simulation of 9 x 9, or of another scene.
 fn called(scene: &Scene, call: impl FnOnce(&mut Sim<'_>) -> Result<(), Error>) -> Option<Code> {

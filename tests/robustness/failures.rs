@@ -204,7 +204,7 @@ fn a_sheet_that_blows_up_keeps_to_numbers_until_it_fails() {
         .into_iter()
         .flat_map(|fraction| [(fraction, StepAfterFailure::Keep), (fraction, StepAfterFailure::Half)])
     {
-        (scene.time_step, scene.step_after_failure) = (TimeStep::Fraction(fraction), after);
+        (scene.time_step, scene.step_after_failure) = (TimeStep::fraction(fraction), after);
         let mut memory = Buffers::of(&scene);
         let mut sim = memory.sim(&scene);
         let x: Vec<f64> = positions(&sim).into_iter().flatten().map(|x| 1.05 * x).collect();

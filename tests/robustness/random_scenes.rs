@@ -77,7 +77,7 @@ prop_compose! {
         scene.attachment.kind = kinds[kind];
         (scene.attachment.disc_inset, scene.attachment.disc_radius) = discs;
         (scene.contact_capacity, scene.seed) = (capacity, seed);
-        scene.time_step = TimeStep::Fraction(fraction);
+        scene.time_step = TimeStep::fraction(fraction);
         scene.slack_toe = toe;
         if fraction > 0.7 {
             scene.step_check = StepCheck::None;

@@ -76,8 +76,8 @@ fn each_special_refusal_has_its_own_code() {
         (Code::InitialOverlap, "projectile.position", |s, x| s.projectile.position[2] = x, 0.0),
         // One rounding of a metre is refused, one of the radius is not.
         (Code::InitialOverlap, "projectile.position", |s, x| s.projectile.position[2] = -6.35e-3 + x, 1e-12),
-        (Code::StepTooLarge, "dt", |s, x| s.time_step = TimeStep::Seconds(x), 2.7e-8),
-        (Code::StepTooLarge, "dt", |s, x| s.time_step = TimeStep::Seconds(x), 1e300),
+        (Code::StepTooLarge, "time_step.seconds", |s, x| s.time_step = TimeStep::seconds(x), 2.7e-8),
+        (Code::StepTooLarge, "time_step.seconds", |s, x| s.time_step = TimeStep::seconds(x), 1e300),
         // Kinetic energies that are no numbers.
         (Code::OutOfRange, "projectile.mass", |s, x| s.projectile.mass = x, 1e300),
         (Code::OutOfRange, "projectile.mass", |s, x| s.projectile.angular_velocity[0] = x, 1e200),
@@ -164,11 +164,11 @@ fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
         let femtoseconds = (1e15 * error.limit) as u64;
         let text = format!("; the largest step for this motion is {femtoseconds} fs");
         assert!(femtoseconds > 0 && error.text().ends_with(&text), "{name}: {}", error.text());
-        scene.time_step = TimeStep::Seconds(error.limit);
+        scene.time_step = TimeStep::seconds(error.limit);
         let mut memory = Buffers::of(&scene);
         assert!(Sim::new(&scene, memory.memory()).is_ok(), "{name}: {error:?}");
         // And a larger one is not.
-        scene.time_step = TimeStep::Seconds(error.limit * (1.0 + 1e-12));
+        scene.time_step = TimeStep::seconds(error.limit * (1.0 + 1e-12));
         refused(&scene, Code::ProjectileTooFast, "projectile.velocity");
     }
 }
@@ -176,14 +176,14 @@ fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
 #[test]
 fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
     let mut scene = base();
-    scene.time_step = TimeStep::Seconds(5e-8);
-    let error = refused(&scene, Code::StepTooLarge, "dt");
+    scene.time_step = TimeStep::seconds(5e-8);
+    let error = refused(&scene, Code::StepTooLarge, "time_step.seconds");
     assert!(error.text().contains("the largest allowed is 2"));
-    scene.time_step = TimeStep::Seconds(error.limit);
+    scene.time_step = TimeStep::seconds(error.limit);
     let mut memory = Buffers::of(&scene);
     assert!(Sim::new(&scene, memory.memory()).is_ok());
-    scene.time_step = TimeStep::Seconds(error.limit.next_up());
-    refused(&scene, Code::StepTooLarge, "dt");
+    scene.time_step = TimeStep::seconds(error.limit.next_up());
+    refused(&scene, Code::StepTooLarge, "time_step.seconds");
     scene.step_check = StepCheck::None;
     let mut memory = Buffers::of(&scene);
     assert!(Sim::new(&scene, memory.memory()).is_ok());
@@ -215,19 +215,19 @@ fn shapes_that_are_none_or_too_small_are_refused() {
         (Code::ProjectileTooSmall, "projectile.length", bullet, |s, x| s.projectile.length = x, 1.4e-3),
         (Code::ProjectileTooSmall, "projectile.size", cuboid, |s, x| s.projectile.size[0] = x, 1.45e-3),
         (Code::ProjectileTooSmall, "projectile.size", cuboid, |s, x| s.projectile.size[1] = x, 1e-9),
-        (Code::ProjectileTooSmall, "projectile.faces", cube, |s, x| s.projectile.faces.planes[2][3] = x, 7.2e-4),
-        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 0.0),
-        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 3.0),
-        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 17.0),
-        (Code::OutOfRange, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 4e9),
-        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[1][0] = x, 0.0),
-        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[1][0] = x, -1.00001),
-        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[4][1] = x, 0.1),
-        (Code::BadNormal, "projectile.faces", cube, |s, x| s.projectile.faces.planes[4][1] = x, 1e300),
-        (Code::UnboundedFaces, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 5.0),
-        (Code::UnboundedFaces, "projectile.faces", cube, |s, x| s.projectile.faces.count = x as u32, 4.0),
+        (Code::ProjectileTooSmall, "projectile.faces.planes", cube, |s, x| s.projectile.faces.planes[2][3] = x, 7.2e-4),
+        (Code::OutOfRange, "projectile.faces.count", cube, |s, x| s.projectile.faces.count = x as u32, 0.0),
+        (Code::OutOfRange, "projectile.faces.count", cube, |s, x| s.projectile.faces.count = x as u32, 3.0),
+        (Code::OutOfRange, "projectile.faces.count", cube, |s, x| s.projectile.faces.count = x as u32, 17.0),
+        (Code::OutOfRange, "projectile.faces.count", cube, |s, x| s.projectile.faces.count = x as u32, 4e9),
+        (Code::BadNormal, "projectile.faces.planes", cube, |s, x| s.projectile.faces.planes[1][0] = x, 0.0),
+        (Code::BadNormal, "projectile.faces.planes", cube, |s, x| s.projectile.faces.planes[1][0] = x, -1.00001),
+        (Code::BadNormal, "projectile.faces.planes", cube, |s, x| s.projectile.faces.planes[4][1] = x, 0.1),
+        (Code::BadNormal, "projectile.faces.planes", cube, |s, x| s.projectile.faces.planes[4][1] = x, 1e300),
+        (Code::UnboundedFaces, "projectile.faces.planes", cube, |s, x| s.projectile.faces.count = x as u32, 5.0),
+        (Code::UnboundedFaces, "projectile.faces.planes", cube, |s, x| s.projectile.faces.count = x as u32, 4.0),
         // The same face twice, and the one against it missing.
-        (Code::UnboundedFaces, "projectile.faces", cube, |s, x| s.projectile.faces.planes[5][2] = x, 1.0),
+        (Code::UnboundedFaces, "projectile.faces.planes", cube, |s, x| s.projectile.faces.planes[5][2] = x, 1.0),
         (Code::ImpossibleMoments, "projectile.moments", cube, |s, x| s.projectile.moments[0] *= x, 2.001),
         (Code::ImpossibleMoments, "projectile.moments", cube, |s, x| s.projectile.moments[1] *= x, 1e300),
         (Code::ImpossibleMoments, "projectile.moments", cube, |s, x| s.projectile.moments[2] *= x, 1e9),
@@ -286,9 +286,9 @@ fn corner_discs_under_a_box_are_refused() {
 fn a_very_light_sheet_is_never_given_a_smaller_step_in_silence() {
     let mut scene = base();
     scene.sheet.node_mass = 1e-20;
-    scene.time_step = TimeStep::Seconds(2e-8);
-    refused(&scene, Code::StepTooLarge, "dt");
-    scene.time_step = TimeStep::Seconds(1e-14);
+    scene.time_step = TimeStep::seconds(2e-8);
+    refused(&scene, Code::StepTooLarge, "time_step.seconds");
+    scene.time_step = TimeStep::seconds(1e-14);
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
     sim.advance(100).unwrap();
@@ -317,15 +317,15 @@ fn parameters_that_give_no_usable_step_are_refused() {
     let mut scene = base();
     // From about 6e-51 s down, motion that counts as rest would be faster than 1e-30 m/s.
     for (dt, refusal) in [(f64::MIN_POSITIVE, true), (1e-51, true), (1e-50, false)] {
-        scene.time_step = TimeStep::Seconds(dt);
+        scene.time_step = TimeStep::seconds(dt);
         assert_eq!(scene.step_limits().is_err_and(|error| error.code == Code::StepLimitUnusable), refusal, "{dt:e}");
     }
-    scene.time_step = TimeStep::Seconds(f64::MIN_POSITIVE);
-    refused(&scene, Code::StepLimitUnusable, "dt");
+    scene.time_step = TimeStep::seconds(f64::MIN_POSITIVE);
+    refused(&scene, Code::StepLimitUnusable, "time_step.seconds");
     // Unchecked, up to k dt^2/m = 1e6: some thousand times the stable step.
     scene.step_check = fabric::StepCheck::None;
     for (fraction, refusal) in [(0.4, false), (100.0, false), (1e4, true)] {
-        scene.time_step = TimeStep::Fraction(fraction);
+        scene.time_step = TimeStep::fraction(fraction);
         assert_eq!(
             scene.step_limits().is_err_and(|error| error.code == Code::StepLimitUnusable),
             refusal,

@@ -94,7 +94,7 @@ fn images_of_other_scenes_are_refused() {
         |s| s.yarn.alpha_fail = 0.02,
         |s| s.projectile.mass *= 1.0 + 1e-15,
         |s| s.drive = Drive::Prescribed,
-        |s| s.time_step = fabric::TimeStep::Fraction(0.3),
+        |s| s.time_step = fabric::TimeStep::fraction(0.3),
         |s| s.force_window *= 2.0,
         |s| s.track_detachment = false,
         |s| s.track_support = false,

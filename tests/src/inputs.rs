@@ -5,11 +5,9 @@
 //! another one bad (a heavy node, a light projectile) the row says so.
 
 use fabric::Code::{self, *};
-use fabric::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, Projectile, RotationRule, Scene, Shape, Sheet,
-    StepAfterFailure, StepCheck, Symmetry, ThetaRule, TimeStep, Yarn,
-    scene::{MAX_NODES_PER_SIDE, PAPER_SPACING, STEP_WITH_TOE},
-};
+use fabric::Scene;
+use fabric::fields::field;
+use fabric::scene::{MAX_NODES_PER_SIDE, PAPER_SPACING, STEP_WITH_TOE};
 
 /// What is expected of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,9 +82,9 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("box", &[("projectile.shape", 3.0), ("projectile.size[0]", 0.0127), ("projectile.size[1]", 0.0127), ("projectile.size[2]", 0.0127)]),
     ("cube", &[
         ("projectile.shape", 4.0), ("projectile.faces.count", 6.0),
-        ("projectile.faces[0][0]", 1.0), ("projectile.faces[0][3]", EDGE), ("projectile.faces[1][0]", -1.0), ("projectile.faces[1][3]", EDGE),
-        ("projectile.faces[2][1]", 1.0), ("projectile.faces[2][3]", EDGE), ("projectile.faces[3][1]", -1.0), ("projectile.faces[3][3]", EDGE),
-        ("projectile.faces[4][2]", 1.0), ("projectile.faces[4][3]", EDGE), ("projectile.faces[5][2]", -1.0), ("projectile.faces[5][3]", EDGE),
+        ("projectile.faces.planes[0][0]", 1.0), ("projectile.faces.planes[0][3]", EDGE), ("projectile.faces.planes[1][0]", -1.0), ("projectile.faces.planes[1][3]", EDGE),
+        ("projectile.faces.planes[2][1]", 1.0), ("projectile.faces.planes[2][3]", EDGE), ("projectile.faces.planes[3][1]", -1.0), ("projectile.faces.planes[3][3]", EDGE),
+        ("projectile.faces.planes[4][2]", 1.0), ("projectile.faces.planes[4][3]", EDGE), ("projectile.faces.planes[5][2]", -1.0), ("projectile.faces.planes[5][3]", EDGE),
         ("projectile.moments[0]", 2e-7), ("projectile.moments[1]", 2e-7), ("projectile.moments[2]", 2e-7),
     ]),
     ("corners", &[
@@ -94,21 +92,16 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
         ("attachment.kind", 2.0), ("attachment.disc_inset", 1e-3), ("attachment.disc_radius", 8e-4),
     ]),
     ("prescribed", &[("drive", 1.0)]),
-    ("fraction", &[("step_kind", 0.0), ("step_fraction", 0.4)]),
-    ("toe", &[("step_kind", 0.0), ("step_fraction", 0.4), ("slack_toe", 0.02)]),
-    ("unchecked", &[("step_kind", 0.0), ("step_fraction", 0.4), ("step_check", 1.0)]),
-    ("theta", &[("integrator", 1.0)]),
-    ("turning", &[("rotation_rule", 1.0)]),
+    ("fraction", &[("time_step.seconds", 0.0)]),
+    ("toe", &[("time_step.seconds", 0.0), ("slack_toe", 0.02)]),
+    ("unchecked", &[("time_step.seconds", 0.0), ("step_check", 1.0)]),
+    ("theta", &[("integrator.kind", 1.0)]),
+    ("turning", &[("rotation_rule.kind", 1.0)]),
 ];
 
 /// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
-const START: &[(&str, f64)] = &[
-    ("sheet.nodes_x", 9.0),
-    ("sheet.nodes_y", 9.0),
-    ("projectile.position[2]", -7e-3),
-    ("step_kind", 1.0),
-    ("dt", 5e-9),
-];
+const START: &[(&str, f64)] =
+    &[("sheet.nodes_x", 9.0), ("sheet.nodes_y", 9.0), ("projectile.position[2]", -7e-3), ("time_step.seconds", 5e-9)];
 
 /// Numbers tried of every real field.
 const REALS: [f64; 9] = [0.0, -0.0, 5e-324, -5e-324, f64::MIN_POSITIVE, 1.0, -1.0, f64::MAX, -f64::MAX];
@@ -131,8 +124,8 @@ fn rows() -> Vec<Row> {
     let too_fast = Refused(ProjectileTooFast, "projectile.velocity");
     let too_heavy = Refused(OutOfRange, "projectile.mass");
     let no_limit = Refused(StepLimitUnusable, "sheet.node_mass");
-    let no_step = Refused(StepLimitUnusable, "dt");
-    let too_long = Refused(StepTooLarge, "dt");
+    let no_step = Refused(StepLimitUnusable, "time_step.seconds");
+    let too_long = Refused(StepTooLarge, "time_step.seconds");
     let weak = Refused(DamageRateTooSmall, "yarn.damage_intercept");
     let own = |code| Refused(code, "");
     let not_positive = (To(0.0), own(NotPositive));
@@ -185,22 +178,22 @@ fn rows() -> Vec<Row> {
         real("corners", &["attachment.disc_radius"], &[not_positive, (About(3.88e-4), own(HoldsNothing)), (About(6.87e-3), Accepted), (About(6.98e-3), own(DiscTouchesProjectile)), (End, own(DiscsOverlap))], &[3.8e-4, 3.9e-4, 6e-3, 6.9e-3, 8e-3]),
         not_read("sphere", &["attachment.disc_inset", "attachment.disc_radius"]),
         // ---- Projectile. No free node inside it at the start; its kinetic energy at any speed is a number.
-        count("bullet", &["projectile.shape"], &[(To(3.0), Accepted), (To(4.0), Refused(OutOfRange, "projectile.faces")), (End, own(UnknownChoice))], &[]),
+        count("bullet", &["projectile.shape"], &[(To(3.0), Accepted), (To(4.0), Refused(NotPositive, "projectile.moments")), (End, own(UnknownChoice))], &[]),
         real("sphere", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(7e-3), Accepted), (About(1e150), overlap), (End, too_heavy)], &[6.9e-3, 7.1e-3]),
         real("cylinder", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(1e150), Accepted), (End, too_heavy)], &[]),
         real("cylinder", &["projectile.length"], &line(&at_least_two, &[(About(0.014), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.0139, 0.0141]),
         real("bullet", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (To(0.0127), Accepted), (End, Refused(OutOfRange, "projectile.length"))], &[]),
         real("bullet", &["projectile.length"], &line(&at_least_two, &[(Below(6.35e-3), own(OutOfRange)), (About(0.03), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.02, 0.06]),
-        not_read("sphere", &["projectile.length", "projectile.size[0]", "projectile.size[1]", "projectile.size[2]", "projectile.moments[0]", "projectile.moments[1]", "projectile.moments[2]", "projectile.faces[0][0]", "projectile.faces[15][3]"]),
-        not_read("box", &["projectile.radius", "projectile.length", "projectile.faces[0][0]", "projectile.moments[0]"]),
-        not_read("cube", &["projectile.radius", "projectile.length", "projectile.size[1]", "projectile.faces[6][0]", "projectile.faces[15][3]"]),
+        not_read("sphere", &["projectile.length", "projectile.size[0]", "projectile.size[1]", "projectile.size[2]", "projectile.moments[0]", "projectile.moments[1]", "projectile.moments[2]", "projectile.faces.planes[0][0]", "projectile.faces.planes[15][3]"]),
+        not_read("box", &["projectile.radius", "projectile.length", "projectile.faces.planes[0][0]", "projectile.moments[0]"]),
+        not_read("cube", &["projectile.radius", "projectile.length", "projectile.size[1]", "projectile.faces.planes[6][0]", "projectile.faces.planes[15][3]"]),
         real("box", &["projectile.size[0]", "projectile.size[1]"], &line(&at_least_two, &[(About(1e150), Accepted), (End, too_heavy)]), &[]),
         real("box", &["projectile.size[2]"], &line(&at_least_two, &[(About(0.014), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.0139, 0.0141]),
-        count("cube", &["projectile.faces.count"], &[(Below(4.0), own(OutOfRange)), (To(5.0), Refused(UnboundedFaces, "projectile.faces")), (To(6.0), Accepted), (To(16.0), Refused(BadNormal, "projectile.faces")), beyond], &[]),
-        real("cube", &["projectile.faces[0][3]", "projectile.faces[3][3]", "projectile.faces[5][3]"], &[not_positive, (Below(h), own(ProjectileTooSmall)), rest], &[]),
-        real("cube", &["projectile.faces[4][3]"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(7e-3), Accepted), (End, overlap)], &[]),
-        real("cube", &["projectile.faces[0][0]", "projectile.faces[2][1]"], &[(About(-1.000001), own(BadNormal)), (About(-0.999999), own(UnboundedFaces)), (About(0.999999), own(BadNormal)), (About(1.000001), Accepted), (End, own(BadNormal))], &[0.99999, 0.9999995, 1.0000005, 1.00001]),
-        real("cube", &["projectile.faces[0][1]", "projectile.faces[4][0]", "projectile.faces[5][1]"], &[(About(-0.001414), own(BadNormal)), (About(0.001414), Accepted), (End, own(BadNormal))], &[0.0014, -0.0014, 0.0015]),
+        count("cube", &["projectile.faces.count"], &[(Below(4.0), own(OutOfRange)), (To(5.0), Refused(UnboundedFaces, "projectile.faces.planes")), (To(6.0), Accepted), (To(16.0), Refused(BadNormal, "projectile.faces.planes")), beyond], &[]),
+        real("cube", &["projectile.faces.planes[0][3]", "projectile.faces.planes[3][3]", "projectile.faces.planes[5][3]"], &[not_positive, (Below(h), own(ProjectileTooSmall)), rest], &[]),
+        real("cube", &["projectile.faces.planes[4][3]"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(7e-3), Accepted), (End, overlap)], &[]),
+        real("cube", &["projectile.faces.planes[0][0]", "projectile.faces.planes[2][1]"], &[(About(-1.000001), own(BadNormal)), (About(-0.999999), own(UnboundedFaces)), (About(0.999999), own(BadNormal)), (About(1.000001), Accepted), (End, own(BadNormal))], &[0.99999, 0.9999995, 1.0000005, 1.00001]),
+        real("cube", &["projectile.faces.planes[0][1]", "projectile.faces.planes[4][0]", "projectile.faces.planes[5][1]"], &[(About(-0.001414), own(BadNormal)), (About(0.001414), Accepted), (End, own(BadNormal))], &[0.0014, -0.0014, 0.0015]),
         real("cube", &["projectile.moments[0]", "projectile.moments[1]", "projectile.moments[2]"], &[not_positive, (About(4e-7), Accepted), (End, own(ImpossibleMoments))], &[3.9e-7, 4.1e-7]),
         real("sphere", &["projectile.mass"], &[not_positive, (Below(6.52e-8), own(ProjectileTooLight)), (About(1e297), Accepted), (End, own(OutOfRange))], &[]),
         real("prescribed", &["projectile.mass"], &[(Below(0.0), own(NotPositive)), (To(0.0), Accepted), (Below(6.52e-8), own(ProjectileTooLight)), (About(1e297), Accepted), (End, own(OutOfRange))], &[]),
@@ -214,19 +207,18 @@ fn rows() -> Vec<Row> {
         real("cylinder", &["projectile.angular_velocity[0]", "projectile.angular_velocity[1]", "projectile.angular_velocity[2]"], &[(About(-1.6e7), too_fast), (About(1.6e7), Accepted), (End, too_fast)], &[1e7, -1e7, 2e7]),
         choice("sphere", &["drive"], 1.0),
         // ---- Step, integrator and the rest.
-        count("fraction", &["step_kind"], &[(To(0.0), Accepted), (To(1.0), too_long), (End, own(UnknownChoice))], &[]),
-        real("sphere", &["dt"], &[not_positive, (About(1e-50), no_step), (To(step_max), Accepted), (End, own(StepTooLarge))], &[1e-52, 1e-30]),
-        real("fraction", &["step_fraction"], &[not_positive, (About(1e-43), no_step), (To(0.5), Accepted), beyond], &[1e-30]),
-        real("toe", &["step_fraction"], &[not_positive, (About(1e-43), no_step), (To(STEP_WITH_TOE * 0.5), Accepted), beyond], &[1e-30]),
-        real("unchecked", &["step_fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
+        real("sphere", &["time_step.seconds"], &[negative, (To(0.0), Accepted), (About(1e-50), no_step), (To(step_max), Accepted), (End, own(StepTooLarge))], &[1e-52, 1e-30]),
+        real("fraction", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(0.5), Accepted), beyond], &[1e-30]),
+        real("toe", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(STEP_WITH_TOE * 0.5), Accepted), beyond], &[1e-30]),
+        real("unchecked", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
         choice("sphere", &["step_check"], 1.0),
-        choice("sphere", &["integrator", "rotation_rule", "step_after_failure"], 1.0),
+        choice("sphere", &["integrator.kind", "rotation_rule.kind", "step_after_failure"], 1.0),
         count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), own(OutOfRange)), (End, own(UnknownChoice))], &[]),
         real("theta", &["integrator.theta"], &theta, &[]),
         real("turning", &["rotation_rule.theta"], &theta, &[]),
         real("theta", &["integrator.tolerance"], &[not_positive, rest], &[]),
         count("theta", &["integrator.max_iterations"], &[(Below(1.0), own(OutOfRange)), rest], &[]),
-        not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta"]),
+        not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta", "time_step.fraction"]),
         real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
         real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
         real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
@@ -287,10 +279,9 @@ fn along(line: &[(Up, Expected)], value: f64) -> Expected {
     line.iter().find(|(up, _)| within(up)).map_or(Accepted, |(_, expected)| *expected)
 }
 
-/// The field that an error names: without indices, and all of the faces together.
+/// The field that an error names: without indices.
 fn field_of(name: &'static str) -> &'static str {
-    let field = name.split('[').next().unwrap_or(name);
-    if field == "projectile.faces.count" { "projectile.faces" } else { field }
+    name.split('[').next().unwrap_or(name)
 }
 
 /// A sound scene by its name.
@@ -311,225 +302,27 @@ fn assignments(base: &str) -> impl Iterator<Item = (&'static str, f64)> {
     START.iter().chain(*changes).copied()
 }
 
-/// Gives a number of a scene a value. false if a `Scene` cannot hold it: an unknown choice, or a setting of what is not in use.
+/// Gives a number of a scene a value. false if a `Scene` cannot hold it: an unknown choice.
 ///
 /// # Panics
 /// If there is no such number.
 pub fn assign(scene: &mut Scene, name: &str, value: f64) -> bool {
-    let (field, index) = name.split_once('[').unwrap_or((name, "0]"));
-    let (k, l) = index.split_once("][").unwrap_or((index, "0]"));
-    let number = |text: &str| text.trim_end_matches(']').parse::<usize>().expect("an index");
-    let (k, l) = (number(k), number(l));
-    let flag = |place: &mut bool| {
-        *place = value == 1.0;
-        value <= 1.0
-    };
-    let (sheet, yarn, body) = (&mut scene.sheet, &mut scene.yarn, &mut scene.projectile);
-    match field {
-        "sheet.nodes_x" => sheet.nodes_x = value as u32,
-        "sheet.nodes_y" => sheet.nodes_y = value as u32,
-        "sheet.spacing" => sheet.spacing = value,
-        "sheet.node_mass" => sheet.node_mass = value,
-        "sheet.yarn_area" => sheet.yarn_area = value,
-        "sheet.plies" => sheet.plies = value as u32,
-        "sheet.position" => sheet.position[k] = value,
-        "sheet.orientation" => sheet.orientation[k] = value,
-        "symmetry.mirror_x" => return flag(&mut scene.symmetry.mirror_x),
-        "symmetry.mirror_y" => return flag(&mut scene.symmetry.mirror_y),
-        "attachment.kind" => {
-            use AttachmentKind::{FourCorners, FourSides, Free, TwoSides};
-            return choose(&mut scene.attachment.kind, &[TwoSides, FourSides, FourCorners, Free], value);
-        }
-        "attachment.disc_inset" => scene.attachment.disc_inset = value,
-        "attachment.disc_radius" => scene.attachment.disc_radius = value,
-        "yarn.modulus_mean" => yarn.modulus_mean = value,
-        "yarn.modulus_sd" => yarn.modulus_sd = value,
-        "yarn.damage_slope" => yarn.damage_slope = value,
-        "yarn.damage_intercept" => yarn.damage_intercept = value,
-        "yarn.damage_sd" => yarn.damage_sd = value,
-        "yarn.critical_stretch" => yarn.critical_stretch = value,
-        "yarn.damage_a" => yarn.damage_a = value,
-        "yarn.damage_b" => yarn.damage_b = value,
-        "yarn.alpha_fail" => yarn.alpha_fail = value,
-        "yarn.stochastic" => return flag(&mut yarn.stochastic),
-        "yarn.draw" => return choose(&mut yarn.draw, &[Draw::Segment, Draw::Yarn], value),
-        "projectile.shape" => {
-            use Shape::{Box, Cylinder, HemisphericalCylinder, Polyhedron, Sphere};
-            return choose(&mut body.shape, &[Sphere, Cylinder, HemisphericalCylinder, Box, Polyhedron], value);
-        }
-        "projectile.radius" => body.radius = value,
-        "projectile.length" => body.length = value,
-        "projectile.size" => body.size[k] = value,
-        "projectile.faces.count" => body.faces.count = value as u32,
-        "projectile.faces" => body.faces.planes[k][l] = value,
-        "projectile.moments" => body.moments[k] = value,
-        "projectile.mass" => body.mass = value,
-        "projectile.position" => body.position[k] = value,
-        "projectile.velocity" => body.velocity[k] = value,
-        "projectile.orientation" => body.orientation[k] = value,
-        "projectile.angular_velocity" => body.angular_velocity[k] = value,
-        "drive" => return choose(&mut scene.drive, &[Drive::Free, Drive::Prescribed], value),
-        "seed" => scene.seed = value as u64,
-        "step_kind" => {
-            let (TimeStep::Fraction(step) | TimeStep::Seconds(step)) = scene.time_step;
-            return choose(&mut scene.time_step, &[TimeStep::Fraction(step), TimeStep::Seconds(step)], value);
-        }
-        "dt" => scene.time_step = TimeStep::Seconds(value),
-        "step_fraction" => scene.time_step = TimeStep::Fraction(value),
-        "step_check" => return choose(&mut scene.step_check, &[StepCheck::Refuse, StepCheck::None], value),
-        "integrator" => {
-            let all = [Integrator::Verlet, Integrator::Theta(ThetaRule::default())];
-            return choose(&mut scene.integrator, &all, value);
-        }
-        "integrator.theta" | "integrator.tolerance" | "integrator.max_iterations" => {
-            let Integrator::Theta(rule) = &mut scene.integrator else { return false };
-            match field {
-                "integrator.theta" => rule.theta = value,
-                "integrator.tolerance" => rule.tolerance = value,
-                _ => rule.max_iterations = value as u32,
-            }
-        }
-        "step_after_failure" => {
-            let all = [StepAfterFailure::Keep, StepAfterFailure::Half];
-            return choose(&mut scene.step_after_failure, &all, value);
-        }
-        "slack_toe" => scene.slack_toe = value,
-        "rotation_rule" => {
-            return choose(&mut scene.rotation_rule, &[RotationRule::Midpoint, RotationRule::Theta(0.5)], value);
-        }
-        "rotation_rule.theta" => {
-            let RotationRule::Theta(theta) = &mut scene.rotation_rule else { return false };
-            *theta = value;
-        }
-        "force_window" => scene.force_window = value,
-        "track_detachment" => return flag(&mut scene.track_detachment),
-        "track_support" => return flag(&mut scene.track_support),
-        "contact_capacity" => scene.contact_capacity = value as u32,
-        other => panic!("{other} is no number of a scene"),
-    }
-    true
-}
-
-fn choose<T: Copy>(place: &mut T, choices: &[T], value: f64) -> bool {
-    choices.get(value as usize).is_some_and(|choice| {
-        *place = *choice;
-        true
-    })
-}
-
-/// The names of all numbers of a scene, without indices. Takes a scene to pieces without leaving any out, so that a new field
-/// does not compile until it is named here; a test asks that every name has a row.
-pub fn names(scene: &Scene) -> Vec<&'static str> {
-    let Scene {
-        sheet:
-            Sheet { nodes_x: _, nodes_y: _, spacing: _, node_mass: _, yarn_area: _, plies: _, position: _, orientation: _ },
-        symmetry: Symmetry { mirror_x: _, mirror_y: _ },
-        attachment: Attachment { kind: _, disc_inset: _, disc_radius: _ },
-        yarn:
-            Yarn {
-                modulus_mean: _,
-                modulus_sd: _,
-                damage_slope: _,
-                damage_intercept: _,
-                damage_sd: _,
-                critical_stretch: _,
-                damage_a: _,
-                damage_b: _,
-                alpha_fail: _,
-                stochastic: _,
-                draw: _,
-            },
-        projectile:
-            Projectile {
-                shape: _,
-                radius: _,
-                length: _,
-                size: _,
-                faces: Faces { count: _, planes: _ },
-                moments: _,
-                mass: _,
-                position: _,
-                velocity: _,
-                orientation: _,
-                angular_velocity: _,
-            },
-        drive: _,
-        seed: _,
-        time_step: TimeStep::Fraction(_) | TimeStep::Seconds(_),
-        step_check: _,
-        integrator: Integrator::Verlet | Integrator::Theta(ThetaRule { theta: _, tolerance: _, max_iterations: _ }),
-        step_after_failure: _,
-        slack_toe: _,
-        rotation_rule: RotationRule::Midpoint | RotationRule::Theta(_),
-        force_window: _,
-        track_detachment: _,
-        track_support: _,
-        contact_capacity: _,
-    } = scene;
-    vec![
-        "sheet.nodes_x",
-        "sheet.nodes_y",
-        "sheet.spacing",
-        "sheet.node_mass",
-        "sheet.yarn_area",
-        "sheet.plies",
-        "sheet.position",
-        "sheet.orientation",
-        "symmetry.mirror_x",
-        "symmetry.mirror_y",
-        "attachment.kind",
-        "attachment.disc_inset",
-        "attachment.disc_radius",
-        "yarn.modulus_mean",
-        "yarn.modulus_sd",
-        "yarn.damage_slope",
-        "yarn.damage_intercept",
-        "yarn.damage_sd",
-        "yarn.critical_stretch",
-        "yarn.damage_a",
-        "yarn.damage_b",
-        "yarn.alpha_fail",
-        "yarn.stochastic",
-        "yarn.draw",
-        "projectile.shape",
-        "projectile.radius",
-        "projectile.length",
-        "projectile.size",
-        "projectile.faces.count",
-        "projectile.faces",
-        "projectile.moments",
-        "projectile.mass",
-        "projectile.position",
-        "projectile.velocity",
-        "projectile.orientation",
-        "projectile.angular_velocity",
-        "drive",
-        "seed",
-        "dt",
-        "step_fraction",
-        "step_check",
-        "integrator",
-        "integrator.theta",
-        "integrator.tolerance",
-        "integrator.max_iterations",
-        "step_after_failure",
-        "slack_toe",
-        "rotation_rule",
-        "rotation_rule.theta",
-        "force_window",
-        "track_detachment",
-        "track_support",
-        "contact_capacity",
-    ]
+    let (name, index) = name.split_once('[').unwrap_or((name, "0]"));
+    let field = field(name).unwrap_or_else(|| panic!("{name} is no number of a scene"));
+    let indices = index.trim_end_matches(']').split("][").map(|text| text.parse::<usize>().expect("an index"));
+    // Of two indices the first counts rows.
+    let row = field.shape().get(1).copied().unwrap_or(1);
+    let element = indices.fold(0, |element, index| element * row + index);
+    field.set_word(scene, element, field.word_of(value)).is_ok()
 }
 
 /// The cases as the text that the C host and the FMI tests read: tests/inputs. Lines of
 ///
 /// - `text CODE WORDS`: what a code is called,
-/// - `set BASE NAME MEMBER BITS`: a change of the preset that makes a sound scene,
-/// - `case BASE NAME MEMBER BITS CODE FIELD`: a change of that scene, and what is expected (0 and `-` if it is accepted).
+/// - `set BASE NAME BITS`: a change of the preset that makes a sound scene,
+/// - `case BASE NAME BITS CODE FIELD`: a change of that scene, and what is expected (0 and `-` if it is accepted).
 ///
-/// MEMBER is the place in `fk_scene`, BITS are those of the value as an f64.
+/// NAME is the path in `fk_scene`, BITS are those of the value as an f64.
 pub fn listed() -> String {
     use std::fmt::Write;
     let mut text = String::from(
@@ -541,7 +334,7 @@ pub fn listed() -> String {
     }
     for (base, _) in BASES {
         for (name, value) in assignments(base) {
-            line(format_args!("set {base} {name} {} {:016x}", member(name), value.to_bits()));
+            line(format_args!("set {base} {name} {:016x}", value.to_bits()));
         }
     }
     for Case { base, name, value, expected } in cases() {
@@ -549,20 +342,7 @@ pub fn listed() -> String {
             Accepted => (0, "-"),
             Refused(code, field) => (code.number(), field),
         };
-        line(format_args!("case {base} {name} {} {:016x} {code} {field}", member(name), value.to_bits()));
+        line(format_args!("case {base} {name} {:016x} {code} {field}", value.to_bits()));
     }
     text
-}
-
-/// The place of a number in `fk_scene`.
-fn member(name: &str) -> String {
-    match name {
-        "dt" | "step_fraction" => "step_value".into(),
-        "projectile.faces.count" => "projectile_face_count".into(),
-        "integrator.theta" => "theta".into(),
-        "integrator.tolerance" | "integrator.max_iterations" => name.replace("integrator.", "theta_"),
-        "rotation_rule.theta" => "rotation_theta".into(),
-        "symmetry.mirror_x" | "symmetry.mirror_y" => name.replace("symmetry.", ""),
-        other => other.replace('.', "_"),
-    }
 }

@@ -47,7 +47,7 @@ fn add(table: &mut Table, names: [&str; 3], quantity: &str, exact: f64, error: f
 /// Moments (1, 2, 3), rates (1, 0, 1): w = (cn, sn, dn)(t | m = 1/3), here at t = 10 s.
 fn rotation(table: &mut Table) {
     let exact = [-0.921069998444, 0.389397044115, 0.974400660583];
-    for (rule, name) in [(RotationRule::Midpoint, "midpoint"), (RotationRule::Theta(0.5), "theta rule, theta 1/2")] {
+    for (rule, name) in [(RotationRule::MIDPOINT, "midpoint"), (RotationRule::theta(0.5), "theta rule, theta 1/2")] {
         let mut before: Option<f64> = None;
         for division in [10, 20, 40, 80] {
             let w = tumbled(rule, 1.0 / f64::from(division), 10 * division);
@@ -67,7 +67,7 @@ fn rotation(table: &mut Table) {
                 // Order 2 to within 0.1, as an error of the order.
                 add(table, names, "order of convergence", 2.0, (before / error).log2() / 2.0 - 1.0, Some(0.05));
             }
-            let allowed = (rule == RotationRule::Midpoint).then_some(1e-13);
+            let allowed = (rule == RotationRule::MIDPOINT).then_some(1e-13);
             add(table, names, "kinetic energy", 2.0, energy, allowed);
             before = Some(error);
         }
@@ -101,14 +101,14 @@ fn small_sheet(nodes: u32, velocity: f64) -> Scene {
 /// One free node between four fixed ones, and the sphere at 1 m/s: the potential E A_0 z^4/(2 h^3). With V' = V M/(M + m),
 /// z_max = [(M + m) V'^2 h^3/(E A_0)]^(1/4) after 1.3110287771 z_max/V' (the lemniscate constant); it leaves with -V'.
 fn oscillator(table: &mut Table) -> Result<()> {
-    for integrator in [Integrator::Verlet, theta(1e-10)] {
+    for integrator in [Integrator::VERLET, theta(1e-10)] {
         for fraction in [0.4, 0.2, 0.1] {
             let mut scene = small_sheet(3, 1.0);
             scene.integrator = integrator;
             // A sphere that passes between the supports.
             scene.projectile.radius = scene.sheet.spacing;
             scene.projectile.position = [0.0, 0.0, -scene.sheet.spacing];
-            let scene = with_step(scene, TimeStep::Fraction(fraction), fraction);
+            let scene = with_step(scene, TimeStep::fraction(fraction), fraction);
             let (m, mass, h) = (scene.sheet.node_mass, scene.projectile.mass, scene.sheet.spacing);
             let speed = mass / (mass + m);
             let stiffness = scene.yarn.modulus_mean * scene.sheet.yarn_area;
@@ -203,7 +203,7 @@ fn long_yarn(table: &mut Table, speed: f64, fraction: f64) -> Result<()> {
     scene.projectile.radius = scene.sheet.spacing;
     scene.projectile.position = [0.0, 0.0, -scene.sheet.spacing];
     scene.drive = Drive::Prescribed;
-    let scene = with_step(scene, TimeStep::Fraction(fraction), fraction);
+    let scene = with_step(scene, TimeStep::fraction(fraction), fraction);
     let (h, nx) = (scene.sheet.spacing, scene.sheet.nodes_x as usize);
     let mut buffers = Buffers::of(&scene)?;
     let mut sim = buffers.sim(&scene)?;

@@ -174,7 +174,7 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
 
 fn scene(k: usize, effort: Effort) -> Scene {
     let mut scene = impact::scene(&impact::CASES[0], &impact::Setting::verlet(0.4), k, effort);
-    scene.time_step = TimeStep::Seconds(DT);
+    scene.time_step = TimeStep::seconds(DT);
     scene
 }
 

@@ -128,7 +128,7 @@ impl Setting {
     /// Velocity Verlet on the full network.
     pub fn verlet(step: f64) -> Setting {
         let after_failure = StepAfterFailure::Keep;
-        Setting { step, integrator: Integrator::Verlet, network: Network::Full, after_failure, toe: 0.0 }
+        Setting { step, integrator: Integrator::VERLET, network: Network::Full, after_failure, toe: 0.0 }
     }
 
     /// The line it belongs to in a plot.
@@ -159,7 +159,7 @@ impl Setting {
 
     /// Cost guessed beforehand, for the progress bar and to start long runs first.
     fn guess(&self) -> f64 {
-        let passes = if self.integrator == Integrator::Verlet { 1.0 } else { 20.0 };
+        let passes = if self.integrator == Integrator::VERLET { 1.0 } else { 20.0 };
         let share = match self.network {
             Network::Full => 1.0,
             Network::Quarter => 0.3,
@@ -224,7 +224,7 @@ pub fn scene_at(case: &Case, setting: &Setting, faster: f64, effort: Effort) -> 
         Network::Quarter => scene.symmetry = Symmetry { mirror_x: true, mirror_y: true },
         Network::Coarse(factor) => scene = coarsened(scene, factor),
     }
-    with_step(scene, TimeStep::Fraction(setting.step), setting.step)
+    with_step(scene, TimeStep::fraction(setting.step), setting.step)
 }
 
 /// Runs until the end of the case.

@@ -74,7 +74,7 @@ impl Strip {
         // A quarter turn about x: the axis lies along y.
         body.orientation = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0, 0.0];
         scene.drive = Drive::Prescribed;
-        scene.time_step = TimeStep::Fraction(self.step);
+        scene.time_step = TimeStep::fraction(self.step);
         scene
     }
 

@@ -63,10 +63,7 @@ struct Row {
 impl Row {
     /// Whether the order of this row must be 2: the integrator's own error, at a step that is small enough.
     fn checked(&self) -> bool {
-        let own = match self.integrator {
-            Integrator::Verlet => true,
-            Integrator::Theta(rule) => rule.tolerance <= TIGHT,
-        };
+        let own = self.integrator == Integrator::VERLET || self.integrator.tolerance <= TIGHT;
         own && self.dt_over_dt_crit < ASYMPTOTIC
     }
 }
@@ -114,15 +111,15 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<bool> 
 fn rows(effort: Effort) -> Result<Vec<Row>> {
     let tolerances: &[f64] = if effort == Effort::Smoke { &[1e-6, TIGHT] } else { &TOLERANCES };
     let integrators: Vec<Integrator> =
-        std::iter::once(Integrator::Verlet).chain(tolerances.iter().map(|&tolerance| theta(tolerance))).collect();
+        std::iter::once(Integrator::VERLET).chain(tolerances.iter().map(|&tolerance| theta(tolerance))).collect();
     let progress = Progress::new("smooth phase", (CASES.len() * (1 + integrators.len() * FRACTIONS.len())) as u64);
     let mut rows: Vec<Row> = Vec::new();
     for case in &CASES {
-        let reference = thrown(case, Integrator::Verlet, REFERENCE, 1)?;
+        let reference = thrown(case, Integrator::VERLET, REFERENCE, 1)?;
         progress.add(1, || case.name.to_string());
         for &integrator in &integrators {
             for (index, fraction) in FRACTIONS.into_iter().enumerate() {
-                let repeats = if integrator == Integrator::Verlet { 20 } else { 3 };
+                let repeats = if integrator == Integrator::VERLET { 20 } else { 3 };
                 let run = thrown(case, integrator, fraction, repeats)?;
                 let apart = |(a, b): (&[f64], &[f64])| crate::event::length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
                 let position = run.positions.chunks_exact(3).zip(reference.positions.chunks_exact(3)).map(apart);
@@ -162,7 +159,7 @@ fn thrown(case: &Case, integrator: Integrator, fraction: f64, repeats: usize) ->
     let dt_crit = scene.step_limits()?.dt_crit;
     let steps = (case.time / fraction).ceil();
     let dt = case.time * dt_crit / steps;
-    let scene = with_step(scene, TimeStep::Seconds(dt), dt / dt_crit);
+    let scene = with_step(scene, TimeStep::seconds(dt), dt / dt_crit);
     let mut buffers = Buffers::of(&scene)?;
     let mut sim = buffers.sim(&scene)?;
     let mut times = Vec::new();
@@ -193,7 +190,7 @@ fn thrown(case: &Case, integrator: Integrator, fraction: f64, repeats: usize) ->
 fn verdict(rows: &[Row]) -> (String, bool) {
     let mut sentences = Vec::new();
     let mut sound = true;
-    for integrator in [Integrator::Verlet, theta(TIGHT)] {
+    for integrator in [Integrator::VERLET, theta(TIGHT)] {
         for (k, quantity) in ["position", "energy"].into_iter().enumerate() {
             let orders = rows
                 .iter()

@@ -6,8 +6,9 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, event, report};
+use fabric::fields::FIELDS;
 use fabric::snapshot::Hash;
-use fabric::{AttachmentKind, Draw, Outcome, Scene, Sim, Symmetry, TimeStep};
+use fabric::{AttachmentKind, Outcome, Scene, Sim, Symmetry};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
@@ -207,34 +208,21 @@ impl Point {
 }
 
 impl Job {
-    /// Hash of everything that decides the result. Fields of the scene that no study here varies are left out only if they
-    /// are new: a field added to the kernel joins the list when a study varies it, so that kept runs stay good.
+    /// Hash of everything that decides the result: every parameter that is not the preset's, and how long is run. A parameter that
+    /// the kernel gains is the preset's in all of these runs, so that kept ones stay good.
     pub fn key(&self) -> String {
-        let s = &self.scene;
-        let step = match s.time_step {
-            TimeStep::Fraction(fraction) => format!("fraction {fraction:?}"),
-            TimeStep::Seconds(seconds) => format!("seconds {seconds:?}"),
-        };
         let mut text = vec![
             format!("results {RESULTS_VERSION}, package {}", env!("CARGO_PKG_VERSION")),
-            format!("sheet {:?}", (s.sheet.nodes_x, s.sheet.nodes_y, s.sheet.spacing, s.sheet.node_mass)),
-            format!("yarn area {:?}, plies {}", s.sheet.yarn_area, s.sheet.plies),
-            format!("held {:?}", (s.attachment.kind as u32, s.attachment.disc_inset, s.attachment.disc_radius)),
-            format!("modulus {:?}", (s.yarn.modulus_mean, s.yarn.modulus_sd)),
-            format!("damage rate {:?}", (s.yarn.damage_slope, s.yarn.damage_intercept, s.yarn.damage_sd)),
-            format!("law {:?}", (s.yarn.critical_stretch, s.yarn.damage_a, s.yarn.damage_b, s.yarn.alpha_fail)),
-            format!("stochastic {}, seed {}", s.yarn.stochastic, s.seed),
-            format!("body {:?}", (s.projectile.shape as u32, s.projectile.radius, s.projectile.length)),
-            format!("mass {:?}", s.projectile.mass),
-            format!("pose {:?} {:?}", s.projectile.position, s.projectile.orientation),
-            format!("rates {:?} {:?}", s.projectile.velocity, s.projectile.angular_velocity),
-            format!("step {step}, until arrested or exited, at most {} steps", self.step_limit),
+            format!("until arrested or exited, mirrored: or detached, at most {} steps", self.step_limit),
         ];
-        if s.yarn.draw == Draw::Yarn {
-            text.push("one draw per yarn".to_string());
-        }
-        if s.symmetry != Symmetry::default() {
-            text.push(format!("mirrored {:?}, or until detached", (s.symmetry.mirror_x, s.symmetry.mirror_y)));
+        let (mut scene, mut preset) = (self.scene, Scene::sheet_3in_sphere());
+        for field in FIELDS {
+            for element in 0..field.size() {
+                let (word, usual) = (field.word(&mut scene, element), field.word(&mut preset, element));
+                if word != usual {
+                    text.push(format!("{}[{element}] {word:x}", field.name));
+                }
+            }
         }
         let mut hash = Hash::default();
         text.join("\n").bytes().for_each(|byte| hash.word(byte as u64));

@@ -11,20 +11,20 @@ pub fn rows() -> Vec<Case> {
     use Code::*;
     let theme = "Huge and subnormal";
     let mut rows = vec![
-        refused("node mass 1e-20 kg at dt 2e-8", StepTooLarge, "dt", |s| {
+        refused("node mass 1e-20 kg at dt 2e-8", StepTooLarge, "time_step.seconds", |s| {
             s.sheet.node_mass = 1e-20;
-            s.time_step = fabric::TimeStep::Seconds(2e-8);
+            s.time_step = fabric::TimeStep::seconds(2e-8);
         }),
         refused("node mass subnormal", StepLimitUnusable, "sheet.node_mass", |s| s.sheet.node_mass = 1e-320),
         refused("node mass 1e300 kg", ProjectileTooLight, "projectile.mass", |s| s.sheet.node_mass = 1e300),
         refused("spacing subnormal", StepLimitUnusable, "sheet.node_mass", |s| s.sheet.spacing = 1e-320),
         refused("spacing 1e300 m", ProjectileTooSmall, "projectile.radius", |s| s.sheet.spacing = 1e300),
-        refused("yarn area subnormal", StepLimitUnusable, "dt", |s| s.sheet.yarn_area = 1e-320),
+        refused("yarn area subnormal", StepLimitUnusable, "time_step.seconds", |s| s.sheet.yarn_area = 1e-320),
         refused("yarn area 1e300 m2", StepLimitUnusable, "sheet.node_mass", |s| s.sheet.yarn_area = 1e300),
-        refused("modulus 1e300 Pa", StepTooLarge, "dt", |s| {
+        refused("modulus 1e300 Pa", StepTooLarge, "time_step.seconds", |s| {
             s.yarn.modulus_mean = 1e300;
             s.yarn.damage_slope = 1e-297;
-            s.time_step = fabric::TimeStep::Seconds(2e-8);
+            s.time_step = fabric::TimeStep::seconds(2e-8);
         }),
         refused("U_c = 2.1", OutOfRange, "yarn.critical_stretch", |s| s.yarn.critical_stretch = 2.1),
         refused("damage slope 1e300 / Pa", NotFinite, "yarn.damage_slope", |s| s.yarn.damage_slope = 1e300),

@@ -208,7 +208,7 @@ pub fn changed(mut scene: Scene, change: impl FnOnce(&mut Scene)) -> Scene {
 /// This fraction of dt_crit, whatever the limit.
 pub fn unchecked(scene: Scene, fraction: f64) -> Scene {
     changed(scene, |scene| {
-        scene.time_step = TimeStep::Fraction(fraction);
+        scene.time_step = TimeStep::fraction(fraction);
         scene.step_check = StepCheck::None;
     })
 }

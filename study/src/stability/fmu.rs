@@ -63,9 +63,9 @@ pub fn case(sim: &mut Sim<'_>, force: [f64; 3], steps: u64) -> Result<Option<Fmu
 /// The case of a scene that must be refused with this error.
 pub fn refusal(scene: &Scene, error: &Error) -> Option<FmuCase> {
     let dt = match scene.time_step {
-        TimeStep::Seconds(dt) => dt,
-        TimeStep::Fraction(0.4) => 2e-8,
-        TimeStep::Fraction(_) => return None,
+        TimeStep { fraction: 0.4, seconds: 0.0 } => 2e-8,
+        TimeStep { seconds: 0.0, .. } => return None,
+        TimeStep { seconds, .. } => seconds,
     };
     // The FMU's own step may be refused where a fraction of the limit is not, and the other way round.
     let scene = seconds(scene, dt);
@@ -78,7 +78,7 @@ pub fn refusal(scene: &Scene, error: &Error) -> Option<FmuCase> {
 }
 
 fn seconds(scene: &Scene, dt: f64) -> Scene {
-    Scene { time_step: TimeStep::Seconds(dt), ..*scene }
+    Scene { time_step: TimeStep::seconds(dt), ..*scene }
 }
 
 /// Start values for a scene; None if the FMU has no variable for something in it.
@@ -86,8 +86,8 @@ fn values(scene: &Scene, dt: f64) -> Option<Map<String, Value>> {
     let (sheet, yarn, body) = (&scene.sheet, &scene.yarn, &scene.projectile);
     let preset = Scene::sheet_3in_sphere();
     let plain = scene.symmetry == Symmetry::default()
-        && scene.integrator == Integrator::Verlet
-        && scene.rotation_rule == RotationRule::Midpoint
+        && scene.integrator == Integrator::VERLET
+        && scene.rotation_rule == RotationRule::MIDPOINT
         && (yarn.damage_a, yarn.damage_b, yarn.draw) == (1.0, 0.0, Draw::Segment)
         && body.shape != Shape::Polyhedron
         && (scene.drive, scene.track_support, scene.contact_capacity)

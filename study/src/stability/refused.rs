@@ -3,9 +3,7 @@
 use super::flight::uniform;
 use super::{Answer, Case, fmu};
 use crate::memory::{self, Buffers};
-use fabric::{
-    AttachmentKind, Code, Drive, Error, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, ThetaRule, TimeStep,
-};
+use fabric::{AttachmentKind, Code, Drive, Error, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, TimeStep};
 
 /// Scenes that must be refused, with code and field.
 pub fn scenes() -> Vec<Case> {
@@ -13,22 +11,22 @@ pub fn scenes() -> Vec<Case> {
     let nan = f64::NAN;
     let inf = f64::INFINITY;
     vec![
-        refused("dt = 0", NotPositive, "dt", |s| s.time_step = TimeStep::Seconds(0.0)),
-        refused("dt < 0", NotPositive, "dt", |s| s.time_step = TimeStep::Seconds(-1e-8)),
-        refused("dt NaN", NotFinite, "dt", move |s| s.time_step = TimeStep::Seconds(nan)),
-        refused("dt infinite", NotFinite, "dt", move |s| s.time_step = TimeStep::Seconds(inf)),
-        refused("dt subnormal", StepLimitUnusable, "dt", |s| s.time_step = TimeStep::Seconds(1e-310)),
-        refused("scatter of the modulus 1e300 Pa: dt below 1e-150 s", StepLimitUnusable, "dt", |s| {
+        refused("dt = 0", NotPositive, "time_step.fraction", |s| s.time_step = TimeStep::seconds(0.0)),
+        refused("dt < 0", OutOfRange, "time_step.seconds", |s| s.time_step = TimeStep::seconds(-1e-8)),
+        refused("dt NaN", NotFinite, "time_step.seconds", move |s| s.time_step = TimeStep::seconds(nan)),
+        refused("dt infinite", NotFinite, "time_step.seconds", move |s| s.time_step = TimeStep::seconds(inf)),
+        refused("dt subnormal", StepLimitUnusable, "time_step.seconds", |s| s.time_step = TimeStep::seconds(1e-310)),
+        refused("scatter of the modulus 1e300 Pa: dt below 1e-150 s", StepLimitUnusable, "time_step.seconds", |s| {
             s.yarn.stochastic = true;
             (s.yarn.modulus_sd, s.yarn.damage_slope, s.yarn.damage_intercept) = (1e300, 0.0, 230.0);
         }),
-        refused("dt above 0.5 dt_crit", StepTooLarge, "dt", |s| s.time_step = TimeStep::Seconds(2.7e-8)),
-        refused("step fraction 0.51", OutOfRange, "step_fraction", |s| s.time_step = TimeStep::Fraction(0.51)),
+        refused("dt above 0.5 dt_crit", StepTooLarge, "time_step.seconds", |s| s.time_step = TimeStep::seconds(2.7e-8)),
+        refused("step fraction 0.51", OutOfRange, "time_step.fraction", |s| s.time_step = TimeStep::fraction(0.51)),
         refused("theta = 0.4", OutOfRange, "integrator.theta", |s| {
-            s.integrator = Integrator::Theta(ThetaRule { theta: 0.4, ..ThetaRule::default() });
+            s.integrator = Integrator { theta: 0.4, ..Integrator::THETA };
         }),
         refused("theta of the rotation = 1.1", OutOfRange, "rotation_rule.theta", |s| {
-            s.rotation_rule = RotationRule::Theta(1.1);
+            s.rotation_rule = RotationRule::theta(1.1);
         }),
         refused("node mass 0", NotPositive, "sheet.node_mass", |s| s.sheet.node_mass = 0.0),
         refused("node mass NaN", NotFinite, "sheet.node_mass", move |s| s.sheet.node_mass = nan),

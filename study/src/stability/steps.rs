@@ -6,7 +6,7 @@ use super::{Answer, Books, Case, fmu};
 use crate::Result;
 use crate::event::Summary;
 use crate::memory::Buffers;
-use fabric::{Code, Failure, Integrator, Outcome, Scene, Sim, ThetaRule, TimeStep, math};
+use fabric::{Code, Failure, Integrator, Outcome, Scene, Sim, TimeStep, math};
 
 /// The steps of both sweeps, over dt_crit.
 const FRACTIONS: [f64; 12] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2];
@@ -119,7 +119,7 @@ fn impacts() -> impl Iterator<Item = Flight> {
 fn theta_beyond_the_limit() -> Case {
     let check = || {
         let mut scene = unchecked(far(21), 1.2);
-        scene.integrator = Integrator::Theta(ThetaRule::default());
+        scene.integrator = Integrator::THETA;
         let mut buffers = Buffers::of(&scene)?;
         let mut sim = buffers.sim(&scene)?;
         pluck(&mut sim)?;
@@ -154,9 +154,9 @@ fn stiffness() -> Vec<Case> {
     let theme = "Stiffness";
     let in_theme = |case: Case| Case { theme, ..case };
     vec![
-        in_theme(refused("stiffness x 1e6 at dt = 2e-8 s", Code::StepTooLarge, "dt", |scene| {
+        in_theme(refused("stiffness x 1e6 at dt = 2e-8 s", Code::StepTooLarge, "time_step.seconds", |scene| {
             *scene = stiffer(*scene, 1e6);
-            scene.time_step = TimeStep::Seconds(2e-8);
+            scene.time_step = TimeStep::seconds(2e-8);
         })),
         soft_oscillator().case(theme),
         at_scaled_speed("stiffness x 4^10, dt / 2^10, V x 2^10", 1_048_576.0, true),
@@ -188,7 +188,7 @@ pub fn turns_back(scene: &Scene) -> (f64, f64) {
 /// A millionth of the stiffness at the usual step, which is 4e-4 dt_crit then.
 fn soft_oscillator() -> Flight {
     let scene = changed(stiffer(uniform(3, 1e-3), 1e-6), |scene| {
-        scene.time_step = TimeStep::Seconds(2e-8);
+        scene.time_step = TimeStep::seconds(2e-8);
         // A sphere that passes between the supports.
         scene.projectile.radius = scene.sheet.spacing;
         scene.projectile.position = [0.0, 0.0, -scene.sheet.spacing];

@@ -1,0 +1,243 @@
+//! What the numbers of a scene must be together, and the time step that they allow.
+//!
+//! Each number by itself is checked by its row in `fields.rs`, before anything here.
+
+use crate::error::{Code, Error, finite, positive};
+use crate::fields;
+use crate::math;
+use crate::planes::AT_REST;
+use crate::scene::{
+    AttachmentKind, DAMAGE_RATE_MIN, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE, Scene,
+    StepAfterFailure, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep,
+};
+use crate::shape::{self, Solid};
+use crate::weave;
+
+/// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
+const SLOWEST_MOTION: f64 = 1e-30;
+/// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that a step makes of a
+/// state that is not lost are numbers, and so are its momentum and energy.
+const LARGEST_UNIT: f64 = 1e90;
+const LARGEST_STIFFNESS: f64 = 1e6;
+
+impl Scene {
+    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
+    ///
+    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
+    /// tangent stiffness is largest; dt_crit = 2/omega.
+    pub fn step_limits(&self) -> Result<StepLimits, Error> {
+        self.check()?;
+        let mut stiffest = self.yarn.modulus_mean;
+        if self.yarn.stochastic {
+            stiffest = 0.0;
+            for number in 0..self.segments() {
+                let modulus = self.draw_segment(number)?.modulus;
+                if modulus > stiffest {
+                    stiffest = modulus;
+                }
+            }
+        }
+        let u2 = self.yarn.critical_stretch * self.yarn.critical_stretch;
+        let stiffness = stiffest * self.sheet.yarn_area / self.sheet.spacing;
+        let omega2 = stiffness / self.sheet.node_mass * (2.0 * (3.0 * u2 - 1.0) + 2.0 * (u2 - 1.0));
+        let dt_crit = 2.0 / math::sqrt(omega2);
+        if !dt_crit.is_normal() {
+            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
+        }
+        let step_max = self.step_max_fraction() * dt_crit;
+        let TimeStep { fraction, seconds } = self.time_step;
+        let dt = if seconds != 0.0 { seconds } else { fraction * dt_crit };
+        if self.step_check == StepCheck::Refuse && dt > step_max {
+            return Err(Error::new(Code::StepTooLarge, "time_step.seconds", dt, step_max));
+        }
+        let speed = self.sheet.spacing / dt;
+        let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
+        let unit_stiffness = dt * dt * stiffness / self.sheet.node_mass;
+        let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
+            && unit_stiffness.is_normal()
+            && unit_stiffness <= LARGEST_STIFFNESS
+            && AT_REST * speed <= SLOWEST_MOTION;
+        if !usable {
+            return Err(Error::new(Code::StepLimitUnusable, "time_step.seconds", dt, step_max));
+        }
+        Ok(StepLimits { dt, dt_crit, step_max })
+    }
+
+    /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad one is named.
+    /// The time step against dt_crit is checked by [`Scene::step_limits`].
+    pub fn check(&self) -> Result<(), Error> {
+        fields::check(self)?;
+        self.check_yarn()?;
+        self.check_projectile()?;
+        self.check_attachment()?;
+        self.check_symmetry()?;
+        self.check_step()?;
+        self.check_theta_rules()?;
+        self.check_toe()
+    }
+
+    fn check_step(&self) -> Result<(), Error> {
+        let TimeStep { fraction, seconds } = self.time_step;
+        if seconds == 0.0 && self.step_check == StepCheck::Refuse && fraction > self.step_max_fraction() {
+            return Err(Error::new(Code::OutOfRange, "time_step.fraction", fraction, self.step_max_fraction()));
+        }
+        Ok(())
+    }
+
+    /// Largest accepted fraction of dt_crit.
+    pub fn step_max_fraction(&self) -> f64 {
+        if self.slack_toe > 0.0 { STEP_WITH_TOE * STEP_MAX_FRACTION } else { STEP_MAX_FRACTION }
+    }
+
+    fn check_toe(&self) -> Result<(), Error> {
+        let toe = self.slack_toe;
+        if toe == 0.0 {
+            return Ok(());
+        }
+        let [narrowest, widest] = TOE_RANGE;
+        let critical = 0.5 * self.damage_law().critical_twice_strain();
+        let widest = if critical < widest { critical } else { widest };
+        let verlet = self.integrator.kind == IntegratorKind::Verlet;
+        if verlet && toe >= narrowest && toe <= widest {
+            return Ok(());
+        }
+        let limit = if !verlet {
+            0.0
+        } else if toe < narrowest {
+            narrowest
+        } else {
+            widest
+        };
+        Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit))
+    }
+
+    fn check_theta_rules(&self) -> Result<(), Error> {
+        let built = |field| if cfg!(feature = "implicit") { Ok(()) } else { Err(Error::plain(Code::NotBuilt, field)) };
+        if self.integrator.kind == IntegratorKind::Theta {
+            built("integrator.kind")?;
+            if self.step_after_failure != StepAfterFailure::Keep {
+                return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
+            }
+        }
+        if self.rotation_rule.kind == RotationKind::Theta {
+            built("rotation_rule.kind")?;
+        }
+        Ok(())
+    }
+
+    fn check_yarn(&self) -> Result<(), Error> {
+        let yarn = &self.yarn;
+        let first = yarn.damage_a * (1.0 - yarn.damage_b);
+        // One rounding above 1 is what A = 1/(1 - B) gives.
+        if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
+            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, 1.0 / (1.0 - yarn.damage_b)));
+        }
+        let rate = self.mean_segment().damage_rate;
+        finite("yarn.damage_slope", rate)?;
+        if rate < DAMAGE_RATE_MIN {
+            return Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_intercept", rate, DAMAGE_RATE_MIN));
+        }
+        Ok(())
+    }
+
+    fn check_projectile(&self) -> Result<(), Error> {
+        let body = &self.projectile;
+        shape::check(body, self.sheet.spacing)?;
+        if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
+            positive("projectile.mass", body.mass)?;
+            if body.mass < self.lumped_mass() {
+                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Mirror planes need yarn that is alike everywhere and a body that contact alone moves. Whether the hit is centred is
+    /// checked where the start motion is known in the sheet's frame (`symmetry.rs`).
+    fn check_symmetry(&self) -> Result<(), Error> {
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        if !mirror_x && !mirror_y {
+            return Ok(());
+        }
+        if self.yarn.stochastic {
+            return Err(Error::plain(Code::NotSymmetric, "yarn.stochastic"));
+        }
+        if self.drive != Drive::Free {
+            return Err(Error::plain(Code::NotSymmetric, "drive"));
+        }
+        Ok(())
+    }
+
+    #[inline(never)] // Its solid must not add to the stack of what is checked next.
+    fn check_attachment(&self) -> Result<(), Error> {
+        if self.attachment.kind != AttachmentKind::FourCorners {
+            return Ok(());
+        }
+        let radius = self.attachment.disc_radius;
+        let centre = weave::disc_centre(self);
+        if centre[0] <= radius || centre[1] <= radius {
+            let limit = if centre[0] < centre[1] { centre[0] } else { centre[1] };
+            return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
+        }
+        // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.
+        let pose = crate::pose::Pose::of_sheet(&self.sheet);
+        let offset = pose.point_in(self.projectile.position);
+        let orientation = crate::pose::normalised(pose.orientation_in(self.projectile.orientation));
+        let reach = Solid::of(&self.projectile).reach_in_plane(&orientation);
+        for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
+            if gap <= radius {
+                return Err(Error::new(Code::DiscTouchesProjectile, "attachment.disc_radius", radius, gap));
+            }
+        }
+        let nearest2 = weave::disc_to_nearest_node2(self);
+        if nearest2 > radius * radius {
+            return Err(Error::new(Code::HoldsNothing, "attachment.disc_radius", radius, math::sqrt(nearest2)));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[cfg(not(feature = "implicit"))]
+    use crate::scene::{Integrator, RotationRule};
+
+    #[test]
+    fn presets_are_sound() {
+        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
+            scene.check().unwrap();
+            let limits = scene.step_limits().unwrap();
+            assert!(limits.dt > 1.9e-8 && limits.dt < 2.12e-8);
+        }
+        assert_eq!(Scene::sheet_3in_sphere().segments(), 21_840);
+        assert_eq!(Scene::sheet_10in_cylinder().segments(), 244_300);
+    }
+
+    #[test]
+    fn uniform_step_limit() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.yarn.stochastic = false;
+        let limits = scene.step_limits().unwrap();
+        assert!((limits.dt_crit / 5.289994e-8 - 1.0).abs() < 1e-6);
+        assert!((limits.step_max / 2.644997e-8 - 1.0).abs() < 1e-6);
+        scene.time_step = TimeStep::seconds(2.7e-8);
+        let error = scene.step_limits().unwrap_err();
+        assert_eq!((error.code, error.field), (Code::StepTooLarge, "time_step.seconds"));
+        assert_eq!(error.limit, limits.step_max);
+        scene.step_check = StepCheck::None;
+        assert!(scene.step_limits().is_ok());
+    }
+
+    #[test]
+    #[cfg(not(feature = "implicit"))]
+    fn a_build_without_the_theta_rule_refuses_it() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.integrator = Integrator::THETA;
+        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "integrator.kind"));
+        scene.integrator = Integrator::VERLET;
+        scene.rotation_rule = RotationRule::theta(0.5);
+        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "rotation_rule.kind"));
+    }
+}

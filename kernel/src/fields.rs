@@ -1,0 +1,781 @@
+//! The table of a scene's parameters: one row for each number of [`Scene`].
+//!
+//! From these rows come the checks of each number by itself, the fingerprint of a scene, the keys of scene files, the structure
+//! `fk_scene` of the C header, the FMU's parameters with both model descriptions, the keys of kept results, and the parameter
+//! table of the documents. A new parameter needs its field in `scene.rs`, its row here, and the code that reads it.
+//!
+//! The order of the rows is the order in C and in the fingerprint. Rows of one group stand together. A row that comes later is
+//! put at the end of the table, so that hosts compiled before it go on working; its [`Image`] is [`Image::Later`].
+
+use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
+use crate::scene::{
+    AttachmentKind, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind, Scene, Shape,
+    StepAfterFailure, StepCheck,
+};
+
+/// What kind of number a real parameter is.
+#[derive(Debug, PartialEq)]
+pub struct Quantity {
+    /// Name, as the type definitions of the FMUs have it.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Unit in which a program may show it; empty for the unit itself.
+    pub display: &'static str,
+    /// Least value of any such number; minus infinity if there is none.
+    pub least: f64,
+    /// Typical size.
+    pub nominal: f64,
+    /// Meaning.
+    pub description: &'static str,
+}
+
+/// A quantity.
+pub const fn quantity(
+    name: &'static str,
+    unit: &'static str,
+    display: &'static str,
+    least: f64,
+    nominal: f64,
+    description: &'static str,
+) -> Quantity {
+    Quantity { name, unit, display, least, nominal, description }
+}
+
+/// Of either sign.
+pub const ANY_SIGN: f64 = f64::NEG_INFINITY;
+/// Place or displacement.
+pub const POSITION: Quantity = quantity("Position", "m", "mm", ANY_SIGN, 1e-3, "Place or displacement");
+/// Size of a thing.
+pub const LENGTH: Quantity = quantity("Length", "m", "mm", 0.0, 1e-2, "Size of a thing");
+/// Cross-section.
+pub const AREA: Quantity = quantity("Area", "m2", "mm2", 0.0, 1e-7, "Cross-section of a yarn");
+/// Velocity.
+pub const VELOCITY: Quantity = quantity("Velocity", "m/s", "", ANY_SIGN, 100.0, "Velocity");
+/// Angular velocity.
+pub const ANGULAR_VELOCITY: Quantity =
+    quantity("AngularVelocity", "rad/s", "deg/s", ANY_SIGN, 100.0, "Angular velocity");
+/// Element of a quaternion.
+pub const QUATERNION: Quantity =
+    quantity("Quaternion", "1", "", ANY_SIGN, 1.0, "Element of a unit quaternion, scalar first");
+/// Number without unit.
+pub const RATIO: Quantity = quantity("Ratio", "1", "", ANY_SIGN, 1.0, "Number without unit");
+/// Mass.
+pub const MASS: Quantity = quantity("Mass", "kg", "g", 0.0, 1e-2, "Mass");
+/// Moment of inertia.
+pub const INERTIA: Quantity = quantity("Inertia", "kg.m2", "", 0.0, 1e-6, "Moment of inertia");
+/// Young's modulus.
+pub const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young's modulus of a yarn");
+/// Damage rate per modulus.
+pub const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
+/// Length of time.
+pub const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");
+
+/// A choice among named numbers 0, 1, 2, ...
+#[derive(Debug, PartialEq)]
+pub struct Choice {
+    /// Name of the type.
+    pub name: &'static str,
+    /// Name and meaning of each number.
+    pub items: &'static [(&'static str, &'static str)],
+}
+
+/// Which nodes are held.
+pub const ATTACHMENT: Choice = Choice {
+    name: "Attachment",
+    items: &[
+        ("two_sides", "first and last column (left and right)"),
+        ("four_sides", "the whole edge"),
+        ("four_corners", "discs near the four corners"),
+        ("free", "nothing"),
+    ],
+};
+const ATTACHMENTS: [AttachmentKind; 4] =
+    [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
+
+/// What gets a draw of its own.
+pub const DRAW: Choice = Choice {
+    name: "Draw",
+    items: &[("segment", "every segment"), ("yarn", "every woven yarn: a whole row or column of segments")],
+};
+const DRAWS: [Draw; 2] = [Draw::Segment, Draw::Yarn];
+
+/// The projectile's form.
+pub const SHAPE: Choice = Choice {
+    name: "Shape",
+    items: &[
+        ("sphere", "sphere; feels no torque"),
+        ("cylinder", "flat-ended cylinder along the body's z axis"),
+        ("hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end"),
+        ("box", "box with its edges along the body's axes"),
+        ("polyhedron", "convex polyhedron by its faces"),
+    ],
+};
+const SHAPES: [Shape; 5] =
+    [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box, Shape::Polyhedron];
+
+/// Who moves the projectile.
+pub const DRIVE: Choice = Choice {
+    name: "Drive",
+    items: &[
+        ("free", "the model moves the projectile under contact and the external load"),
+        ("prescribed", "the host moves the projectile; the model gives force, impulse and work"),
+    ],
+};
+const DRIVES: [Drive; 2] = [Drive::Free, Drive::Prescribed];
+
+/// How the nodes are stepped.
+pub const INTEGRATOR: Choice = Choice {
+    name: "Integrator",
+    items: &[
+        ("verlet", "velocity Verlet, explicit"),
+        ("theta", "the paper's theta rule by fixed-point iteration: the reference method"),
+    ],
+};
+const INTEGRATORS: [IntegratorKind; 2] = [IntegratorKind::Verlet, IntegratorKind::Theta];
+
+/// Whether the time step is checked.
+pub const STEP_CHECK: Choice = Choice {
+    name: "StepCheck",
+    items: &[
+        ("refuse", "a step above 0.5 dt_crit is refused"),
+        ("none", "no check, for stability studies only: wrong results without a warning"),
+    ],
+};
+const STEP_CHECKS: [StepCheck; 2] = [StepCheck::Refuse, StepCheck::None];
+
+/// What the step does once a segment has failed.
+pub const STEP_AFTER_FAILURE: Choice =
+    Choice { name: "StepAfterFailure", items: &[("keep", "it stays"), ("half", "every step is taken as two halves")] };
+const STEPS_AFTER_FAILURE: [StepAfterFailure; 2] = [StepAfterFailure::Keep, StepAfterFailure::Half];
+
+/// How the projectile turns.
+pub const ROTATION: Choice = Choice {
+    name: "Rotation",
+    items: &[
+        ("midpoint", "implicit midpoint rule, which keeps energy and angular momentum"),
+        ("theta", "the paper's theta rule, which does not conserve"),
+    ],
+};
+const ROTATIONS: [RotationKind; 2] = [RotationKind::Midpoint, RotationKind::Theta];
+
+/// Every choice of a scene.
+pub const CHOICES: &[&Choice] =
+    &[&ATTACHMENT, &DRAW, &SHAPE, &DRIVE, &INTEGRATOR, &STEP_CHECK, &STEP_AFTER_FAILURE, &ROTATION];
+
+/// What a group of parameters is, by the first part of its name.
+pub const GROUPS: &[(&str, &str)] = &[
+    ("sheet", "Grid of nodes, its mass and its place"),
+    ("attachment", "How the sheet is held"),
+    ("yarn", "The yarn law and its scatter"),
+    ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
+    ("projectile.faces", "Faces of a polyhedron, in body axes"),
+    ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
+    ("integrator", "How the nodes are stepped"),
+    ("time_step", "The time step, constant for the life of a simulation"),
+    ("rotation_rule", "How the projectile turns between impulses"),
+];
+
+/// Where a parameter stands in a scene, and its type.
+#[derive(Clone, Copy)]
+pub enum Place {
+    /// Real numbers of this shape; an empty shape is a single number.
+    Reals(fn(&mut Scene) -> &mut [f64], &'static [usize]),
+    /// A count, 0 ..= 2^32 - 1.
+    Count(fn(&mut Scene) -> &mut u32),
+    /// A seed, 0 ..= 2^64 - 1.
+    Seed(fn(&mut Scene) -> &mut u64),
+    /// A truth value, 0 or 1.
+    Flag(fn(&mut Scene) -> &mut bool),
+    /// A choice: its number, and how it is set (not, if there is no such number).
+    Choice(&'static Choice, fn(&Scene) -> u32, fn(&mut Scene, u32)),
+}
+
+/// What a number may be by itself. Every real number must be finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Range {
+    /// Anything.
+    Any,
+    /// > 0.
+    Positive,
+    /// >= 0.
+    NotNegative,
+    /// From the first to the second, both included.
+    Within(f64, f64),
+    /// Greater than the first, at most the second.
+    Above(f64, f64),
+    /// At least the first, less than the second.
+    Below(f64, f64),
+    /// Nodes along a side: 2 ..= [`MAX_NODES_PER_SIDE`].
+    Nodes,
+    /// Four numbers of unit length, to 1e-3.
+    UnitQuaternion,
+}
+
+/// How a parameter enters the fingerprint of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Image {
+    /// Always.
+    Always,
+    /// As far as the scene reads it.
+    WhereRead,
+    /// Only where it is not 0, behind all others: first this word, plus the value of a count or choice, then a real's bits.
+    /// Rows with the same word share one. So a scene without the option has the fingerprint it had before there was one.
+    Later(u64),
+    /// As far as the scene reads it, behind all others.
+    LaterWhereRead,
+    /// Not itself, but the step in use.
+    StepInUse,
+    /// Not at all: an image holds the present motion, and fits whatever room there is and however the step was asked for.
+    Never,
+}
+
+/// One row of the table.
+#[derive(Clone, Copy)]
+pub struct Field {
+    /// Name: the path in [`Scene`], in C, in scene files and in the FMUs.
+    pub name: &'static str,
+    /// Place and type.
+    pub place: Place,
+    /// What kind of number a real parameter is.
+    pub quantity: Option<&'static Quantity>,
+    /// What it may be.
+    pub range: Range,
+    /// How many of its elements the scene reads.
+    pub read: fn(&Scene) -> usize,
+    /// How it enters the fingerprint.
+    pub image: Image,
+    /// Value reference in the FMUs, of its first element. Never changes once released.
+    pub fmi: u32,
+    /// Meaning, and what else holds.
+    pub about: &'static str,
+}
+
+impl Field {
+    /// Dimensions; empty for a single number.
+    pub const fn shape(&self) -> &'static [usize] {
+        match self.place {
+            Place::Reals(_, shape) => shape,
+            _ => &[],
+        }
+    }
+
+    /// Number of elements.
+    pub const fn size(&self) -> usize {
+        let (mut size, mut shape) = (1, self.shape());
+        while let [first, rest @ ..] = shape {
+            size *= *first;
+            shape = rest;
+        }
+        size
+    }
+
+    /// Whether its elements are real numbers; else they are whole.
+    pub const fn is_real(&self) -> bool {
+        matches!(self.place, Place::Reals(..))
+    }
+
+    /// An element as 64 bits: those of a real number, or a whole number. 0 for an element that there is not.
+    pub fn word(&self, scene: &mut Scene, element: usize) -> u64 {
+        match self.place {
+            Place::Reals(place, _) => place(scene).get(element).map_or(0, |x| x.to_bits()),
+            Place::Count(place) => u64::from(*place(scene)),
+            Place::Seed(place) => *place(scene),
+            Place::Flag(place) => u64::from(*place(scene)),
+            Place::Choice(_, get, _) => u64::from(get(scene)),
+        }
+    }
+
+    /// Sets an element from such bits.
+    ///
+    /// # Errors
+    /// [`Code::UnknownChoice`], or [`Code::OutOfRange`] for a count beyond 32 bits; nothing is changed.
+    pub fn set_word(&self, scene: &mut Scene, element: usize, word: u64) -> Result<(), Error> {
+        let small = u32::try_from(word);
+        let known = match self.place {
+            Place::Choice(choice, ..) => word < choice.items.len() as u64,
+            Place::Flag(_) => word <= 1,
+            _ => true,
+        };
+        if !known {
+            return Err(Error::new(Code::UnknownChoice, self.name, word as f64, 0.0));
+        }
+        match (self.place, small) {
+            (Place::Reals(place, _), _) => {
+                if let Some(x) = place(scene).get_mut(element) {
+                    *x = f64::from_bits(word);
+                }
+            }
+            (Place::Seed(place), _) => *place(scene) = word,
+            (Place::Flag(place), _) => *place(scene) = word == 1,
+            (Place::Count(place), Ok(count)) => *place(scene) = count,
+            (Place::Choice(_, _, set), Ok(number)) => set(scene, number),
+            (_, Err(_)) => return Err(Error::new(Code::OutOfRange, self.name, word as f64, u32::MAX as f64)),
+        }
+        Ok(())
+    }
+
+    /// The word of a number given as a real one. Whole parameters are cut to whole numbers.
+    pub fn word_of(&self, value: f64) -> u64 {
+        if self.is_real() { value.to_bits() } else { value as u64 }
+    }
+
+    /// The number that a word is.
+    pub fn value_of(&self, word: u64) -> f64 {
+        if self.is_real() { f64::from_bits(word) } else { word as f64 }
+    }
+
+    /// Refuses an element that cannot be, whatever the others are. A quaternion is checked as a whole.
+    fn check_element(&self, value: f64) -> Result<(), Error> {
+        let beyond = |code, limit| Err(Error::new(code, self.name, value, limit));
+        finite(self.name, value)?;
+        match self.range {
+            Range::Any | Range::UnitQuaternion => Ok(()),
+            Range::Positive => positive(self.name, value),
+            Range::NotNegative => not_negative(self.name, value),
+            Range::Within(least, _) if value < least => beyond(Code::OutOfRange, least),
+            Range::Within(_, greatest) if value > greatest => beyond(Code::OutOfRange, greatest),
+            Range::Above(least, _) if value <= least => beyond(Code::OutOfRange, least),
+            Range::Above(_, greatest) if value > greatest => beyond(Code::OutOfRange, greatest),
+            Range::Below(least, _) if value < least => beyond(Code::OutOfRange, least),
+            Range::Below(_, greatest) if value >= greatest => beyond(Code::OutOfRange, greatest),
+            Range::Within(..) | Range::Above(..) | Range::Below(..) => Ok(()),
+            Range::Nodes if value < 2.0 => beyond(Code::OutOfRange, 2.0),
+            Range::Nodes if value > MAX_NODES_PER_SIDE as f64 => beyond(Code::TooManyNodes, MAX_NODES_PER_SIDE as f64),
+            Range::Nodes => Ok(()),
+        }
+    }
+
+    /// Least and greatest value of an element; infinite where there is none.
+    pub fn limits(&self) -> [f64; 2] {
+        let whole = |place| match place {
+            Place::Choice(choice, ..) => choice.items.len() as f64 - 1.0,
+            Place::Flag(_) => 1.0,
+            Place::Seed(_) => u64::MAX as f64,
+            _ => u32::MAX as f64,
+        };
+        match self.range {
+            Range::Positive | Range::NotNegative => [0.0, f64::INFINITY],
+            Range::Within(least, greatest) | Range::Above(least, greatest) | Range::Below(least, greatest) => {
+                [least, greatest]
+            }
+            Range::Nodes => [2.0, MAX_NODES_PER_SIDE as f64],
+            Range::Any | Range::UnitQuaternion if self.is_real() => [f64::NEG_INFINITY, f64::INFINITY],
+            Range::Any | Range::UnitQuaternion => [0.0, whole(self.place)],
+        }
+    }
+
+    const fn read(self, read: fn(&Scene) -> usize) -> Field {
+        Field { read, ..self }
+    }
+
+    const fn image(self, image: Image) -> Field {
+        Field { image, ..self }
+    }
+}
+
+/// All elements, or none.
+const fn if_so(condition: bool) -> usize {
+    if condition { usize::MAX } else { 0 }
+}
+
+const fn row(name: &'static str, place: Place, range: Range, fmi: u32, about: &'static str) -> Field {
+    Field { name, place, quantity: None, range, read: |_| usize::MAX, image: Image::Always, fmi, about }
+}
+
+const fn real(
+    name: &'static str,
+    place: fn(&mut Scene) -> &mut [f64],
+    quantity: &'static Quantity,
+    range: Range,
+    fmi: u32,
+    about: &'static str,
+) -> Field {
+    Field { quantity: Some(quantity), ..row(name, Place::Reals(place, &[]), range, fmi, about) }
+}
+
+const fn vector(
+    name: &'static str,
+    place: fn(&mut Scene) -> &mut [f64],
+    quantity: &'static Quantity,
+    range: Range,
+    fmi: u32,
+    about: &'static str,
+) -> Field {
+    Field { quantity: Some(quantity), ..row(name, Place::Reals(place, &[3]), range, fmi, about) }
+}
+
+const fn quaternion(name: &'static str, place: fn(&mut Scene) -> &mut [f64], fmi: u32, about: &'static str) -> Field {
+    let place = Place::Reals(place, &[4]);
+    Field { quantity: Some(&QUATERNION), ..row(name, place, Range::UnitQuaternion, fmi, about) }
+}
+
+const fn count(
+    name: &'static str,
+    place: fn(&mut Scene) -> &mut u32,
+    range: Range,
+    fmi: u32,
+    about: &'static str,
+) -> Field {
+    row(name, Place::Count(place), range, fmi, about)
+}
+
+const fn flag(name: &'static str, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: &'static str) -> Field {
+    row(name, Place::Flag(place), Range::Any, fmi, about)
+}
+
+const fn choice(
+    name: &'static str,
+    of: &'static Choice,
+    get: fn(&Scene) -> u32,
+    set: fn(&mut Scene, u32),
+    fmi: u32,
+    about: &'static str,
+) -> Field {
+    row(name, Place::Choice(of, get, set), Range::Any, fmi, about)
+}
+
+/// Takes the choice of this number, if there is one.
+fn pick<T: Copy>(place: &mut T, all: &[T], number: u32) {
+    if let Some(chosen) = all.get(number as usize) {
+        *place = *chosen;
+    }
+}
+
+const INFINITE: f64 = f64::INFINITY;
+
+/// The table.
+#[rustfmt::skip]
+pub const FIELDS: &[Field] = &[
+    // ---- Sheet
+    count("sheet.nodes_x", |s| &mut s.sheet.nodes_x, Range::Nodes, 220, "Nodes along x"),
+    count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
+    count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
+        "Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each other"),
+    real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
+        "Node spacing h, which is the rest length of a segment (M1)"),
+    real("sheet.node_mass", |s| one(&mut s.sheet.node_mass), &MASS, Range::Positive, 223,
+        "Mass of a node of one ply (M7), the same for edge nodes"),
+    real("sheet.yarn_area", |s| one(&mut s.sheet.yarn_area), &AREA, Range::Positive, 224,
+        "Cross-section A_0 of a yarn of one ply (M4)"),
+    vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
+    quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
+        "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
+    // ---- Attachment
+    choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
+        "Which nodes are held"),
+    real("attachment.disc_inset", |s| one(&mut s.attachment.disc_inset), &LENGTH, Range::NotNegative, 241,
+        "Distance of a corner disc's centre from both edges. Read for four corners only").read(four_corners),
+    real("attachment.disc_radius", |s| one(&mut s.attachment.disc_radius), &LENGTH, Range::Positive, 242,
+        "Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read for four corners only")
+        .read(four_corners),
+    // ---- Yarn
+    real("yarn.modulus_mean", |s| one(&mut s.yarn.modulus_mean), &MODULUS, Range::Positive, 250, "Mean Young's modulus E of a segment (M3)"),
+    real("yarn.modulus_sd", |s| one(&mut s.yarn.modulus_sd), &MODULUS, Range::NotNegative, 251,
+        "Standard deviation of the modulus. Counts for stochastic yarn only"),
+    real("yarn.damage_slope", |s| one(&mut s.yarn.damage_slope), &DAMAGE_SLOPE, Range::Any, 252,
+        "Slope of the damage rate over the modulus (M6)"),
+    real("yarn.damage_intercept", |s| one(&mut s.yarn.damage_intercept), &RATIO, Range::Any, 253,
+        "Damage rate at zero modulus on that line (M6); the mean rate must be at least 3"),
+    real("yarn.damage_sd", |s| one(&mut s.yarn.damage_sd), &RATIO, Range::NotNegative, 254,
+        "Standard deviation of the damage rate about the line. Counts for stochastic yarn only"),
+    real("yarn.critical_stretch", |s| one(&mut s.yarn.critical_stretch), &RATIO, Range::Above(1.0, 2.0), 255,
+        "Critical stretch U_c at which damage begins (M5)"),
+    real("yarn.damage_a", |s| one(&mut s.yarn.damage_a), &RATIO, Range::Positive, 258, "Factor A of the damage law (M5); A (1 - B) must lie in (0, 1]"),
+    real("yarn.damage_b", |s| one(&mut s.yarn.damage_b), &RATIO, Range::Below(-INFINITE, 1.0), 259, "Offset B of the damage law (M5)"),
+    real("yarn.alpha_fail", |s| one(&mut s.yarn.alpha_fail), &RATIO, Range::Below(0.0, 1.0), 256,
+        "Remaining part alpha of the stiffness (M5) at or below which a segment fails"),
+    flag("yarn.stochastic", |s| &mut s.yarn.stochastic, 257, "Modulus and damage rate are drawn; if not, every segment takes the means"),
+    choice("yarn.draw", &DRAW, |s| s.yarn.draw as u32, |s, k| pick(&mut s.yarn.draw, &DRAWS, k), 274,
+        "What gets a draw of its own. Read for stochastic yarn only")
+        .read(|s| if_so(s.yarn.stochastic)).image(Image::Later(0x1_0000)),
+    // ---- Projectile
+    choice("projectile.shape", &SHAPE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, &SHAPES, k), 210,
+        "Form of the projectile (M12)"),
+    real("projectile.radius", |s| one(&mut s.projectile.radius), &LENGTH, Range::Positive, 211,
+        "Radius, at least sheet.spacing. Not read for a box or a polyhedron").read(round),
+    real("projectile.length", |s| one(&mut s.projectile.length), &LENGTH, Range::Positive, 212,
+        "Whole length along the axis, at least 2 sheet.spacing, and with a hemispherical end at least the radius. Read for the two cylinders only")
+        .read(|s| if_so(matches!(s.projectile.shape, Shape::Cylinder | Shape::HemisphericalCylinder))),
+    real("projectile.mass", |s| one(&mut s.projectile.mass), &MASS, Range::Any, 213,
+        "Mass, at least that of a node with all its plies. Prescribed projectile: 0 if it is not known"),
+    vector("projectile.size", |s| &mut s.projectile.size, &LENGTH, Range::Positive, 214,
+        "Edge lengths of a box along the body's axes, each at least 2 sheet.spacing. Read for a box only")
+        .read(|s| if_so(s.projectile.shape == Shape::Box)).image(Image::WhereRead),
+    count("projectile.faces.count", |s| &mut s.projectile.faces.count, Range::Any, 264,
+        "Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only")
+        .read(|s| if_so(s.projectile.shape == Shape::Polyhedron)).image(Image::WhereRead),
+    Field { quantity: Some(&RATIO), ..row("projectile.faces.planes", Place::Reals(|s| s.projectile.faces.planes.as_flattened_mut(), &[MAX_FACES, 4]),
+        Range::Any, 500,
+        "Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing. Beyond the count not read") }
+        .read(|s| if s.projectile.shape == Shape::Polyhedron { 4 * s.projectile.faces.in_use().len() } else { 0 })
+        .image(Image::WhereRead),
+    vector("projectile.moments", |s| &mut s.projectile.moments, &INERTIA, Range::Positive, 265,
+        "Principal moments of inertia about the centre of mass along the body's axes, none greater than the other two together. Read for a polyhedron of known mass only; other shapes are homogeneous")
+        .read(|s| if_so(s.projectile.shape == Shape::Polyhedron && s.projectile.mass != 0.0)).image(Image::WhereRead),
+    vector("projectile.position", |s| &mut s.projectile.position, &POSITION, Range::Any, 100,
+        "Centre of mass at the start. No node may lie inside the projectile (a fixed one may in a prescribed one)").image(Image::Never),
+    vector("projectile.velocity", |s| &mut s.projectile.velocity, &VELOCITY, Range::Any, 110,
+        "Velocity of the centre of mass at the start. No point of the surface may cross sheet.spacing in a step").image(Image::Never),
+    quaternion("projectile.orientation", |s| &mut s.projectile.orientation, 120,
+        "Orientation at the start: unit quaternion, scalar first, that turns body vectors into the host's axes").image(Image::Never),
+    vector("projectile.angular_velocity", |s| &mut s.projectile.angular_velocity, &ANGULAR_VELOCITY, Range::Any, 130,
+        "Angular velocity at the start, host's axes").image(Image::Never),
+    // ---- Mirror planes
+    flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
+        "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit")
+        .image(Image::Later(0x2_0000)),
+    flag("symmetry.mirror_y", |s| &mut s.symmetry.mirror_y, 281, "Mirror plane y = 0, likewise").image(Image::Later(0x2_0000)),
+    // ---- Who moves the projectile, and how the nodes are stepped
+    choice("drive", &DRIVE, |s| s.drive as u32, |s, k| pick(&mut s.drive, &DRIVES, k), 200, "Who moves the projectile"),
+    choice("integrator.kind", &INTEGRATOR, |s| s.integrator.kind as u32, |s, k| pick(&mut s.integrator.kind, &INTEGRATORS, k), 282,
+        "Velocity Verlet (M7), or the paper's theta rule (M10)").image(Image::Later(0x2_FFFF)),
+    real("integrator.theta", |s| one(&mut s.integrator.theta), &RATIO, Range::Within(0.5, 1.0), 283,
+        "Theta rule: weight of the forces at the step's end (M10); 0.5 is of second order").read(theta_rule).image(Image::LaterWhereRead),
+    real("integrator.tolerance", |s| one(&mut s.integrator.tolerance), &RATIO, Range::Positive, 284,
+        "Theta rule: the iteration ends when no node moves by more than this, in node spacings").read(theta_rule).image(Image::LaterWhereRead),
+    count("integrator.max_iterations", |s| &mut s.integrator.max_iterations, Range::Within(1.0, u32::MAX as f64), 285,
+        "Theta rule: iterations after which a step fails").read(theta_rule).image(Image::LaterWhereRead),
+    row("seed", Place::Seed(|s| &mut s.seed), Range::Any, 260, "Seed of the draws"),
+    // ---- Time step
+    real("time_step.fraction", |s| one(&mut s.time_step.fraction), &RATIO, Range::Positive, 286,
+        "Time step as a fraction of dt_crit (M11), at most 0.5 (0.433 with a toe). Read if time_step.seconds is 0")
+        .read(|s| if_so(s.time_step.seconds == 0.0)).image(Image::Never),
+    real("time_step.seconds", |s| one(&mut s.time_step.seconds), &DURATION, Range::NotNegative, 261,
+        "Time step in seconds, at most 0.5 dt_crit (0.433 with a toe); 0: time_step.fraction says it").image(Image::StepInUse),
+    choice("step_check", &STEP_CHECK, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, &STEP_CHECKS, k), 287,
+        "Whether the time step is checked against its limit").image(Image::Never),
+    choice("step_after_failure", &STEP_AFTER_FAILURE, |s| s.step_after_failure as u32,
+        |s, k| pick(&mut s.step_after_failure, &STEPS_AFTER_FAILURE, k), 288,
+        "The step from the first failed segment on (M9). Velocity Verlet only").image(Image::Later(0x5_0000)),
+    real("slack_toe", |s| one(&mut s.slack_toe), &RATIO, Range::NotNegative, 289,
+        "Toe: Green-Lagrange strain over which the stiffness of a segment sets in that has been slack after the first failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none. Velocity Verlet only")
+        .image(Image::Later(0x6_0000)),
+    choice("rotation_rule.kind", &ROTATION, |s| s.rotation_rule.kind as u32, |s, k| pick(&mut s.rotation_rule.kind, &ROTATIONS, k), 290,
+        "The implicit midpoint rule, or the paper's theta rule").image(Image::Later(0x3_FFFF)),
+    real("rotation_rule.theta", |s| one(&mut s.rotation_rule.theta), &RATIO, Range::Within(0.5, 1.0), 291,
+        "Theta rule of the rotation: weight of the step's end")
+        .read(|s| if_so(s.rotation_rule.kind == RotationKind::Theta)).image(Image::LaterWhereRead),
+    // ---- What is watched, and room
+    real("force_window", |s| one(&mut s.force_window), &DURATION, Range::Positive, 262,
+        "Window of the peak force, rounded to whole steps, at least one. Until the first is full the peak force is the mean over the time elapsed"),
+    flag("track_detachment", |s| &mut s.track_detachment, 263,
+        "Watch whether the touched nodes are still held (4 bytes a node); without it a projectile that carries torn cloth never exits"),
+    flag("track_support", |s| &mut s.track_support, 292, "Sum the impulses on the supports; the momentum residual needs them"),
+    count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
+        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule); more are a failure. 0 = every node")
+        .image(Image::Never),
+];
+
+fn one(number: &mut f64) -> &mut [f64] {
+    core::slice::from_mut(number)
+}
+
+fn four_corners(scene: &Scene) -> usize {
+    if_so(scene.attachment.kind == AttachmentKind::FourCorners)
+}
+
+fn round(scene: &Scene) -> usize {
+    if_so(matches!(scene.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder))
+}
+
+fn theta_rule(scene: &Scene) -> usize {
+    if_so(scene.integrator.kind == IntegratorKind::Theta)
+}
+
+/// Number of elements of all parameters together.
+pub const SLOTS: usize = slot_of(FIELDS.len());
+
+/// Number of elements before a row: where it stands in the C structure, in words of 64 bits, behind the first.
+pub const fn slot_of(row: usize) -> usize {
+    let (mut slots, mut k) = (0, 0);
+    while k < row && k < FIELDS.len() {
+        slots += FIELDS[k].size();
+        k += 1;
+    }
+    slots
+}
+
+/// The row of a name.
+pub fn field(name: &str) -> Option<&'static Field> {
+    FIELDS.iter().find(|field| field.name == name)
+}
+
+/// Refuses the first number, in the order of the table, that cannot be, whatever the others are. What the scene does not read may
+/// be anything.
+#[inline(never)] // The copy must not add to the stack of what is checked next.
+pub fn check(scene: &Scene) -> Result<(), Error> {
+    let mut copy = *scene;
+    for field in FIELDS {
+        let read = (field.read)(scene).min(field.size());
+        for element in 0..read {
+            field.check_element(field.value_of(field.word(&mut copy, element)))?;
+        }
+        if let (Range::UnitQuaternion, Place::Reals(place, _)) = (field.range, field.place)
+            && let Some(quaternion) = place(&mut copy).first_chunk()
+        {
+            unit_quaternion(field.name, *quaternion)?;
+        }
+    }
+    Ok(())
+}
+
+/// Shows the words of a scene's fingerprint, in their order. `dt`: the step in use, s.
+#[inline(never)] // As above.
+pub fn fingerprint_words(scene: &Scene, dt: f64, take: &mut impl FnMut(u64)) {
+    let mut copy = *scene;
+    for field in FIELDS {
+        let elements = match field.image {
+            Image::Always => field.size(),
+            Image::WhereRead => (field.read)(scene).min(field.size()),
+            Image::StepInUse => {
+                take(dt.to_bits());
+                0
+            }
+            Image::Later(_) | Image::LaterWhereRead | Image::Never => 0,
+        };
+        (0..elements).for_each(|element| take(field.word(&mut copy, element)));
+    }
+    for (k, field) in FIELDS.iter().enumerate() {
+        let read = (field.read)(scene).min(field.size());
+        let shares = |other: &&Field| other.image == field.image;
+        match field.image {
+            Image::LaterWhereRead => (0..read).for_each(|element| take(field.word(&mut copy, element))),
+            Image::Later(_) if FIELDS.iter().take(k).any(|other| shares(&other)) => {} // shown with the first
+            Image::Later(tag) if field.is_real() => {
+                let value = field.word(&mut copy, 0);
+                if f64::from_bits(value) != 0.0 {
+                    take(tag);
+                    take(value);
+                }
+            }
+            Image::Later(tag) if read > 0 => {
+                let bits = FIELDS.iter().filter(shares).enumerate();
+                let sum = bits.map(|(bit, other)| other.word(&mut copy, 0) << bit).sum::<u64>();
+                if sum > 0 {
+                    take(tag + sum);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+    use std::format;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    /// Every number of a scene by its path, as the scene's own debug output has them.
+    fn numbers(scene: &Scene) -> BTreeMap<String, String> {
+        let (mut path, mut found, mut deep) = (Vec::new(), BTreeMap::new(), 0);
+        for line in format!("{scene:#?}").lines().skip(1) {
+            let line = line.trim();
+            let (name, value) = line.split_once(": ").unwrap_or(("", line));
+            if deep > 0 || value == "[" {
+                // Within an array all belongs to its name.
+                if deep == 0 {
+                    path.push(name.to_string());
+                }
+                deep += usize::from(value == "[");
+                deep -= usize::from(value.starts_with(']'));
+                found.entry(path.join(".")).or_insert_with(String::new).push_str(value);
+                if deep == 0 {
+                    path.pop();
+                }
+            } else if value.ends_with('{') {
+                path.push(name.to_string());
+            } else if line.starts_with('}') {
+                path.pop();
+            } else {
+                path.push(name.to_string());
+                found.insert(path.join("."), value.to_string());
+                path.pop();
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn every_number_of_a_scene_has_a_row_of_its_name() {
+        let names: Vec<_> = numbers(&Scene::sheet_3in_sphere()).into_keys().collect();
+        for name in &names {
+            assert!(field(name).is_some(), "{name} has no row in the table");
+        }
+        for field in FIELDS {
+            assert!(names.iter().any(|name| name == field.name), "{} is no field of a scene", field.name);
+        }
+        assert_eq!(names.len(), FIELDS.len());
+    }
+
+    #[test]
+    fn a_row_reads_and_sets_the_number_that_it_names_and_no_other() {
+        for field in FIELDS {
+            for element in [0, field.size() - 1] {
+                let mut scene = Scene::sheet_3in_sphere();
+                let before = numbers(&scene);
+                let old = field.word(&mut scene, element);
+                let new = if field.is_real() { 1234.5_f64.to_bits() } else { 1 - old.min(1) };
+                field.set_word(&mut scene, element, new).unwrap();
+                assert_eq!(field.word(&mut scene, element), new, "{}", field.name);
+                let after = numbers(&scene);
+                let changed: Vec<_> = after.iter().filter(|(name, value)| before[*name] != **value).collect();
+                assert!(changed.len() == 1 && changed[0].0 == field.name, "{}: {changed:?}", field.name);
+                if field.is_real() {
+                    assert_eq!(changed[0].1.matches("1234.5").count(), 1, "{}", field.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn choices_are_those_of_the_scene_in_their_order() {
+        let mut scene = Scene::sheet_3in_sphere();
+        for field in FIELDS {
+            let Place::Choice(choice, get, _) = field.place else { continue };
+            assert!(CHOICES.contains(&choice), "{}", field.name);
+            for (number, (item, _)) in choice.items.iter().enumerate() {
+                field.set_word(&mut scene, 0, number as u64).unwrap();
+                assert_eq!(get(&scene) as usize, number, "{}", field.name);
+                let named = numbers(&scene)[field.name].trim_end_matches(',').to_lowercase();
+                assert_eq!(named, item.replace('_', ""), "{}", field.name);
+            }
+            let error = field.set_word(&mut scene, 0, choice.items.len() as u64).unwrap_err();
+            assert_eq!((error.code, error.field), (Code::UnknownChoice, field.name));
+        }
+    }
+
+    #[test]
+    fn names_references_and_groups_do_not_overlap() {
+        let (mut names, mut references) = (BTreeMap::new(), BTreeMap::new());
+        for (k, row) in FIELDS.iter().enumerate() {
+            assert!(names.insert(row.name, k).is_none(), "{}", row.name);
+            for element in 0..row.size() as u32 {
+                assert!(references.insert(row.fmi + element, k).is_none(), "{}: {}", row.name, row.fmi + element);
+            }
+            assert_eq!(row.is_real(), row.quantity.is_some(), "{}", row.name);
+            // Rows of a group stand together: C has one structure for them.
+            if let Some((group, _)) = row.name.rsplit_once('.') {
+                assert!(GROUPS.iter().any(|(name, _)| *name == group), "{group} is not among the groups");
+                let of_it = |field: &&Field| field.name.starts_with(&format!("{group}."));
+                let first = FIELDS.iter().position(|field| of_it(&field)).unwrap();
+                assert!(FIELDS[first..=k].iter().all(|field| of_it(&field)), "{} stands apart", row.name);
+            }
+        }
+    }
+
+    #[test]
+    fn defaults_lie_in_their_ranges() {
+        for mut scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder(), Scene::turbine_disc_sector()] {
+            check(&scene).unwrap();
+            for field in FIELDS {
+                let [least, greatest] = field.limits();
+                let value = field.value_of(field.word(&mut scene, 0));
+                assert!(least <= value && value <= greatest, "{}", field.name);
+            }
+        }
+    }
+}
