@@ -10,7 +10,15 @@ use crate::error::{Code, Error, positive};
 use crate::math;
 use crate::pose::Vector;
 use crate::scene::{Faces, MAX_FACES};
-use crate::shape::Gap;
+
+/// Gap of a point: signed distance (negative inside) and outward unit normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Signed distance, m.
+    pub distance: f64,
+    /// Gradient of the distance, outward.
+    pub normal: Vector,
+}
 
 /// Largest number of vertices: Euler's formula, 2 F - 4.
 pub const MAX_VERTICES: usize = 2 * MAX_FACES - 4;

@@ -297,7 +297,7 @@ mod tests {
         assert_eq!((scene.projectile.faces.count, body.vertices().len(), body.edges().count()), (13, 22, 33));
         let q = crate::pose::normalised(scene.projectile.orientation);
         let extents = Solid::Polyhedron(body.clone()).half_extents(&q);
-        let ahead = crate::projectile::into_body(&q, &crate::pose::Vector::new(0.0, 0.0, 1.0));
+        let ahead = crate::pose::into_body(&q, &crate::pose::Vector::new(0.0, 0.0, 1.0));
         close(body.support(&ahead), -scene.projectile.position[2], 1e-14);
         // The disc's axis lies along y, where the body is as long as the disc is thick.
         close(extents[1], 0.005, 1e-14);

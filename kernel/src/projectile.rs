@@ -7,7 +7,7 @@
 //! Limits: dt |w| <= 0.5.
 //! Reference: J. C. Simo, K. K. Wong, Int. J. Numer. Meth. Engng 31 (1991) 19; Powell and Zohdi (2009), equations 14-16.
 
-use crate::pose::{self, Vector};
+use crate::pose::{self, Vector, into_body, out_of_body};
 use crate::scene::{RotationKind, RotationRule};
 use crate::shape::Solid;
 use nalgebra::{Quaternion, Vector4};
@@ -127,16 +127,6 @@ impl Body {
             self.orientation = cayley_turn(&self.orientation, &mean, dt);
         }
     }
-}
-
-/// A vector of the world in body axes. The identity orientation changes no bit.
-pub fn into_body(orientation: &Quaternion<f64>, v: &Vector) -> Vector {
-    pose::rotate(&orientation.conjugate(), v)
-}
-
-/// A body vector in world axes.
-pub fn out_of_body(orientation: &Quaternion<f64>, v: &Vector) -> Vector {
-    pose::rotate(orientation, v)
 }
 
 /// Midpoint angular velocity of a torque-free step: w_m = w + (dt/2) I^-1 ((I w_m) x w_m).

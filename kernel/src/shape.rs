@@ -9,9 +9,8 @@
 
 use crate::error::{Code, Error};
 use crate::math;
-use crate::polyhedron::{self, Polyhedron};
-use crate::pose::Vector;
-use crate::projectile::into_body;
+use crate::polyhedron::{self, Gap, Polyhedron};
+use crate::pose::{Vector, into_body};
 use crate::scene::{Projectile, Shape};
 use nalgebra::Quaternion;
 
@@ -42,15 +41,6 @@ pub enum Solid {
     },
     /// Box or polyhedron.
     Polyhedron(Polyhedron),
-}
-
-/// Gap of a point: signed distance (negative inside) and outward unit normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gap {
-    /// Signed distance, m.
-    pub distance: f64,
-    /// Gradient of the distance, outward.
-    pub normal: Vector,
 }
 
 /// Refuses dimensions that are too small for the node spacing, or of no body. `moments` only of known mass.
@@ -248,7 +238,7 @@ impl Solid {
         })
     }
 
-    /// Gap of the point `p`, given in the body's frame from its centre of mass.
+    /// (M12) Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
         match self {
             Solid::Sphere { radius } => {

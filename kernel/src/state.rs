@@ -1,11 +1,11 @@
 //! The scalar state of a simulation: everything a snapshot holds besides the node and segment arrays.
 
-use crate::outcome::{FirstContact, Latch, Watch};
 use crate::path::Track;
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::scene::{AttachmentKind, Symmetry};
 use crate::symmetry;
+use crate::watch::{FirstContact, Latch, Watch};
 use crate::weave::ATTACHMENTS;
 use nalgebra::Quaternion;
 

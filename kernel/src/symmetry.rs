@@ -10,8 +10,8 @@
 //! Reference: docs/model.md, "Symmetry planes".
 
 use crate::error::{Code, Error};
-use crate::pose::Vector;
-use crate::projectile::{Body, into_body};
+use crate::pose::{Vector, into_body};
+use crate::projectile::Body;
 use crate::scene::{AttachmentKind, Symmetry};
 use crate::shape::Solid;
 

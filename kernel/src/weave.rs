@@ -52,6 +52,12 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
     }
 }
 
+/// Whether column i lies in one of a row's fixed runs.
+pub(crate) fn in_runs(run: &[u32; 4], i: usize) -> bool {
+    let i = i as u32;
+    (run[0] <= i && i < run[1]) || (run[2] <= i && i < run[3])
+}
+
 /// Centre (a - c, b - c) of the corner disc at +x, +y, m. The others are its images about the sheet's middle.
 pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
     scene.half_size().map(|half| half - scene.attachment.disc_inset)

@@ -32,7 +32,7 @@ pub struct Options {
     sample: u64,
     /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,
     /// on cores that are free.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::bands::MAX_BANDS)))]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::layout::MAX_BANDS)))]
     threads: u32,
     /// Write no plots.
     #[arg(long)]
