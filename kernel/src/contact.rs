@@ -297,17 +297,17 @@ pub fn solve(
             *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
         let approach = closing(&c, &velocity, &rate);
-        let size = if approach < 0.0 { -approach } else { approach };
-        fastest = if size > fastest { size } else { fastest };
+        let size = math::abs(approach);
+        fastest = math::max(size, fastest);
         if turns {
             let arm = c.arm.dot(&c.arm);
-            farthest = if arm > farthest { arm } else { farthest };
+            farthest = math::max(arm, farthest);
         }
     }
     // The speeds that a gap rate is the difference of.
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
     let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
-    let tolerance = node_mass * if relative > rounding { relative } else { rounding };
+    let tolerance = node_mass * math::max(relative, rounding);
     let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
@@ -318,7 +318,7 @@ pub fn solve(
             }
             let gap_rate = closing(&c, &velocity, &rate);
             let trial = c.impulse - gap_rate * c.effective_mass;
-            let impulse = if trial > 0.0 { trial } else { 0.0 };
+            let impulse = math::max(trial, 0.0);
             let change = impulse - c.impulse;
             if change != 0.0 {
                 velocity -= push(&c) * (change * inertia.inverse_mass);
@@ -326,13 +326,13 @@ pub fn solve(
                     rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
                 }
                 slot[CANDIDATE_REALS - 1] = impulse;
-                let mut size = if change < 0.0 { -change } else { change };
+                let mut size = math::abs(change);
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
                     most = MAX_SWEEPS_ON_SUPPORTS;
                 }
-                largest_change = if size > largest_change { size } else { largest_change };
+                largest_change = math::max(size, largest_change);
             }
         }
         sweeps += 1;
@@ -389,7 +389,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 if i >= nx {
                     continue;
                 }
-                deepest = if -gap > deepest { -gap } else { deepest };
+                deepest = math::max(-gap, deepest);
                 let fixed = in_runs(&run, i);
                 if fixed && !free_body {
                     continue;
@@ -403,7 +403,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                     arm,
                     weight: if fixed { -weight } else { weight },
                     speed_before: normal.dot(&v) * unit_speed,
-                    approach: if gap > 0.0 { gap } else { 0.0 } / dt,
+                    approach: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
@@ -586,8 +586,8 @@ fn widen(system: &mut System<'_>, j: usize, y: f64) {
     let [first, end] = system.awake;
     system.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
     if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
-        *low = if y < *low { y } else { *low };
-        *high = if y > *high { y } else { *high };
+        *low = math::min(y, *low);
+        *high = math::max(y, *high);
     }
 }
 

@@ -440,7 +440,7 @@ mod tests {
                                 d: along(now),
                                 d_before: along(before),
                             };
-                            let then = if now > largest { now } else { largest };
+                            let then = math::max(now, largest);
                             let dissipated = |largest: f64| match marked {
                                 None => released(1.0, largest, false),
                                 Some(first) => released(1.0, first, false) + released(first, largest, true),

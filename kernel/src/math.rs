@@ -2,6 +2,24 @@
 //!
 //! Only `+ - * /` and these functions are used in the kernel. No fused multiply-add, no std floats.
 
+/// The greater of two numbers; `b` if either is NaN or both are zeros.
+#[inline]
+pub fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; `b` if either is NaN or both are zeros.
+#[inline]
+pub fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The size of a number; -0 and NaN stay as they are.
+#[inline]
+pub fn abs(x: f64) -> f64 {
+    if x < 0.0 { -x } else { x }
+}
+
 /// Square root, correctly rounded.
 pub fn sqrt(x: f64) -> f64 {
     libm::sqrt(x)

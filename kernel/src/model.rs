@@ -169,7 +169,7 @@ impl Model {
         let rates =
             [start.angular_velocity, end.angular_velocity, turn - start.angular_velocity - end.angular_velocity];
         let largest = |vectors: [Vector; 3]| {
-            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| if b > a { b } else { a })
+            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| math::max(b, a))
         };
         let (speed, rate) = (largest(speeds), largest(rates));
         if self.too_fast(speed, rate) {

@@ -92,21 +92,21 @@ impl Region {
 
     fn take(&mut self, x: &Vector) {
         for k in 0..3 {
-            self.low[k] = if x[k] < self.low[k] { x[k] } else { self.low[k] };
-            self.high[k] = if x[k] > self.high[k] { x[k] } else { self.high[k] };
+            self.low[k] = math::min(x[k], self.low[k]);
+            self.high[k] = math::max(x[k], self.high[k]);
         }
     }
 
     fn take_velocity(&mut self, v: &Vector) {
         for k in 0..3 {
-            self.slowest[k] = if v[k] < self.slowest[k] { v[k] } else { self.slowest[k] };
-            self.fastest[k] = if v[k] > self.fastest[k] { v[k] } else { self.fastest[k] };
+            self.slowest[k] = math::min(v[k], self.slowest[k]);
+            self.fastest[k] = math::max(v[k], self.fastest[k]);
         }
     }
 
     /// The box with its mirror image about the plane across axis k.
     fn mirror(&mut self, k: usize) {
-        let far = if -self.low[k] > self.high[k] { -self.low[k] } else { self.high[k] };
+        let far = math::max(-self.low[k], self.high[k]);
         (self.low[k], self.high[k]) = (-far, far);
     }
 }
@@ -185,7 +185,7 @@ fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
         return None;
     }
     let change = sums.work - watch.checkpoint_work;
-    let settled = (if change < 0.0 { -change } else { change }) <= settling(sums.work);
+    let settled = math::abs(change) <= settling(sums.work);
     watch.checkpoint = position;
     watch.checkpoint_work = sums.work;
     watch.checkpoint_impulses = sums.impulses;
@@ -449,8 +449,8 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
 
 /// By how much the work may still change when it counts as final, J.
 fn settling(work: f64) -> f64 {
-    let part = SETTLED_PART * if work < 0.0 { -work } else { work };
-    if part > SETTLED_WORK { part } else { SETTLED_WORK }
+    let part = SETTLED_PART * math::abs(work);
+    math::max(part, SETTLED_WORK)
 }
 
 /// Disjoint sets over the nodes, in caller's memory.

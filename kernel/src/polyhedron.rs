@@ -143,7 +143,7 @@ impl Polyhedron {
             *place = vertex;
         }
         self.vertex_count += 1;
-        self.reach = if length > self.reach { length } else { self.reach };
+        self.reach = math::max(length, self.reach);
     }
 
     /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
@@ -169,7 +169,7 @@ impl Polyhedron {
 
     /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits inside.
     pub fn least_distance(&self) -> f64 {
-        self.faces().iter().map(|face| face.distance).reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+        self.faces().iter().map(|face| face.distance).reduce(|a, b| math::min(b, a)).unwrap_or(0.0)
     }
 
     /// Distance of the farthest vertex from the centre of mass, m.
@@ -182,7 +182,7 @@ impl Polyhedron {
         self.vertices().iter().fold(0.0, |greatest, vertex| {
             let across = direction.cross(vertex);
             let distance = math::length([across.x, across.y, across.z]);
-            if distance > greatest { distance } else { greatest }
+            math::max(distance, greatest)
         })
     }
 
@@ -190,7 +190,7 @@ impl Polyhedron {
     /// principal axis.
     pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
         let turned = normal.component_mul(&Vector::from(self.gyration)).cross(normal);
-        let largest = self.gyration.iter().fold(0.0, |a, &b| if b > a { b } else { a });
+        let largest = self.gyration.iter().fold(0.0, |a, &b| math::max(b, a));
         let close = |v: &Vector, scale: f64| math::length([v.x, v.y, v.z]) <= SAME * scale;
         close(&turned, largest)
             && self.faces().iter().all(|face| {
@@ -212,7 +212,7 @@ impl Polyhedron {
     pub fn support(&self, direction: &Vector) -> f64 {
         self.vertices().iter().fold(0.0, |farthest, vertex| {
             let along = vertex.dot(direction);
-            if along > farthest { along } else { farthest }
+            math::max(along, farthest)
         })
     }
 

@@ -446,15 +446,17 @@ impl<'a> Sim<'a> {
         for j in 0..self.system.layout.nodes_y {
             for i in 0..self.system.layout.nodes_x {
                 let (u, _) = self.system.node(i, j);
-                let z = if u[2] < 0.0 { -u[2] } else { u[2] };
+                let z = math::abs(u[2]);
                 let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
-                deflection = if held && z > deflection { z } else { deflection };
+                if held {
+                    deflection = math::max(z, deflection);
+                }
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     if let Some(segment) = self.system.segment(axis, i, j)
                         && segment.stiffness > 0.0
                     {
                         let q = segment.twice_strain();
-                        largest = if q > largest { q } else { largest };
+                        largest = math::max(q, largest);
                     }
                 }
             }
@@ -561,7 +563,7 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
-            let largest = if q > segment.history { q } else { segment.history };
+            let largest = math::max(q, segment.history);
             sim.system.model.law.alpha(segment.damage_rate, largest)
         })
     }

@@ -88,7 +88,7 @@ fn end_pass(
 ) -> Result<(), Failure> {
     body::move_body(system, target);
     let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
-    sums.worst_penetration = if deepest > sums.worst_penetration { deepest } else { sums.worst_penetration };
+    sums.worst_penetration = math::max(deepest, sums.worst_penetration);
     sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
     body::refuse_lost_body(system)
 }
@@ -226,7 +226,7 @@ fn close_window(system: &mut System<'_>) {
     let sums = &mut system.state.sums;
     let w = sums.window;
     let mean = math::length([w.x, w.y, w.z]) / (system.model.window_steps as f64 * system.model.limits.dt);
-    sums.force_peak = if mean > sums.force_peak { mean } else { sums.force_peak };
+    sums.force_peak = math::max(mean, sums.force_peak);
     sums.window = Vector::zeros();
 }
 

@@ -10,6 +10,7 @@
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
+use crate::math;
 use crate::planes::{
     self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES,
     vertical_axes,
@@ -354,7 +355,7 @@ fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L
 fn least<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| if b < a { b } else { a })
+    group.as_ref().iter().fold(0.0, |a, &b| math::min(b, a))
 }
 
 /// Greatest number of a lane group, or 0.
@@ -362,7 +363,7 @@ fn least<L: Lane>(lanes: L) -> f64 {
 fn greatest<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| if b > a { b } else { a })
+    group.as_ref().iter().fold(0.0, |a, &b| math::max(b, a))
 }
 
 /// Which segments a lane group holds.

@@ -5,6 +5,7 @@ use crate::blocks::Blocks;
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
+use crate::math;
 use crate::model::Model;
 use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
@@ -297,8 +298,8 @@ impl System<'_> {
         let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
         let mut take = |chunk: &Chunk<HOT_PLANES>| {
             for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
-                *low = if y < *low { y } else { *low };
-                *high = if y > *high { y } else { *high };
+                *low = math::min(y, *low);
+                *high = math::max(y, *high);
             }
             moved |= chunk[..6].iter().flatten().fold(false, |moved, &x| moved | (x != 0.0));
         };
@@ -312,8 +313,8 @@ impl System<'_> {
             take(&last);
         }
         if let Some(range) = self.blocks.ranges.get_mut(j) {
-            let least = low.iter().fold(0.0, |least, &y| if y < least { y } else { least });
-            *range = [least, high.iter().fold(0.0, |greatest, &y| if y > greatest { y } else { greatest })];
+            let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
+            *range = [least, high.iter().fold(0.0, |greatest, &y| math::max(y, greatest))];
         }
         moved
     }

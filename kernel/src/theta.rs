@@ -15,6 +15,7 @@ use crate::blocks::Blocks;
 use crate::body;
 use crate::contact::{self, Candidate};
 use crate::error::Failure;
+use crate::math;
 use crate::planes::{
     self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
 };
@@ -152,9 +153,9 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
                 let g = mean_acceleration(rule.theta, iterate[AT_START + axis][lane], iterate[AT_GUESS + axis][lane]);
                 let next = hot[axis][lane] + (iterate[PUSHED + axis][lane] + g);
                 let change = next - iterate[GUESS + axis][lane];
-                let size = if change < 0.0 { -change } else { change };
+                let size = math::abs(change);
                 finite &= size.is_finite();
-                largest = if size > largest { size } else { largest };
+                largest = math::max(size, largest);
                 iterate[GUESS + axis][lane] = next;
             }
         }
@@ -239,8 +240,8 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
             let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
-            low = if u[1] < low { u[1] } else { low };
-            high = if u[1] > high { u[1] } else { high };
+            low = math::min(u[1], low);
+            high = math::max(u[1], high);
             if in_runs(&run, i) {
                 system.pull_fixed(i, j, &Vector::from(a));
                 continue;
