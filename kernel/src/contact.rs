@@ -325,7 +325,8 @@ pub fn solve(
                 if turns {
                     rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
                 }
-                slot[CANDIDATE_REALS - 1] = impulse;
+                let [.., place] = slot;
+                *place = impulse;
                 let mut size = math::abs(change);
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
@@ -418,11 +419,10 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
 
 /// Adds the speed that the sweep left to every candidate's phi/dt.
 pub(crate) fn complete_approach(system: &mut System<'_>, count: usize) {
-    // At least 1, so that no division by zero has to be compiled in.
-    let nx = system.layout.nodes_x.max(1);
     for c in 0..count {
         let Some(node) = system.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
-        let (_, v) = system.node(node % nx, node / nx);
+        let (i, j) = system.layout.column_and_row(node);
+        let (_, v) = system.node(i, j);
         let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
         let mut candidate = Candidate::read(slot);
         candidate.approach += candidate.normal.dot(&Vector::from(v)) * system.model.unit_speed;
@@ -456,11 +456,10 @@ pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
 
 /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
 fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
-    let nx = system.layout.nodes_x.max(1);
     let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
         return [Vector::zeros(); 2];
     };
-    let (i, j) = (node as usize % nx, node as usize / nx);
+    let (i, j) = system.layout.column_and_row(node as usize);
     let ([x, y], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
     let (from, way) = (Vector::new(x + ux, y + uy, uz), system.free_velocity(i, j));
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
@@ -499,7 +498,7 @@ fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
 }
 
 /// The body's rates after contact, and what the solve took.
-pub(crate) fn take_solved(system: &mut System<'_>, solved: &Solved) {
+pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     system.state.body.velocity = solved.velocity;
     system.state.body.angular_velocity = solved.angular_velocity;
     if solved.sweeps as u64 > system.state.sums.most_sweeps {
@@ -512,7 +511,6 @@ pub(crate) fn take_solved(system: &mut System<'_>, solved: &Solved) {
 /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
 /// before and after, for a free and a prescribed body alike: the two then agree to second order.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
-    let nx = system.layout.nodes_x.max(1);
     let body = system.state.body;
     let mean_velocity = (before.velocity + body.velocity) * 0.5;
     let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
@@ -528,9 +526,9 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             continue;
         }
         let (impulse, normal) = (candidate.impulse, candidate.normal);
-        let (i, j) = (node as usize % nx, node as usize / nx);
+        let (i, j) = system.layout.column_and_row(node as usize);
         let (reached, free) = system.node(i, j);
-        let kick = normal * (impulse / system.model.unit_impulse);
+        let push = normal * (impulse / system.model.unit_impulse);
         if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
@@ -542,11 +540,11 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         work += given * body_speed;
         touched += 1;
         if candidate.is_fixed() {
-            system.pull_fixed(i, j, &kick);
+            system.load_support(i, j, &push);
             loss += given * body_speed;
             continue;
         }
-        let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
+        let v = [free[0] + push.x, free[1] + push.y, free[2] + push.z];
         let from = candidate.displacement;
         // The theta rule has put the node in its place already.
         let u = if system.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
@@ -554,7 +552,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         widen(system, j, u[1]);
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
         let speed_after = if system.layout.implicit {
-            candidate.speed_before + normal.dot(&kick) * system.model.unit_speed
+            candidate.speed_before + normal.dot(&push) * system.model.unit_speed
         } else {
             normal.dot(&Vector::from(v)) * system.model.unit_speed
         };
@@ -568,7 +566,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     arm_sum.component_mul_assign(&system.scene.symmetry.torque_mask());
     if system.state.watch.first.is_none() {
         let energy = before.kinetic_energy(&system.model.inertia);
-        system.state.watch.touch(system.state.step, before, energy);
+        system.state.watch.note_contact(system.state.step, before, energy);
     }
     let sums = &mut system.state.sums;
     sums.impulses += touched;

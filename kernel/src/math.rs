@@ -1,4 +1,4 @@
-//! The only door to transcendental functions: software code from `libm`, so that every target computes the same bits.
+//! The only place for transcendental functions: software code from `libm`, so that every target computes the same bits.
 //!
 //! Only `+ - * /` and these functions are used in the kernel. No fused multiply-add, no std floats.
 

@@ -93,15 +93,15 @@ impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
         let mut solid = Solid::NOTHING;
-        solid.take(body);
+        solid.set(body);
         solid
     }
 
-    /// No solid: a place for [`Solid::take`].
+    /// No solid: a place for [`Solid::set`].
     pub(crate) const NOTHING: Solid = Solid::Sphere { radius: 0.0 };
 
     /// Makes the solid of a projectile, where it is: a copy would take a kilobyte of stack.
-    pub(crate) fn take(&mut self, body: &Projectile) {
+    pub(crate) fn set(&mut self, body: &Projectile) {
         let radius = body.radius;
         match body.shape {
             Shape::Sphere => *self = Solid::Sphere { radius },
@@ -113,21 +113,21 @@ impl Solid {
             Shape::Box => {
                 let [a, b, c] = body.size;
                 let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
-                self.take_polyhedron(&box_faces(body.size), gyration);
+                self.set_polyhedron(&box_faces(body.size), gyration);
             }
             Shape::Polyhedron => {
                 // A body of unknown mass has no known moments.
                 let known = body.mass > 0.0;
                 let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
-                self.take_polyhedron(body.faces.in_use(), gyration);
+                self.set_polyhedron(body.faces.in_use(), gyration);
             }
         }
     }
 
-    fn take_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+    fn set_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
         *self = Solid::Polyhedron(Polyhedron::NOTHING);
         if let Solid::Polyhedron(body) = self {
-            body.take(planes, gyration);
+            body.set(planes, gyration);
         }
     }
 

@@ -345,24 +345,25 @@ impl System<'_> {
         rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
     }
 
-    /// Books on its support a kick, of the yarns or of the projectile, that the fixed node (i, j) does not take, in units of a pass.
-    pub(crate) fn pull_fixed(&mut self, i: usize, j: usize, kick: &Vector) {
+    /// Adds to the sums of its support what the fixed node (i, j) takes of the yarns or of the projectile: an impulse in units of m h
+    /// and a pass.
+    pub(crate) fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
         if !self.scene.track_support {
             return;
         }
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
         let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
         let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
-        let pull = kick * (self.layout.node_weight(i, j) * symmetry.share());
-        self.state.sums.pull_support(kind, at, &pull, symmetry);
+        let pull = impulse * (self.layout.node_weight(i, j) * symmetry.share());
+        self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
 
     /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
-    pub(crate) fn take_halves(&mut self, halves: bool) {
+    pub(crate) fn use_half_steps(&mut self, halves: bool) {
         if halves == (self.model.pass_dt < self.model.limits.dt) {
             return;
         }
-        self.model.take_halves(halves);
+        self.model.use_half_steps(halves);
         let factor = if halves { 0.25 } else { 4.0 };
         for chunk in self.blocks.hot.iter_mut() {
             chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);

@@ -54,7 +54,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
             break;
         }
         if moved <= rule.tolerance {
-            contact::take_solved(system, &solved);
+            contact::set_rates(system, &solved);
             commit(system, rule);
             contact::book_contact(system, count, before);
             body::book_load(system, system.model.pass_dt, before);
@@ -103,11 +103,10 @@ fn keep_gap_rates(system: &mut System<'_>, count: usize) {
 
 /// phi/dt + n.(v_n + g) of every candidate.
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
-    let nx = system.layout.nodes_x.max(1);
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
         let Some(&node) = system.blocks.candidate_nodes.get(c) else { break };
-        let (i, j) = (node as usize % nx, node as usize / nx);
+        let (i, j) = system.layout.column_and_row(node as usize);
         let velocity = system.velocity_with_forces(rule.theta, i, j);
         let (Some(slot), Some(gap_rate)) = (system.blocks.candidates.get_mut(c), system.blocks.gap_rates.get(c)) else {
             break;
@@ -120,19 +119,18 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 
 /// v_n and the impulse of every candidate.
 fn push_candidates(system: &mut System<'_>, count: usize) {
-    let nx = system.layout.nodes_x.max(1);
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
             break;
         };
         let candidate = Candidate::read(slot);
-        let (i, j) = (node as usize % nx, node as usize / nx);
+        let (i, j) = system.layout.column_and_row(node as usize);
         let (_, v) = system.node(i, j);
-        let kick = candidate.normal * (candidate.impulse / system.model.unit_impulse);
+        let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
         let row = planes::row_mut(system.blocks.iterate, system.layout.chunks, j);
         for axis in 0..3 {
             if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
-                *pushed = v[axis] + kick[axis];
+                *pushed = v[axis] + push[axis];
             }
         }
     }
@@ -243,7 +241,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             low = math::min(u[1], low);
             high = math::max(u[1], high);
             if in_runs(&run, i) {
-                system.pull_fixed(i, j, &Vector::from(a));
+                system.load_support(i, j, &Vector::from(a));
                 continue;
             }
             let (_, v) = system.node(i, j);
