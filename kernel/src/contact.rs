@@ -48,11 +48,11 @@ pub struct Candidate {
     pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
-    /// phi/dt, m/s (0 for a node inside), and, once the sweep is done, phi/dt + n.v_free.
+    /// phi/dt + n.v with the node's velocity v in this step before any impulse, m/s.
     pub approach: f64,
     /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way; with mirror planes the body's part is that of all images together.
     pub effective_mass: f64,
-    /// Impulse, N s; the last number of the slot.
+    /// Impulse, N s.
     pub impulse: f64,
 }
 
@@ -106,6 +106,27 @@ impl Candidate {
     /// How fast the gap grows, with phi/dt, as long as the body has these rates, m/s.
     pub fn gap_rate(&self, velocity: &Vector, rate: &Vector) -> f64 {
         self.approach - self.normal.dot(velocity) - self.arm.dot(rate)
+    }
+}
+
+/// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
+pub(crate) struct Found {
+    /// phi/dt, m/s; 0 for a node inside.
+    pub gap_over_dt: f64,
+    candidate: Candidate,
+}
+
+impl Found {
+    /// From its place in the scratch block.
+    pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Found {
+        let candidate = Candidate::read(slot);
+        Found { gap_over_dt: candidate.approach, candidate }
+    }
+
+    /// The candidate with the node's velocity v, in units of `unit_speed`, m/s.
+    pub fn with_velocity(&self, v: &Vector, unit_speed: f64) -> Candidate {
+        let candidate = &self.candidate;
+        Candidate { approach: self.gap_over_dt + candidate.normal.dot(v) * unit_speed, ..*candidate }
     }
 }
 
@@ -261,7 +282,7 @@ pub struct Solved {
 }
 
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
-/// Every candidate's `approach` is set; `effective_mass` and `impulse` are set here.
+/// `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
 /// times the part of one that the planes leave.
 pub fn solve(
@@ -296,9 +317,7 @@ pub fn solve(
             let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
             *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
-        let approach = closing(&c, &velocity, &rate);
-        let size = math::abs(approach);
-        fastest = math::max(size, fastest);
+        fastest = math::max(math::abs(closing(&c, &velocity, &rate)), fastest);
         if turns {
             let arm = c.arm.dot(&c.arm);
             farthest = math::max(arm, farthest);
@@ -398,7 +417,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
                 let weight = layout.node_weight(i, j);
-                let candidate = Candidate {
+                // With no velocity so far: see `Found`.
+                let found = Candidate {
                     displacement: u,
                     normal,
                     arm,
@@ -408,7 +428,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
-                candidate.write(slot);
+                found.write(slot);
                 *node = (j * nx + i) as u32;
                 count += 1;
             }
@@ -417,16 +437,14 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     Ok(Gathered { count, deepest })
 }
 
-/// Adds the speed that the sweep left to every candidate's phi/dt.
-pub(crate) fn complete_approach(system: &mut System<'_>, count: usize) {
+/// Makes candidates of the nodes found, with the velocities that the sweep left them.
+pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
         let Some(node) = system.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
         let (i, j) = system.layout.column_and_row(node);
         let (_, v) = system.node(i, j);
         let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
-        let mut candidate = Candidate::read(slot);
-        candidate.approach += candidate.normal.dot(&Vector::from(v)) * system.model.unit_speed;
-        candidate.write(slot);
+        Found::read(slot).with_velocity(&Vector::from(v), system.model.unit_speed).write(slot);
     }
 }
 

@@ -1,6 +1,6 @@
-//! The explicit step: velocity Verlet in sweep form with impulse contact.
+//! One step: velocity Verlet in sweep form with impulse contact, or the theta rule (`theta.rs`), and what both share.
 //!
-//! Method: nodes near the projectile are noted, every row is swept (damage, velocity, position), the touched nodes are corrected by
+//! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched nodes are corrected by
 //! contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2}; they are never synchronised.
 //! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
@@ -154,7 +154,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
     }
     body::load_body(system, system.model.pass_dt);
     if count > 0 {
-        contact::complete_approach(system, count);
+        contact::complete_candidates(system, count);
         let kept = contact::let_pass(system, count);
         let (solved, _) = contact::solve_contact(system, kept, count);
         contact::set_rates(system, &solved);

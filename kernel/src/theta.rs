@@ -13,7 +13,7 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate};
+use crate::contact::{self, Candidate, Found};
 use crate::error::Failure;
 use crate::math;
 use crate::planes::{
@@ -36,7 +36,7 @@ const LARGEST_FORCE: f64 = 1e80;
 pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
     let rates = system.state.body;
     start_pushed(system);
-    keep_gap_rates(system, count);
+    keep_gaps(system, count);
     let mut kept = 0;
     for iteration in 1..=rule.max_iterations {
         system.state.body = rates;
@@ -94,10 +94,10 @@ fn start_pushed(system: &mut System<'_>) {
     }
 }
 
-/// Keeps phi/dt of the candidates: every iteration's approach starts from it.
-fn keep_gap_rates(system: &mut System<'_>, count: usize) {
-    for (gap_rate, slot) in system.blocks.gap_rates.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
-        *gap_rate = Candidate::read(slot).approach;
+/// Keeps phi/dt of the nodes found: every iteration starts from it.
+fn keep_gaps(system: &mut System<'_>, count: usize) {
+    for (gap, slot) in system.blocks.gaps_over_dt.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
+        *gap = Found::read(slot).gap_over_dt;
     }
 }
 
@@ -108,11 +108,11 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
         let Some(&node) = system.blocks.candidate_nodes.get(c) else { break };
         let (i, j) = system.layout.column_and_row(node as usize);
         let velocity = system.velocity_with_forces(rule.theta, i, j);
-        let (Some(slot), Some(gap_rate)) = (system.blocks.candidates.get_mut(c), system.blocks.gap_rates.get(c)) else {
+        let (Some(slot), Some(gap)) = (system.blocks.candidates.get_mut(c), system.blocks.gaps_over_dt.get(c)) else {
             break;
         };
         let mut candidate = Candidate::read(slot);
-        candidate.approach = gap_rate + candidate.normal.dot(&velocity) * unit_speed;
+        candidate.approach = gap + candidate.normal.dot(&velocity) * unit_speed;
         candidate.write(slot);
     }
 }
