@@ -102,7 +102,7 @@ impl Instance {
     pub fn new(log: Log) -> Instance {
         Instance {
             log,
-            kept: Kept::new(),
+            kept: Kept::default(),
             running: None,
             states: States::default(),
             event_mode_used: false,
@@ -186,7 +186,7 @@ impl Instance {
     /// Back to just after instantiation.
     pub fn reset(&mut self) -> Status {
         self.running = None;
-        self.kept = Kept::new();
+        self.kept = Kept::default();
         self.cache = Cache::default();
         self.log.level = 2;
         Status::Ok

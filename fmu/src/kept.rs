@@ -68,9 +68,9 @@ pub struct Kept {
     pub interface_residual: f64,
 }
 
-impl Kept {
+impl Default for Kept {
     /// Before anything is set.
-    pub fn new() -> Kept {
+    fn default() -> Kept {
         let parameters = Parameters::default();
         Kept {
             phase: Phase::Instantiated,
@@ -86,7 +86,9 @@ impl Kept {
             interface_residual: 0.0,
         }
     }
+}
 
+impl Kept {
     /// The scene as it was when initialisation ended.
     pub fn scene(&self) -> fabric::Scene {
         let mut scene = self.parameters.scene();

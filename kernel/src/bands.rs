@@ -131,11 +131,10 @@ impl<'s, 'a> Bands<'s, 'a> {
     pub(crate) fn of(system: &'s mut System<'a>, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
         system.sound()?;
         let needed = system.layout.band_reals(of)?;
-        if scratch.len() < needed {
-            return Err(Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64));
-        }
+        let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
         let skip = scratch.as_ptr().align_offset(8 * ALIGN_REALS).min(ALIGN_REALS - 1);
-        let scratch = scratch.get_mut(skip..).unwrap_or(&mut []).as_mut_ptr();
+        let enough = scratch.get_mut(..needed).and_then(|scratch| scratch.get_mut(skip..));
+        let scratch = enough.ok_or(short)?.as_mut_ptr();
         let plan = Plan::of(system, of, scratch, None);
         let outcomes = system.state.watch.mask();
         Ok(Bands {

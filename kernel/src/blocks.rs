@@ -45,7 +45,7 @@ pub(crate) struct Blocks<'a> {
     pub ranges: &'a mut [[f64; 2]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
     /// The theta rule's phi/dt of the candidates.
-    pub gap_rates: &'a mut [f64],
+    pub gaps_over_dt: &'a mut [f64],
     pub runs: &'a mut [[u32; 4]],
     /// Nodes with an impulse since the last outcome test.
     pub flags: &'a mut [u32],
@@ -66,7 +66,7 @@ impl<'a> Blocks<'a> {
             kept: &mut [],
             ranges: &mut [],
             candidates: &mut [],
-            gap_rates: &mut [],
+            gaps_over_dt: &mut [],
             runs: &mut [],
             flags: &mut [],
             labels: &mut [],
@@ -96,7 +96,7 @@ impl<'a> Blocks<'a> {
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
-                gap_rates: reals.take(implicit(layout.candidates))?,
+                gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
                 labels: words.take(watched(layout.nodes()))?,
@@ -112,7 +112,7 @@ impl Blocks<'_> {
     pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
         swap(self.candidates, a, b);
         swap(self.candidate_nodes, a, b);
-        swap(self.gap_rates, a, b);
+        swap(self.gaps_over_dt, a, b);
     }
 }
 

@@ -8,7 +8,7 @@ use crate::projectile::{self, Body};
 use crate::scene::Drive;
 use crate::system::System;
 
-/// A body that is nowhere, or whose books do not fit into numbers, is told of before anyone reads it.
+/// Refuses a body whose motion, or a sum over its impulses, is no number, before anyone reads it.
 pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     let (body, sums) = (&system.state.body, &system.state.sums);
     let vectors = [

@@ -96,7 +96,7 @@ impl Scene {
         }
         let [narrowest, widest] = TOE_RANGE;
         let critical = 0.5 * self.damage_law().critical_twice_strain();
-        let widest = if critical < widest { critical } else { widest };
+        let widest = math::min(critical, widest);
         let verlet = self.integrator.kind == IntegratorKind::Verlet;
         if verlet && toe >= narrowest && toe <= widest {
             return Ok(());
@@ -176,7 +176,7 @@ impl Scene {
         let radius = self.attachment.disc_radius;
         let centre = weave::disc_centre(self);
         if centre[0] <= radius || centre[1] <= radius {
-            let limit = if centre[0] < centre[1] { centre[0] } else { centre[1] };
+            let limit = math::min(centre[0], centre[1]);
             return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
         }
         // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.

@@ -48,11 +48,11 @@ pub struct Candidate {
     pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
-    /// phi/dt, m/s (0 for a node inside), and, once the sweep is done, phi/dt + n.v_free.
+    /// phi/dt + n.v with the node's velocity v in this step before any impulse, m/s.
     pub approach: f64,
     /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way; with mirror planes the body's part is that of all images together.
     pub effective_mass: f64,
-    /// Impulse, N s; the last number of the slot.
+    /// Impulse, N s.
     pub impulse: f64,
 }
 
@@ -106,6 +106,27 @@ impl Candidate {
     /// How fast the gap grows, with phi/dt, as long as the body has these rates, m/s.
     pub fn gap_rate(&self, velocity: &Vector, rate: &Vector) -> f64 {
         self.approach - self.normal.dot(velocity) - self.arm.dot(rate)
+    }
+}
+
+/// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
+pub(crate) struct Found {
+    /// phi/dt, m/s; 0 for a node inside.
+    pub gap_over_dt: f64,
+    candidate: Candidate,
+}
+
+impl Found {
+    /// From its place in the scratch block.
+    pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Found {
+        let candidate = Candidate::read(slot);
+        Found { gap_over_dt: candidate.approach, candidate }
+    }
+
+    /// The candidate with the node's velocity v, in units of `unit_speed`, m/s.
+    pub fn with_velocity(&self, v: &Vector, unit_speed: f64) -> Candidate {
+        let candidate = &self.candidate;
+        Candidate { approach: self.gap_over_dt + candidate.normal.dot(v) * unit_speed, ..*candidate }
     }
 }
 
@@ -261,7 +282,7 @@ pub struct Solved {
 }
 
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
-/// Every candidate's `approach` is set; `effective_mass` and `impulse` are set here.
+/// `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
 /// times the part of one that the planes leave.
 pub fn solve(
@@ -296,18 +317,16 @@ pub fn solve(
             let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
             *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
-        let approach = closing(&c, &velocity, &rate);
-        let size = if approach < 0.0 { -approach } else { approach };
-        fastest = if size > fastest { size } else { fastest };
+        fastest = math::max(math::abs(closing(&c, &velocity, &rate)), fastest);
         if turns {
             let arm = c.arm.dot(&c.arm);
-            farthest = if arm > farthest { arm } else { farthest };
+            farthest = math::max(arm, farthest);
         }
     }
     // The speeds that a gap rate is the difference of.
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
     let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
-    let tolerance = node_mass * if relative > rounding { relative } else { rounding };
+    let tolerance = node_mass * math::max(relative, rounding);
     let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
@@ -318,21 +337,22 @@ pub fn solve(
             }
             let gap_rate = closing(&c, &velocity, &rate);
             let trial = c.impulse - gap_rate * c.effective_mass;
-            let impulse = if trial > 0.0 { trial } else { 0.0 };
+            let impulse = math::max(trial, 0.0);
             let change = impulse - c.impulse;
             if change != 0.0 {
                 velocity -= push(&c) * (change * inertia.inverse_mass);
                 if turns {
                     rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
                 }
-                slot[CANDIDATE_REALS - 1] = impulse;
-                let mut size = if change < 0.0 { -change } else { change };
+                let [.., place] = slot;
+                *place = impulse;
+                let mut size = math::abs(change);
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
                     most = MAX_SWEEPS_ON_SUPPORTS;
                 }
-                largest_change = if size > largest_change { size } else { largest_change };
+                largest_change = math::max(size, largest_change);
             }
         }
         sweeps += 1;
@@ -389,7 +409,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 if i >= nx {
                     continue;
                 }
-                deepest = if -gap > deepest { -gap } else { deepest };
+                deepest = math::max(-gap, deepest);
                 let fixed = in_runs(&run, i);
                 if fixed && !free_body {
                     continue;
@@ -397,17 +417,18 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
                 let weight = layout.node_weight(i, j);
-                let candidate = Candidate {
+                // With no velocity so far: see `Found`.
+                let found = Candidate {
                     displacement: u,
                     normal,
                     arm,
                     weight: if fixed { -weight } else { weight },
                     speed_before: normal.dot(&v) * unit_speed,
-                    approach: if gap > 0.0 { gap } else { 0.0 } / dt,
+                    approach: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,
                     impulse: 0.0,
                 };
-                candidate.write(slot);
+                found.write(slot);
                 *node = (j * nx + i) as u32;
                 count += 1;
             }
@@ -416,17 +437,14 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     Ok(Gathered { count, deepest })
 }
 
-/// Adds the speed that the sweep left to every candidate's phi/dt.
-pub(crate) fn complete_approach(system: &mut System<'_>, count: usize) {
-    // At least 1, so that no division by zero has to be compiled in.
-    let nx = system.layout.nodes_x.max(1);
+/// Makes candidates of the nodes found, with the velocities that the sweep left them.
+pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
         let Some(node) = system.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
-        let (_, v) = system.node(node % nx, node / nx);
+        let (i, j) = system.layout.column_and_row(node);
+        let (_, v) = system.node(i, j);
         let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
-        let mut candidate = Candidate::read(slot);
-        candidate.approach += candidate.normal.dot(&Vector::from(v)) * system.model.unit_speed;
-        candidate.write(slot);
+        Found::read(slot).with_velocity(&Vector::from(v), system.model.unit_speed).write(slot);
     }
 }
 
@@ -456,11 +474,10 @@ pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
 
 /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
 fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
-    let nx = system.layout.nodes_x.max(1);
     let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
         return [Vector::zeros(); 2];
     };
-    let (i, j) = (node as usize % nx, node as usize / nx);
+    let (i, j) = system.layout.column_and_row(node as usize);
     let ([x, y], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
     let (from, way) = (Vector::new(x + ux, y + uy, uz), system.free_velocity(i, j));
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
@@ -499,7 +516,7 @@ fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
 }
 
 /// The body's rates after contact, and what the solve took.
-pub(crate) fn take_solved(system: &mut System<'_>, solved: &Solved) {
+pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     system.state.body.velocity = solved.velocity;
     system.state.body.angular_velocity = solved.angular_velocity;
     if solved.sweeps as u64 > system.state.sums.most_sweeps {
@@ -512,7 +529,6 @@ pub(crate) fn take_solved(system: &mut System<'_>, solved: &Solved) {
 /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
 /// before and after, for a free and a prescribed body alike: the two then agree to second order.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
-    let nx = system.layout.nodes_x.max(1);
     let body = system.state.body;
     let mean_velocity = (before.velocity + body.velocity) * 0.5;
     let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
@@ -528,9 +544,9 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             continue;
         }
         let (impulse, normal) = (candidate.impulse, candidate.normal);
-        let (i, j) = (node as usize % nx, node as usize / nx);
+        let (i, j) = system.layout.column_and_row(node as usize);
         let (reached, free) = system.node(i, j);
-        let kick = normal * (impulse / system.model.unit_impulse);
+        let push = normal * (impulse / system.model.unit_impulse);
         if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
@@ -542,11 +558,11 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         work += given * body_speed;
         touched += 1;
         if candidate.is_fixed() {
-            system.pull_fixed(i, j, &kick);
+            system.load_support(i, j, &push);
             loss += given * body_speed;
             continue;
         }
-        let v = [free[0] + kick.x, free[1] + kick.y, free[2] + kick.z];
+        let v = [free[0] + push.x, free[1] + push.y, free[2] + push.z];
         let from = candidate.displacement;
         // The theta rule has put the node in its place already.
         let u = if system.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
@@ -554,7 +570,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         widen(system, j, u[1]);
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
         let speed_after = if system.layout.implicit {
-            candidate.speed_before + normal.dot(&kick) * system.model.unit_speed
+            candidate.speed_before + normal.dot(&push) * system.model.unit_speed
         } else {
             normal.dot(&Vector::from(v)) * system.model.unit_speed
         };
@@ -568,7 +584,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     arm_sum.component_mul_assign(&system.scene.symmetry.torque_mask());
     if system.state.watch.first.is_none() {
         let energy = before.kinetic_energy(&system.model.inertia);
-        system.state.watch.touch(system.state.step, before, energy);
+        system.state.watch.note_contact(system.state.step, before, energy);
     }
     let sums = &mut system.state.sums;
     sums.impulses += touched;
@@ -586,8 +602,8 @@ fn widen(system: &mut System<'_>, j: usize, y: f64) {
     let [first, end] = system.awake;
     system.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
     if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
-        *low = if y < *low { y } else { *low };
-        *high = if y > *high { y } else { *high };
+        *low = math::min(y, *low);
+        *high = math::max(y, *high);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The ledger: energies and momentum, computed only when asked for.
+//! The balance of energy and momentum, computed only when asked for.
 //!
 //! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
@@ -168,7 +168,7 @@ fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     (0.5 * (stored_before + stored_now), 0.5 * lost)
 }
 
-/// The ledger, entry by entry, from positions and damage at t_{n-1} and t_n and the formulas of the model.
+/// The balance, entry by entry, from positions and damage at t_{n-1} and t_n and the formulas of the model.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -440,7 +440,7 @@ mod tests {
                                 d: along(now),
                                 d_before: along(before),
                             };
-                            let then = if now > largest { now } else { largest };
+                            let then = math::max(now, largest);
                             let dissipated = |largest: f64| match marked {
                                 None => released(1.0, largest, false),
                                 Some(first) => released(1.0, first, false) + released(first, largest, true),

@@ -201,6 +201,14 @@ impl Layout {
         self.nodes_x * self.nodes_y
     }
 
+    /// Column and row (i, j) of a node by its number, row by row.
+    #[inline]
+    pub fn column_and_row(&self, node: usize) -> (usize, usize) {
+        // At least 1, so that no division by zero has to be compiled in.
+        let nx = self.nodes_x.max(1);
+        (node % nx, node / nx)
+    }
+
     /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()

@@ -47,7 +47,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    /// No constants: a place for [`Model::take`].
+    /// No constants: a place for [`Model::derive`].
     pub(crate) const NOTHING: Model = Model {
         limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
         pass_dt: 0.0,
@@ -69,8 +69,8 @@ impl Model {
     };
 
     /// Derives the constants, where they are: a copy would take a kilobyte of stack.
-    pub(crate) fn take(&mut self, scene: &Scene, limits: StepLimits) {
-        self.solid.take(&scene.projectile);
+    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits) {
+        self.solid.set(&scene.projectile);
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let law = scene.damage_law();
@@ -97,7 +97,7 @@ impl Model {
     }
 
     /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
-    pub(crate) fn take_halves(&mut self, halves: bool) {
+    pub(crate) fn use_half_steps(&mut self, halves: bool) {
         let factor = if halves { 0.5 } else { 2.0 };
         self.pass_dt *= factor;
         self.unit_speed /= factor;
@@ -169,7 +169,7 @@ impl Model {
         let rates =
             [start.angular_velocity, end.angular_velocity, turn - start.angular_velocity - end.angular_velocity];
         let largest = |vectors: [Vector; 3]| {
-            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| if b > a { b } else { a })
+            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| math::max(b, a))
         };
         let (speed, rate) = (largest(speeds), largest(rates));
         if self.too_fast(speed, rate) {

@@ -90,23 +90,23 @@ struct Region {
 impl Region {
     const EMPTY: Region = Region { low: [f64::MAX; 3], high: [f64::MIN; 3], slowest: [0.0; 3], fastest: [0.0; 3] };
 
-    fn take(&mut self, x: &Vector) {
+    fn include(&mut self, x: &Vector) {
         for k in 0..3 {
-            self.low[k] = if x[k] < self.low[k] { x[k] } else { self.low[k] };
-            self.high[k] = if x[k] > self.high[k] { x[k] } else { self.high[k] };
+            self.low[k] = math::min(x[k], self.low[k]);
+            self.high[k] = math::max(x[k], self.high[k]);
         }
     }
 
-    fn take_velocity(&mut self, v: &Vector) {
+    fn include_velocity(&mut self, v: &Vector) {
         for k in 0..3 {
-            self.slowest[k] = if v[k] < self.slowest[k] { v[k] } else { self.slowest[k] };
-            self.fastest[k] = if v[k] > self.fastest[k] { v[k] } else { self.fastest[k] };
+            self.slowest[k] = math::min(v[k], self.slowest[k]);
+            self.fastest[k] = math::max(v[k], self.fastest[k]);
         }
     }
 
     /// The box with its mirror image about the plane across axis k.
     fn mirror(&mut self, k: usize) {
-        let far = if -self.low[k] > self.high[k] { -self.low[k] } else { self.high[k] };
+        let far = math::max(-self.low[k], self.high[k]);
         (self.low[k], self.high[k]) = (-far, far);
     }
 }
@@ -147,7 +147,7 @@ struct Swarm {
 impl Swarm {
     const NOTHING: Swarm = Swarm { weight: 0.0, sum: 0.0 };
 
-    fn take(&mut self, weight: f64, number: f64) {
+    fn add(&mut self, weight: f64, number: f64) {
         self.weight += weight;
         self.sum += weight * number;
     }
@@ -164,7 +164,7 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
         if !system.state.watch.has(Outcome::Detached) && contact_is_detached(system) {
             system.state.watch.latch(Outcome::Detached, step, work);
         }
-        let direction = system.state.watch.take_direction(&velocity);
+        let direction = system.state.watch.direction(&velocity);
         let settled = pass_checkpoint(system);
         if direction == Vector::zeros() {
             // At rest since before the first contact: nothing has been stopped.
@@ -185,7 +185,7 @@ fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
         return None;
     }
     let change = sums.work - watch.checkpoint_work;
-    let settled = (if change < 0.0 { -change } else { change }) <= settling(sums.work);
+    let settled = math::abs(change) <= settling(sums.work);
     watch.checkpoint = position;
     watch.checkpoint_work = sums.work;
     watch.checkpoint_impulses = sums.impulses;
@@ -219,8 +219,8 @@ fn has_passed(system: &System<'_>) -> bool {
     for j in first..end {
         for i in 0..system.layout.nodes_x {
             // A sheet set in motion by the host may be faster than the body.
-            region.take(&system.position(i, j));
-            region.take_velocity(&system.velocity(i, j));
+            region.include(&system.position(i, j));
+            region.include_velocity(&system.velocity(i, j));
         }
     }
     complete(system, &mut region);
@@ -277,9 +277,9 @@ fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool 
         }
         let (x, v) = (system.position(i, j), system.velocity(i, j));
         none = false;
-        held.take(&x);
+        held.include(&x);
         if system.scene.attachment.kind == AttachmentKind::Free {
-            held.take_velocity(&v);
+            held.include_velocity(&v);
         }
         behind = behind && !flight.has_ahead(&x) && flight.misses(&x, &v);
     }
@@ -301,10 +301,10 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
         let piece_ahead = lies_ahead(system, piece, flight);
         let weight = system.layout.node_weight(i, j);
         if piece_ahead && !is_alone(system, i, j) {
-            ahead.take(weight, v.dot(&flight.velocity));
+            ahead.add(weight, v.dot(&flight.velocity));
         }
         if node_behind {
-            behind.take(weight, v.dot(&flight.velocity));
+            behind.add(weight, v.dot(&flight.velocity));
         }
         if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
             in_the_way = true;
@@ -342,8 +342,8 @@ fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose
 
 /// Whether a piece, by the node with its smallest number, lies before the body's centre.
 fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
-    let nx = system.layout.nodes_x.max(1);
-    flight.has_ahead(&system.position(piece % nx, piece / nx))
+    let (i, j) = system.layout.column_and_row(piece);
+    flight.has_ahead(&system.position(i, j))
 }
 
 /// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
@@ -440,17 +440,16 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
             || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
     };
     let words = system.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
-    // At least 1, so that no division by zero has to be compiled in.
-    let nx = nx.max(1);
     words
         .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
-        .any(|k| held(k % nx, k / nx))
+        .map(|k| system.layout.column_and_row(k))
+        .any(|(i, j)| held(i, j))
 }
 
 /// By how much the work may still change when it counts as final, J.
 fn settling(work: f64) -> f64 {
-    let part = SETTLED_PART * if work < 0.0 { -work } else { work };
-    if part > SETTLED_WORK { part } else { SETTLED_WORK }
+    let part = SETTLED_PART * math::abs(work);
+    math::max(part, SETTLED_WORK)
 }
 
 /// Disjoint sets over the nodes, in caller's memory.

@@ -7,6 +7,7 @@
 //! Limits: dt |w| <= 0.5.
 //! Reference: J. C. Simo, K. K. Wong, Int. J. Numer. Meth. Engng 31 (1991) 19; Powell and Zohdi (2009), equations 14-16.
 
+use crate::math;
 use crate::pose::{self, Vector, into_body, out_of_body};
 use crate::scene::{RotationKind, RotationRule};
 use crate::shape::Solid;
@@ -165,8 +166,8 @@ fn theta_rate(w: &Vector, moments: &Vector, theta: f64, dt: f64) -> Vector {
 
 fn max_component(v: &Vector) -> f64 {
     v.iter().fold(0.0, |largest, &x| {
-        let size = if x < 0.0 { -x } else { x };
-        if size > largest { size } else { largest }
+        let size = math::abs(x);
+        math::max(size, largest)
     })
 }
 

@@ -1,5 +1,6 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
+use crate::blocks::Blocks;
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
@@ -68,6 +69,27 @@ pub(crate) struct Rows<'r> {
     pub kept: &'r mut [[f64; 3]],
 }
 
+impl<'r> Rows<'r> {
+    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
+    /// a toe.
+    pub fn of(blocks: &'r mut Blocks<'_>, layout: &Layout, [first, end]: [usize; 2], marked: bool) -> Option<Rows<'r>> {
+        let own = first * layout.chunks..end * layout.chunks;
+        let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
+        Some(Rows {
+            first,
+            hot: swept.get_mut(own.start..)?,
+            above: planes::row(rest, layout.chunks, 0),
+            history: blocks.history.get_mut(own.clone())?,
+            yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
+            marks: if marked { blocks.marks.get(own)? } else { &[] },
+            ranges: blocks.ranges.get_mut(first..end)?,
+            runs: blocks.runs.get(first..end)?,
+            carry: blocks.carry,
+            kept: blocks.kept,
+        })
+    }
+}
+
 impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
@@ -83,7 +105,7 @@ impl Rows<'_> {
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
-            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { break };
+            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
@@ -156,5 +178,23 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
         to[0] = from[0];
         to[1] = from[1].map(|y| -y);
         to[2] = from[2];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Failure, Layout, Memory, Scene, Sim};
+
+    #[test]
+    fn a_block_that_is_too_short_is_a_failure_and_no_row_that_stands_still() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
+        let layout = Layout::of(&scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words }).unwrap();
+        sim.step_every_row();
+        sim.step().unwrap();
+        sim.system.blocks.history = &mut [];
+        assert_eq!(sim.step(), Err(Failure::NonFinite));
     }
 }

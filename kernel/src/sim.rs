@@ -168,7 +168,7 @@ impl<'a> Sim<'a> {
         let sim = place();
         sim.system.scene = *scene;
         sim.system.layout = layout;
-        sim.system.model.take(scene, limits);
+        sim.system.model.derive(scene, limits);
         sim.system.state = State::at_start(body);
         sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;
@@ -191,9 +191,9 @@ impl<'a> Sim<'a> {
         let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
         let mut body = Body::of(&motion);
         // Accepted once, so accepted again.
-        let _ = self.system.scene.symmetry.settle(&self.system.model.solid, &mut body, self.system.scene.sheet.spacing);
+        let _ = self.system.scene.symmetry.align(&self.system.model.solid, &mut body, self.system.scene.sheet.spacing);
         self.system.state = State::at_start(body);
-        self.system.take_halves(false);
+        self.system.use_half_steps(false);
         self.system.clear_state();
         step::start_forces(&mut self.system);
         energy::start_audit(&mut self.system);
@@ -239,13 +239,13 @@ impl<'a> Sim<'a> {
     /// # Errors
     /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite, or too fast.
     pub fn follow(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
-        self.take_path(path, steps)?;
+        self.start_path(path, steps)?;
         Ok(self.advance(steps)?)
     }
 
     /// Starts a path, or goes on along it, for `steps` steps to come.
     #[inline(never)] // It must not add to the stack of the steps.
-    fn take_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
+    fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;
         if self.system.scene.drive != Drive::Prescribed {
             return Err(Error::plain(Code::WrongDrive, "drive"));
@@ -446,15 +446,17 @@ impl<'a> Sim<'a> {
         for j in 0..self.system.layout.nodes_y {
             for i in 0..self.system.layout.nodes_x {
                 let (u, _) = self.system.node(i, j);
-                let z = if u[2] < 0.0 { -u[2] } else { u[2] };
+                let z = math::abs(u[2]);
                 let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
-                deflection = if held && z > deflection { z } else { deflection };
+                if held {
+                    deflection = math::max(z, deflection);
+                }
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     if let Some(segment) = self.system.segment(axis, i, j)
                         && segment.stiffness > 0.0
                     {
                         let q = segment.twice_strain();
-                        largest = if q > largest { q } else { largest };
+                        largest = math::max(q, largest);
                     }
                 }
             }
@@ -542,7 +544,7 @@ impl<'a> Sim<'a> {
         self.copy_nodes("out", out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
     }
 
-    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a kick, or those
+    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a step of the forces, or those
     /// that the theta rule stores.
     pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
@@ -561,7 +563,7 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
-            let largest = if q > segment.history { q } else { segment.history };
+            let largest = math::max(q, segment.history);
             sim.system.model.law.alpha(segment.damage_rate, largest)
         })
     }
@@ -603,9 +605,9 @@ impl<'a> Sim<'a> {
             return Err(Error::new(Code::WrongLength, field, out.len() as f64, needed as f64));
         }
         let (slots, _) = out.as_chunks_mut::<3>();
-        let nx = self.system.layout.nodes_x.max(1);
         for (k, slot) in slots.iter_mut().enumerate() {
-            *slot = value(self, k % nx, k / nx);
+            let (i, j) = self.system.layout.column_and_row(k);
+            *slot = value(self, i, j);
         }
         Ok(())
     }

@@ -170,13 +170,13 @@ pub(crate) fn load(system: &mut System<'_>, image: &[u8]) -> Result<(), Error> {
     if hash.value() != checksum {
         return Err(malformed(0.0, 0.0));
     }
-    take(system, body)
+    restore(system, body)
 }
 
 /// [`load`] without a look at the checksum.
 pub(crate) fn load_kept(system: &mut System<'_>, image: &[u8]) -> Result<(), Error> {
     let body = body_of(system, image)?;
-    take(system, body)
+    restore(system, body)
 }
 
 /// The words of an image before its checksum, if it is one of this scene.
@@ -199,7 +199,7 @@ fn body_of<'b>(system: &System<'_>, image: &'b [u8]) -> Result<&'b [[u8; 8]], Er
 }
 
 /// Takes the state that the words of an image hold, if it is one that a simulation can have.
-fn take(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
+fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     // First pass: every value is one a simulation can have.
     let mut reader = Reader { chunks: body.iter(), sound: true };
     (0..HEADER_WORDS).for_each(|_| _ = reader.word());
@@ -212,7 +212,7 @@ fn take(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
 
     // Second pass: take them.
     system.state = state;
-    system.take_halves(system.state.halved);
+    system.use_half_steps(system.state.halved);
     let mut words = arrays;
     // After a failure nothing is taken for granted.
     let failed = system.failure.is_some();

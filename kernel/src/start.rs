@@ -28,11 +28,11 @@ const LARGEST_GIVEN_MOTION: f64 = 1e30;
 #[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
 pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Error> {
     let mut model = Model::NOTHING;
-    model.take(scene, limits);
+    model.derive(scene, limits);
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;
     let mut body = Body::of(&motion);
-    scene.symmetry.settle(&model.solid, &mut body, scene.sheet.spacing)?;
+    scene.symmetry.align(&model.solid, &mut body, scene.sheet.spacing)?;
     refuse_overlap(scene, &model, &body)?;
     Ok(body)
 }
@@ -73,11 +73,10 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     }
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
-    // At least 1, so that no division by zero has to be compiled in.
-    let nx = system.layout.nodes_x.max(1);
     let search = Search::new(&system.model.solid, &system.state.body, system.scene.sheet.spacing, system.instructions);
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
-        let fixed = system.is_fixed(k % nx, k / nx);
+        let (i, j) = system.layout.column_and_row(k);
+        let fixed = system.is_fixed(i, j);
         if fixed && *velocity != [0.0; 3] {
             return Err(Error::new(Code::OutOfRange, "velocities", k as f64, 0.0));
         }
@@ -94,13 +93,13 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
                 return Err(Error::new(Code::OutOfRange, field, k as f64, limit));
             }
         }
-        if leaves_plane(system, k % nx, k / nx, &x, &v) {
+        if leaves_plane(system, i, j, &x, &v) {
             return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
         }
     }
     let h = system.scene.sheet.spacing;
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
-        let (i, j) = (k % nx, k / nx);
+        let (i, j) = system.layout.column_and_row(k);
         let x = system.model.pose.point_in(*point);
         let v = system.model.pose.vector_in(*velocity);
         let rest = system.rest(i, j);
@@ -115,9 +114,9 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     }
     system.rebuild_derived();
     step::start_forces(system);
-    // The explicit scheme stores the velocity at t_{-1/2}: back by half a kick with the forces at t_0.
+    // The explicit scheme stores the velocity at t_{-1/2}: back by half a step with the forces at t_0.
     if !system.layout.implicit {
-        for (i, j) in (0..system.layout.nodes()).map(|k| (k % nx, k / nx)) {
+        for (i, j) in system.nodes() {
             if !system.is_fixed(i, j) {
                 let (u, v) = system.node(i, j);
                 let a = system.acceleration(i, j);

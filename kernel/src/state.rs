@@ -157,7 +157,7 @@ impl State {
 
 impl Sums {
     /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its images to theirs.
-    pub fn pull_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
+    pub fn add_to_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
         if symmetry == Symmetry::default() {
             // Every row of every step comes here, and the rows of all bands in turn.
             if let Some(sum) = self.support.get_mut(attachment) {

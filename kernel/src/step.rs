@@ -1,11 +1,10 @@
-//! The explicit step: velocity Verlet in sweep form with impulse contact.
+//! One step: velocity Verlet in sweep form with impulse contact, or the theta rule (`theta.rs`), and what both share.
 //!
-//! Method: nodes near the projectile are noted, every row is swept (damage, kick, drift), the touched nodes are corrected by
+//! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched nodes are corrected by
 //! contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2}; they are never synchronised.
 //! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
 //! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
 
-use crate::blocks::Blocks;
 use crate::body;
 use crate::contact::{self, Gathered};
 use crate::energy;
@@ -13,7 +12,7 @@ use crate::error::Failure;
 use crate::marks;
 use crate::math;
 use crate::outcome::{self, TEST_INTERVAL};
-use crate::planes::{self, CARRY_PLANES, CHUNK};
+use crate::planes::{CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows::{Rows, Terms};
@@ -69,7 +68,7 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     match system.scene.integrator.kind {
         IntegratorKind::Verlet => {
             let report = sweep(system);
-            touch(system, report, gathered.count, &at_start)?;
+            after_sweep(system, report, gathered.count, &at_start)?;
         }
         #[cfg(feature = "implicit")]
         IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, gathered.count, &at_start)?,
@@ -88,7 +87,7 @@ fn end_pass(
 ) -> Result<(), Failure> {
     body::move_body(system, target);
     let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
-    sums.worst_penetration = if deepest > sums.worst_penetration { deepest } else { sums.worst_penetration };
+    sums.worst_penetration = math::max(deepest, sums.worst_penetration);
     sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
     body::refuse_lost_body(system)
 }
@@ -111,12 +110,12 @@ pub(crate) fn close_pass(
 ) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = body::prescribe_rates(system, end);
-    touch(system, report, gathered.count, &at_start)?;
+    after_sweep(system, report, gathered.count, &at_start)?;
     end_pass(system, gathered, target)
 }
 
 /// (M9) Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
-/// a quarter of a kick, not only another unit. Contact needs nothing: its next impulse covers what is missing.
+/// a quarter of the change that the forces make in a step, not only another unit. Contact needs nothing: its next impulse covers what is missing.
 fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
     let before = energy::energy(system).map_or(0.0, |energy| energy.residual);
     let quarter = 0.25 * system.model.limits.dt;
@@ -127,7 +126,7 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
         for i in 0..system.layout.nodes_x {
             let a = system.acceleration(i, j);
             if system.is_fixed(i, j) {
-                system.pull_fixed(i, j, &(Vector::from(a) * 0.25));
+                system.load_support(i, j, &(Vector::from(a) * 0.25));
             } else {
                 let (u, v) = system.node(i, j);
                 system.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));
@@ -137,14 +136,14 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
     // Impulses on the supports are summed in units of a pass.
     system.state.sums.support.iter_mut().for_each(|support| *support *= 0.5);
     system.state.halved = true;
-    system.take_halves(true);
+    system.use_half_steps(true);
     let after = energy::energy(system).map_or(before, |energy| energy.residual);
     system.state.sums.halving_energy += after - before;
     body::refuse_lost_body(system)
 }
 
 /// What the sweep leaves to do: failures, loads and contact.
-fn touch(system: &mut System<'_>, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
+fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
     if report.non_finite {
         return Err(Failure::NonFinite);
     }
@@ -155,10 +154,10 @@ fn touch(system: &mut System<'_>, report: Report, count: usize, before: &Body) -
     }
     body::load_body(system, system.model.pass_dt);
     if count > 0 {
-        contact::complete_approach(system, count);
+        contact::complete_candidates(system, count);
         let kept = contact::let_pass(system, count);
         let (solved, _) = contact::solve_contact(system, kept, count);
-        contact::take_solved(system, &solved);
+        contact::set_rates(system, &solved);
         contact::book_contact(system, count, before);
     } else {
         system.state.sums.contacts = 0;
@@ -172,23 +171,12 @@ fn sweep(system: &mut System<'_>) -> Report {
     let [first, end] = system.rows_to_step();
     place_images_above(system, end);
     let terms = terms(system);
-    let (chunks, scene, sums) = (system.layout.chunks, &system.scene, &mut system.state.sums);
-    let Blocks { hot, history, yarn, marks, carry, kept, ranges, runs, .. } = &mut system.blocks;
-    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-    let (swept, rest) = hot.split_at_mut_checked(end * chunks).unwrap_or((&mut [], &mut []));
-    let rows = Rows {
-        first,
-        hot: swept.get_mut(first * chunks..).unwrap_or(&mut []),
-        above: planes::row(rest, chunks, 0),
-        history: history.get_mut(first * chunks..end * chunks).unwrap_or(&mut []),
-        yarn: yarn.get(first * chunks..).unwrap_or(&[]),
-        // No mark before the first failure.
-        marks: marks.get(first * chunks..).filter(|_| system.failed_segments > 0).unwrap_or(&[]),
-        ranges: ranges.get_mut(first..end).unwrap_or(&mut []),
-        runs: runs.get(first..end).unwrap_or(&[]),
-        carry,
-        kept,
-    };
+    let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
+    blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    // No mark before the first failure.
+    let marked = system.layout.toe && system.failed_segments > 0;
+    // A block shorter than the layout says is a lost state, never a row that stands still.
+    let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
             book_pulls(sums, scene, j, &pulls);
@@ -226,7 +214,7 @@ fn close_window(system: &mut System<'_>) {
     let sums = &mut system.state.sums;
     let w = sums.window;
     let mean = math::length([w.x, w.y, w.z]) / (system.model.window_steps as f64 * system.model.limits.dt);
-    sums.force_peak = if mean > sums.force_peak { mean } else { sums.force_peak };
+    sums.force_peak = math::max(mean, sums.force_peak);
     sums.window = Vector::zeros();
 }
 
@@ -235,6 +223,6 @@ pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vect
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {
         let at = weave::attachment_of(kind, scene.sheet.nodes_y, j, side);
-        sums.pull_support(kind, at, &(pull * symmetry.share()), symmetry);
+        sums.add_to_support(kind, at, &(pull * symmetry.share()), symmetry);
     }
 }

@@ -1,4 +1,4 @@
-//! The one hot pass: damage, kick and drift of every node, row by row, in place. Knows nothing of contact.
+//! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of contact.
 //!
 //! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. A segment's
 //! force by the yarn law (`yarn.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h), is the change of velocity that it
@@ -10,6 +10,7 @@
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
+use crate::math;
 use crate::planes::{
     self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES,
     vertical_axes,
@@ -265,7 +266,7 @@ struct Cold<'a> {
 }
 
 impl<L: Lane> Along<L> {
-    /// One lane group: damage, forces, kick and drift. The two segments are worked on side by side, so that a processor has
+    /// One lane group: damage, forces, velocity and position. The two segments are worked on side by side, so that a processor has
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
@@ -354,7 +355,7 @@ fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L
 fn least<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| if b < a { b } else { a })
+    group.as_ref().iter().fold(0.0, |a, &b| math::min(b, a))
 }
 
 /// Greatest number of a lane group, or 0.
@@ -362,7 +363,7 @@ fn least<L: Lane>(lanes: L) -> f64 {
 fn greatest<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| if b > a { b } else { a })
+    group.as_ref().iter().fold(0.0, |a, &b| math::max(b, a))
 }
 
 /// Which segments a lane group holds.
@@ -407,7 +408,7 @@ impl Pass<'_> {
     ) -> Report {
         let usable = q <= LOST || q <= *history;
         if !usable {
-            return Report { newly_failed: 0, non_finite: true };
+            return Report::LOST;
         }
         if !self.law.is_damaging(q, *history) {
             return Report::default();
@@ -423,6 +424,9 @@ impl Pass<'_> {
 }
 
 impl Report {
+    /// A state that cannot be stepped.
+    pub(crate) const LOST: Report = Report { newly_failed: 0, non_finite: true };
+
     fn add(&mut self, other: Report) {
         self.newly_failed += other.newly_failed;
         self.non_finite |= other.non_finite;

@@ -5,6 +5,7 @@ use crate::blocks::Blocks;
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
+use crate::math;
 use crate::model::Model;
 use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
@@ -297,8 +298,8 @@ impl System<'_> {
         let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
         let mut take = |chunk: &Chunk<HOT_PLANES>| {
             for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
-                *low = if y < *low { y } else { *low };
-                *high = if y > *high { y } else { *high };
+                *low = math::min(y, *low);
+                *high = math::max(y, *high);
             }
             moved |= chunk[..6].iter().flatten().fold(false, |moved, &x| moved | (x != 0.0));
         };
@@ -312,8 +313,8 @@ impl System<'_> {
             take(&last);
         }
         if let Some(range) = self.blocks.ranges.get_mut(j) {
-            let least = low.iter().fold(0.0, |least, &y| if y < least { y } else { least });
-            *range = [least, high.iter().fold(0.0, |greatest, &y| if y > greatest { y } else { greatest })];
+            let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
+            *range = [least, high.iter().fold(0.0, |greatest, &y| math::max(y, greatest))];
         }
         moved
     }
@@ -344,24 +345,25 @@ impl System<'_> {
         rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
     }
 
-    /// Books on its support a kick, of the yarns or of the projectile, that the fixed node (i, j) does not take, in units of a pass.
-    pub(crate) fn pull_fixed(&mut self, i: usize, j: usize, kick: &Vector) {
+    /// Adds to the sums of its support what the fixed node (i, j) takes of the yarns or of the projectile: an impulse in units of m h
+    /// and a pass.
+    pub(crate) fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
         if !self.scene.track_support {
             return;
         }
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
         let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
         let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
-        let pull = kick * (self.layout.node_weight(i, j) * symmetry.share());
-        self.state.sums.pull_support(kind, at, &pull, symmetry);
+        let pull = impulse * (self.layout.node_weight(i, j) * symmetry.share());
+        self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
 
     /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
-    pub(crate) fn take_halves(&mut self, halves: bool) {
+    pub(crate) fn use_half_steps(&mut self, halves: bool) {
         if halves == (self.model.pass_dt < self.model.limits.dt) {
             return;
         }
-        self.model.take_halves(halves);
+        self.model.use_half_steps(halves);
         let factor = if halves { 0.25 } else { 4.0 };
         for chunk in self.blocks.hot.iter_mut() {
             chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);

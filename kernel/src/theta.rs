@@ -13,8 +13,9 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate};
+use crate::contact::{self, Candidate, Found};
 use crate::error::Failure;
+use crate::math;
 use crate::planes::{
     self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
 };
@@ -35,7 +36,7 @@ const LARGEST_FORCE: f64 = 1e80;
 pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
     let rates = system.state.body;
     start_pushed(system);
-    keep_gap_rates(system, count);
+    keep_gaps(system, count);
     let mut kept = 0;
     for iteration in 1..=rule.max_iterations {
         system.state.body = rates;
@@ -53,7 +54,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
             break;
         }
         if moved <= rule.tolerance {
-            contact::take_solved(system, &solved);
+            contact::set_rates(system, &solved);
             commit(system, rule);
             contact::book_contact(system, count, before);
             body::book_load(system, system.model.pass_dt, before);
@@ -93,45 +94,43 @@ fn start_pushed(system: &mut System<'_>) {
     }
 }
 
-/// Keeps phi/dt of the candidates: every iteration's approach starts from it.
-fn keep_gap_rates(system: &mut System<'_>, count: usize) {
-    for (gap_rate, slot) in system.blocks.gap_rates.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
-        *gap_rate = Candidate::read(slot).approach;
+/// Keeps phi/dt of the nodes found: every iteration starts from it.
+fn keep_gaps(system: &mut System<'_>, count: usize) {
+    for (gap, slot) in system.blocks.gaps_over_dt.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
+        *gap = Found::read(slot).gap_over_dt;
     }
 }
 
 /// phi/dt + n.(v_n + g) of every candidate.
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
-    let nx = system.layout.nodes_x.max(1);
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
         let Some(&node) = system.blocks.candidate_nodes.get(c) else { break };
-        let (i, j) = (node as usize % nx, node as usize / nx);
+        let (i, j) = system.layout.column_and_row(node as usize);
         let velocity = system.velocity_with_forces(rule.theta, i, j);
-        let (Some(slot), Some(gap_rate)) = (system.blocks.candidates.get_mut(c), system.blocks.gap_rates.get(c)) else {
+        let (Some(slot), Some(gap)) = (system.blocks.candidates.get_mut(c), system.blocks.gaps_over_dt.get(c)) else {
             break;
         };
         let mut candidate = Candidate::read(slot);
-        candidate.approach = gap_rate + candidate.normal.dot(&velocity) * unit_speed;
+        candidate.approach = gap + candidate.normal.dot(&velocity) * unit_speed;
         candidate.write(slot);
     }
 }
 
 /// v_n and the impulse of every candidate.
 fn push_candidates(system: &mut System<'_>, count: usize) {
-    let nx = system.layout.nodes_x.max(1);
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
             break;
         };
         let candidate = Candidate::read(slot);
-        let (i, j) = (node as usize % nx, node as usize / nx);
+        let (i, j) = system.layout.column_and_row(node as usize);
         let (_, v) = system.node(i, j);
-        let kick = candidate.normal * (candidate.impulse / system.model.unit_impulse);
+        let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
         let row = planes::row_mut(system.blocks.iterate, system.layout.chunks, j);
         for axis in 0..3 {
             if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
-                *pushed = v[axis] + kick[axis];
+                *pushed = v[axis] + push[axis];
             }
         }
     }
@@ -152,9 +151,9 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
                 let g = mean_acceleration(rule.theta, iterate[AT_START + axis][lane], iterate[AT_GUESS + axis][lane]);
                 let next = hot[axis][lane] + (iterate[PUSHED + axis][lane] + g);
                 let change = next - iterate[GUESS + axis][lane];
-                let size = if change < 0.0 { -change } else { change };
+                let size = math::abs(change);
                 finite &= size.is_finite();
-                largest = if size > largest { size } else { largest };
+                largest = math::max(size, largest);
                 iterate[GUESS + axis][lane] = next;
             }
         }
@@ -239,10 +238,10 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
             let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
-            low = if u[1] < low { u[1] } else { low };
-            high = if u[1] > high { u[1] } else { high };
+            low = math::min(u[1], low);
+            high = math::max(u[1], high);
             if in_runs(&run, i) {
-                system.pull_fixed(i, j, &Vector::from(a));
+                system.load_support(i, j, &Vector::from(a));
                 continue;
             }
             let (_, v) = system.node(i, j);

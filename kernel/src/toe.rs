@@ -3,7 +3,7 @@
 //! Method: after the first failure a segment that is found slack, at t_n and at t_{n-1}, is marked for good. With e its
 //! Green-Lagrange strain and t = min(e/eps, 1) its stress is alpha E e t (2 - t): it sets in without a jump of stiffness and is
 //! the law's own from eps on, so also where it can be damaged. Neither state counts strain energy, so nothing jumps in the
-//! ledger at the mark. A mark is the alpha of that moment less 1, from which the energy of later rupture follows.
+//! energy balance at the mark. A mark is the alpha of that moment less 1, from which the energy of later rupture follows.
 //! Limits: it changes the yarn law, though only of yarn that has been slack; its tangent modulus is at most 4/3 E, so the step
 //! must be smaller by sqrt(3/4). Marking before the first failure would soften yarn that the wave has yet to load.
 //! Reference: docs/model.md, "The toe".

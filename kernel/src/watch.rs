@@ -96,7 +96,7 @@ impl Watch {
     }
 
     /// Notes the first contact.
-    pub fn touch(&mut self, step: u64, body: &Body, kinetic_energy: f64) {
+    pub fn note_contact(&mut self, step: u64, body: &Body, kinetic_energy: f64) {
         if self.first.is_none() {
             self.first = Some(FirstContact { step, direction: direction_of(&body.velocity), kinetic_energy });
             self.checkpoint = body.position;
@@ -105,7 +105,7 @@ impl Watch {
 
     /// The direction in which the body goes into the fabric: that of its velocity just before the first contact or, if it was at
     /// rest then, of the first velocity that a test sees. Zero as long as it has none.
-    pub(crate) fn take_direction(&mut self, velocity: &Vector) -> Vector {
+    pub(crate) fn direction(&mut self, velocity: &Vector) -> Vector {
         let Some(first) = &mut self.first else { return Vector::zeros() };
         if first.direction == Vector::zeros() {
             first.direction = direction_of(velocity);

@@ -57,7 +57,7 @@ pub struct Damage {
 /// (M1) Stretch U of a segment from twice its strain; 0 if rounding leaves a negative U^2.
 pub fn stretch(twice_strain: f64) -> f64 {
     let squared = 1.0 + twice_strain;
-    math::sqrt(if squared > 0.0 { squared } else { 0.0 })
+    math::sqrt(math::max(squared, 0.0))
 }
 
 /// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1, from the relative displacement of a segment's ends in rest lengths: along
@@ -128,13 +128,13 @@ impl DamageLaw {
     fn beyond_critical(&self, damage_rate: f64, alpha: f64) -> f64 {
         let decay = alpha / self.a + self.b;
         // A law without offset never reaches exactly 0: the smallest positive number stands for it.
-        -math::ln(if decay > f64::MIN_POSITIVE { decay } else { f64::MIN_POSITIVE }) / damage_rate
+        -math::ln(math::max(decay, f64::MIN_POSITIVE)) / damage_rate
     }
 
     /// Where alpha is just before it becomes 0: `alpha_fail`, or less if the law starts below it and so fails at U_c.
     fn cut(&self) -> f64 {
         let first = self.a * (1.0 - self.b);
-        if self.alpha_fail < first { self.alpha_fail } else { first }
+        math::min(self.alpha_fail, first)
     }
 
     /// Stretch at which a segment fails (alpha becomes 0).

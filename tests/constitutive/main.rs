@@ -175,8 +175,9 @@ fn strain_and_force_in_any_direction_are_those_of_256_bits_to_rounding() {
     println!(
         "{RANDOM_POINTS} directions: q within {strain:.1} ulp of its greatest term, force at that q within {force:.1} ulp"
     );
-    // Three roundings in a component of the force along the yarn; in a strain two and one in the products, and those of two sums.
-    assert!(strain <= 4.0 && force <= 3.0, "{strain} {force}");
+    // Each rounding is at most an ulp of what it rounds. Force: three in a row. Strain: two in the first product, one in each
+    // square, and two sums of up to two and three times the greatest term.
+    assert!(strain <= 9.0 && force <= 3.0, "{strain} {force}");
 }
 
 #[test]
