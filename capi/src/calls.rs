@@ -947,8 +947,8 @@ mod tests {
         let mut printed = std::string::String::new();
         for (name, scene, steps) in hosts_scenes() {
             let layout = Layout::of(&scene).unwrap();
-            let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
-            let memory = fabric::Memory { reals: &mut reals, words: &mut words };
+            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+            let memory = &mut memory;
             let mut sim = fabric::Sim::new(&scene, memory).unwrap();
             sim.advance(steps).unwrap();
             assert!(sim.contact().unwrap().work > 0.0, "{name}");

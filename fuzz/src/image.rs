@@ -59,8 +59,8 @@ pub fn run(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
     let scene = small::scene(&mut bytes);
     let Ok(layout) = Layout::of(&scene) else { return false };
-    let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
-    let Ok(mut sim) = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words }) else { return false };
+    let mut memory = vec![CacheLine::ZERO; layout.lines()];
+    let Ok(mut sim) = Sim::new(&scene, &mut memory) else { return false };
     let steps = bytes.below(12) as u64;
     go(&mut sim, &mut bytes, steps);
     let mut sound = vec![0; sim.snapshot_bytes()];

@@ -130,8 +130,8 @@ pub fn run(data: &[u8]) -> bool {
         // The same scene in Rust, with an instruction set of the fuzzer's choice: the same bits, or the same failure.
         let rust = scene.scene().expect("accepted through C");
         let layout = Layout::of(&rust).expect("accepted through C");
-        let (mut reals, mut words) = (vec![f64::NAN; layout.reals()], vec![u32::MAX; layout.words()]);
-        let mut twin = Sim::new(&rust, Memory { reals: &mut reals, words: &mut words }).expect("accepted through C");
+        let mut memory = vec![CacheLine::ZERO; layout.lines()];
+        let mut twin = Sim::new(&rust, &mut memory).expect("accepted through C");
         if instructions.available() {
             twin.use_instructions(instructions).expect("available");
         }

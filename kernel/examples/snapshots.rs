@@ -9,7 +9,7 @@
 //! each) and alpha of the segments (1 whole, 0 failed); then how it ended: outcome (0 arrested, 2 exited, 3 passed, -1 none of
 //! these), velocity (3) and absorbed energy then, and the number of failed segments.
 
-use fabric::{AttachmentKind, Layout, Memory, Outcome, Scene, Sim, TimeStep};
+use fabric::{AttachmentKind, CacheLine, Layout, Outcome, Scene, Sim, TimeStep};
 use std::collections::HashMap;
 use std::error::Error;
 
@@ -22,8 +22,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let lines: Lines = text.lines().filter_map(|line| line.split_once(' ')).collect();
     let scene = scene_of(&lines)?;
     let layout = Layout::of(&scene)?;
-    let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
-    let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words })?;
+    let mut memory = vec![CacheLine::ZERO; layout.lines()];
+    let mut sim = Sim::new(&scene, &mut memory)?;
 
     let dt = sim.step_limits().dt;
     let pictures: [f64; 4] = numbers(&lines, "pictures")?;

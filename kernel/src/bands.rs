@@ -9,15 +9,15 @@
 //! Reference: docs/model.md, "Row bands".
 //!
 //! ```
-//! use fabric::{Layout, Memory, Scene, Sim};
+//! use fabric::{CacheLine, Layout, Scene, Sim};
 //!
 //! let mut scene = Scene::sheet_3in_sphere();
 //! (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
 //! let layout = Layout::of(&scene)?;
-//! let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
-//! let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words })?;
+//! let mut memory = vec![CacheLine::ZERO; layout.lines()];
+//! let mut sim = Sim::new(&scene, &mut memory)?;
 //!
-//! let mut scratch = vec![0.0; layout.band_reals(2)?];
+//! let mut scratch = vec![CacheLine::ZERO; layout.band_lines(2)?];
 //! let bands = sim.bands(&mut scratch, 2)?;
 //! std::thread::scope(|threads| {
 //!     for band in 0..2 {
@@ -45,7 +45,8 @@
 use crate::blocks::Blocks;
 use crate::contact::Gathered;
 use crate::error::{Code, Error, Failure};
-use crate::layout::{ALIGN_REALS, MAX_BANDS};
+use crate::lanes::CacheLine;
+use crate::layout::MAX_BANDS;
 use crate::planes::{CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
@@ -128,13 +129,15 @@ struct Scratch<'r> {
 
 impl<'s, 'a> Bands<'s, 'a> {
     /// Bands of a system, see `Sim::bands`.
-    pub(crate) fn of(system: &'s mut System<'a>, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
+    pub(crate) fn of(
+        system: &'s mut System<'a>,
+        scratch: &'s mut [CacheLine],
+        of: u32,
+    ) -> Result<Bands<'s, 'a>, Error> {
         system.sound()?;
-        let needed = system.layout.band_reals(of)?;
+        let needed = system.layout.band_lines(of)?;
         let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
-        let skip = scratch.as_ptr().align_offset(8 * ALIGN_REALS).min(ALIGN_REALS - 1);
-        let enough = scratch.get_mut(..needed).and_then(|scratch| scratch.get_mut(skip..));
-        let scratch = enough.ok_or(short)?.as_mut_ptr();
+        let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
         let plan = Plan::of(system, of, scratch, None);
         let outcomes = system.state.watch.mask();
         Ok(Bands {

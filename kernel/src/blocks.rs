@@ -1,29 +1,14 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
 use crate::error::{Code, Error};
-use crate::layout::{ALIGN_REALS, CANDIDATE_REALS, Layout};
+use crate::lanes::CacheLine;
+use crate::layout::{CANDIDATE_REALS, Layout};
 use crate::planes::{CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, YARN_PLANES};
 
-/// The caller's memory: lengths from [`Layout::reals`] and [`Layout::words`]; longer is fine, content does not matter.
-pub struct Memory<'a> {
-    /// Numbers.
-    pub reals: &'a mut [f64],
-    /// Integers.
-    pub words: &'a mut [u32],
-}
-
-impl Memory<'_> {
-    /// Refuses memory that is too short for a scene of these sizes.
-    pub(crate) fn check(&self, layout: &Layout) -> Result<(), Error> {
-        for (field, have, need) in
-            [("memory.reals", self.reals.len(), layout.reals()), ("memory.words", self.words.len(), layout.words())]
-        {
-            if have < need {
-                return Err(Error::new(Code::ShortBuffer, field, have as f64, need as f64));
-            }
-        }
-        Ok(())
-    }
+/// Refuses memory that is too short for a scene of these sizes.
+pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> {
+    let (have, need) = (memory.len(), layout.lines());
+    if have < need { Err(Error::new(Code::ShortBuffer, "memory", have as f64, need as f64)) } else { Ok(()) }
 }
 
 /// The caller's memory, carved.
@@ -75,17 +60,14 @@ impl<'a> Blocks<'a> {
     }
 
     /// Cuts memory that has been found to be enough.
-    pub(crate) fn carve(memory: Memory<'a>, layout: &Layout) -> Result<Blocks<'a>, Error> {
-        let Memory { reals, words } = memory;
-        let short = Error::new(Code::ShortBuffer, "memory.reals", reals.len() as f64, layout.reals() as f64);
-        let skip = reals.as_ptr().align_offset(8 * ALIGN_REALS);
-        let mut reals = Carver(reals);
-        let mut words = Carver(words);
+    pub(crate) fn carve(memory: &'a mut [CacheLine], layout: &Layout) -> Result<Blocks<'a>, Error> {
+        let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
+        let Some((reals, words)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
+        let (mut reals, mut words) = (Carver(CacheLine::reals(reals)), Carver(CacheLine::words(words)));
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let carved = (|| {
-            reals.take(skip)?;
             Some(Blocks {
                 hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),

@@ -176,7 +176,7 @@ mod tests {
     use crate::scene::{AttachmentKind, Scene, Shape, StepAfterFailure, Symmetry};
     use crate::toe::NO_TOE;
     use crate::yarn::DamageLaw;
-    use crate::{Layout, Memory, Sim};
+    use crate::{Layout, Sim};
     use std::vec::Vec;
 
     fn close(value: f64, expected: f64, relative: f64) {
@@ -186,8 +186,8 @@ mod tests {
     /// Calls a function with a simulation of the scene.
     fn with_sim<R>(scene: &Scene, act: impl FnOnce(&mut Sim<'_>) -> R) -> R {
         let layout = Layout::of(scene).unwrap();
-        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
-        act(&mut Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).unwrap())
+        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+        act(&mut Sim::new(scene, &mut memory).unwrap())
     }
 
     /// 21 x 21 nodes, four sides held, uniform yarn, the preset sphere at 60 m/s.

@@ -8,6 +8,35 @@
 
 use crate::planes::CHUNK;
 
+/// One cache line of the caller's memory, aligned to 64 bytes. Its content does not matter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct CacheLine(pub [f64; CacheLine::REALS]);
+
+impl CacheLine {
+    /// Numbers of 64 bits in a line.
+    pub const REALS: usize = 8;
+    /// Integers of 32 bits in a line.
+    pub const WORDS: usize = 16;
+    /// A line to fill new memory with.
+    pub const ZERO: CacheLine = CacheLine([0.0; CacheLine::REALS]);
+
+    /// Lines as real numbers.
+    pub(crate) fn reals(lines: &mut [CacheLine]) -> &mut [f64] {
+        let (start, count) = (lines.as_mut_ptr().cast::<f64>(), Self::REALS * lines.len());
+        // SAFETY: a line is its eight numbers without padding, and the slice is given up for the one that is made.
+        unsafe { core::slice::from_raw_parts_mut(start, count) }
+    }
+
+    /// Lines as integers.
+    pub(crate) fn words(lines: &mut [CacheLine]) -> &mut [u32] {
+        let (start, count) = (lines.as_mut_ptr().cast::<u32>(), Self::WORDS * lines.len());
+        // SAFETY: a line is 64 bytes without padding, of which any bits are integers, and later again real numbers; the slice is
+        // given up for the one that is made.
+        unsafe { core::slice::from_raw_parts_mut(start, count) }
+    }
+}
+
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -579,6 +608,19 @@ mod x86 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Every number and integer of some lines is another place in them, and all of them are reached.
+    #[test]
+    fn lines_are_numbers_and_integers() {
+        let mut lines = [CacheLine::ZERO; 3];
+        assert_eq!((size_of::<CacheLine>(), align_of::<CacheLine>()), (64, 64));
+        CacheLine::reals(&mut lines).iter_mut().enumerate().for_each(|(k, number)| *number = k as f64);
+        assert_eq!(lines.map(|line| line.0[7]), [7.0, 15.0, 23.0]);
+        let words = CacheLine::words(&mut lines);
+        assert_eq!(words.len(), 48);
+        words.fill(0);
+        assert!(lines.iter().all(|line| line.0 == [0.0; 8]));
+    }
 
     const A: [f64; 8] = [0.1, -2.0, 3.0, f64::NAN, 5.0, -0.0, 7.0, 1e300];
     const B: [f64; 8] = [1.0, 20.0, -30.0, 4.0, f64::NAN, 0.0, 0.7, 1e300];

@@ -2,6 +2,7 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
+use crate::lanes::CacheLine;
 use crate::planes::{Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::scene::{IntegratorKind, Scene, StepAfterFailure};
 use crate::state::Parts;
@@ -9,8 +10,6 @@ use crate::symmetry::Line;
 
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
-/// Alignment of the first hot row in numbers (64 bytes).
-pub const ALIGN_REALS: usize = 8;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -117,7 +116,7 @@ impl Layout {
             .checked_add(nodes_y.checked_mul(2)?)?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
         let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
-        let reals = rows.checked_add(scratch)?.checked_add(ALIGN_REALS - 1)?;
+        let reals = rows.checked_add(scratch)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
@@ -133,7 +132,8 @@ impl Layout {
             .checked_add(frame_words(Parts { implicit, halving }))?;
 
         // No block may exceed what a slice can hold.
-        for (count, bytes) in [(reals, 8), (words, 4), (image_words, 8)] {
+        let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
+        for (count, bytes) in [(lines, size_of::<CacheLine>()), (image_words, 8)] {
             if count.checked_mul(bytes)? > isize::MAX as usize {
                 return None;
             }
@@ -156,21 +156,21 @@ impl Layout {
         })
     }
 
-    /// Length of `Memory::reals`: f64 numbers, including what alignment to 64 bytes may take.
-    pub fn reals(&self) -> usize {
-        self.reals
+    /// Length of the memory that a simulation takes, in lines of 64 bytes.
+    pub fn lines(&self) -> usize {
+        self.lines_of_reals() + self.words.div_ceil(CacheLine::WORDS)
     }
 
-    /// Length of `Memory::words`: u32 numbers.
-    pub fn words(&self) -> usize {
-        self.words
+    /// How many of these hold real numbers; the integers lie behind them.
+    pub(crate) fn lines_of_reals(&self) -> usize {
+        self.reals.div_ceil(CacheLine::REALS)
     }
 
-    /// f64 numbers that stepping in `of` bands takes besides, including what alignment to 64 bytes may take.
+    /// Length of the memory that stepping in `of` bands takes besides, in lines of 64 bytes.
     ///
     /// # Errors
     /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands.
-    pub fn band_reals(&self, of: u32) -> Result<usize, Error> {
+    pub fn band_lines(&self, of: u32) -> Result<usize, Error> {
         if self.implicit {
             return Err(Error::plain(Code::NotInBands, "integrator.kind"));
         }
@@ -178,17 +178,17 @@ impl Layout {
             return Err(Error::new(Code::OutOfRange, "of", f64::from(of), f64::from(MAX_BANDS)));
         }
         // Far less than the rows themselves, which compute() has found to fit.
-        Ok(ALIGN_REALS - 1 + of as usize * self.reals_of_a_band() + 6 * self.nodes_y)
+        Ok((of as usize * self.reals_of_a_band() + 6 * self.nodes_y).div_ceil(CacheLine::REALS))
     }
 
     /// Numbers of one band: a row above it, forces from below it, its fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES) + (3 * self.nodes_x).next_multiple_of(ALIGN_REALS)
+        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES) + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 
     /// Bytes of memory in all.
     pub fn bytes(&self) -> usize {
-        8 * self.reals + 4 * self.words
+        size_of::<CacheLine>() * self.lines()
     }
 
     /// Bytes of a snapshot image.
@@ -267,15 +267,16 @@ mod tests {
         // Segments: 8 in each of 5 rows, 4 in each of 9 columns.
         assert_eq!((layout.nodes(), layout.segments(), layout.chunks), (45, 40 + 36, 2));
         // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column and two a
-        // row; the candidates; what alignment may take.
+        // row; the candidates.
         let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 5;
-        assert_eq!(layout.reals(), rows + 10 * CANDIDATE_REALS + 7);
-        assert_eq!(layout.words(), 4 * 5 + 10);
-        assert_eq!(layout.bytes(), 8 * layout.reals() + 4 * layout.words());
+        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 4 * 5 + 10));
+        assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 2);
+        assert_eq!(layout.bytes(), 64 * layout.lines());
         let frame = frame_words(layout.parts());
         assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
         // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines; six numbers a row.
-        assert_eq!(layout.band_reals(3).unwrap(), 7 + 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5);
+        let reals: usize = 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5;
+        assert_eq!(layout.band_lines(3).unwrap(), reals.div_ceil(8));
     }
 
     #[test]
@@ -308,7 +309,7 @@ mod tests {
         // Rows 0 to 2 and the image of row 1; the columns have a segment from each of the three.
         assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
         let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 3;
-        assert_eq!(layout.reals(), rows + 10 * CANDIDATE_REALS + 7);
+        assert_eq!(layout.reals, rows + 10 * CANDIDATE_REALS);
     }
 
     /// By default every node modelled has a place, whatever the body, its size and the supports: more cannot come.

@@ -8,7 +8,7 @@
 //! global state, no thread, no panic.
 //!
 //! ```
-//! use fabric::{Layout, Memory, Outcome, Scene, Sim};
+//! use fabric::{CacheLine, Layout, Outcome, Scene, Sim};
 //!
 //! // The paper's 3 in sheet, smaller here, hit by the 8.4 g sphere at 60 m/s.
 //! let mut scene = Scene::sheet_3in_sphere();
@@ -17,8 +17,8 @@
 //! scene.projectile.velocity = [0.0, 0.0, 60.0];
 //!
 //! let layout = Layout::of(&scene)?;
-//! let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
-//! let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words })?;
+//! let mut memory = vec![CacheLine::ZERO; layout.lines()];
+//! let mut sim = Sim::new(&scene, &mut memory)?;
 //!
 //! sim.advance_until(Outcome::Arrested.bit() | Outcome::Exited.bit(), 20_000)?;
 //! println!("residual velocity {:.1} m/s", sim.projectile()?.velocity[2]);
@@ -77,10 +77,9 @@ pub mod weave;
 pub mod yarn;
 
 pub use bands::Bands;
-pub use blocks::Memory;
 pub use energy::Energy;
 pub use error::{Code, Error, Failure};
-pub use lanes::InstructionSet;
+pub use lanes::{CacheLine, InstructionSet};
 pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;

@@ -183,15 +183,15 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
 
 #[cfg(test)]
 mod tests {
-    use crate::{Failure, Layout, Memory, Scene, Sim};
+    use crate::{Failure, Layout, Scene, Sim};
 
     #[test]
     fn a_block_that_is_too_short_is_a_failure_and_no_row_that_stands_still() {
         let mut scene = Scene::sheet_3in_sphere();
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
         let layout = Layout::of(&scene).unwrap();
-        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
-        let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words }).unwrap();
+        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+        let mut sim = Sim::new(&scene, &mut memory).unwrap();
         sim.step_every_row();
         sim.step().unwrap();
         sim.system.blocks.history = &mut [];

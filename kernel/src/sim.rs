@@ -4,10 +4,10 @@
 //! counters, the outcomes (whose status then says "faulted") and the digest repeats it.
 
 use crate::bands::Bands;
-use crate::blocks::{Blocks, Memory};
+use crate::blocks::{self, Blocks};
 use crate::energy::{self, Energy};
 use crate::error::{Code, Error, Failure};
-use crate::lanes::InstructionSet;
+use crate::lanes::{CacheLine, InstructionSet};
 use crate::layout::Layout;
 use crate::math;
 use crate::model::start_motion;
@@ -130,7 +130,7 @@ impl<'a> Sim<'a> {
     /// # Errors
     /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step,
     /// too heavy for its energy to be a number, or overlapping a node. Memory is not written then.
-    pub fn new(scene: &Scene, memory: Memory<'a>) -> Result<Sim<'a>, Error> {
+    pub fn new(scene: &Scene, memory: &'a mut [CacheLine]) -> Result<Sim<'a>, Error> {
         let mut sim = Sim::NOTHING;
         Sim::make(scene, memory, || &mut sim)?;
         Ok(sim)
@@ -143,7 +143,7 @@ impl<'a> Sim<'a> {
     pub fn new_in<'p>(
         place: &'p mut MaybeUninit<Sim<'a>>,
         scene: &Scene,
-        memory: Memory<'a>,
+        memory: &'a mut [CacheLine],
     ) -> Result<&'p mut Sim<'a>, Error> {
         Sim::make(scene, memory, || place.write(Sim::NOTHING))
     }
@@ -154,7 +154,7 @@ impl<'a> Sim<'a> {
     /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`] is.
     fn make<'p>(
         scene: &Scene,
-        memory: Memory<'a>,
+        memory: &'a mut [CacheLine],
         place: impl FnOnce() -> &'p mut Sim<'a>,
     ) -> Result<&'p mut Sim<'a>, Error>
     where
@@ -162,7 +162,7 @@ impl<'a> Sim<'a> {
     {
         let layout = Layout::of(scene)?;
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
-        memory.check(&layout)?;
+        blocks::check(memory, &layout)?;
         let limits = scene.step_limits()?;
         let body = start::start_body(scene, limits)?;
         let sim = place();
@@ -177,7 +177,7 @@ impl<'a> Sim<'a> {
 
     /// Takes the memory, which has been found to be enough, and fills it.
     #[inline(never)] // The blocks must not add to the stack of the checks.
-    fn fill(&mut self, memory: Memory<'a>) -> Result<(), Error> {
+    fn fill(&mut self, memory: &'a mut [CacheLine]) -> Result<(), Error> {
         self.system.blocks = Blocks::carve(memory, &self.system.layout)?;
         self.system.fill_model()?;
         self.system.clear_state();
@@ -326,12 +326,12 @@ impl<'a> Sim<'a> {
         start::set_largest_stretch(&mut self.system, stretches)
     }
 
-    /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: numbers, their count from
-    /// [`Layout::band_reals`], content does not matter.
+    /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: as many lines as
+    /// [`Layout::band_lines`] says, content does not matter.
     ///
     /// # Errors
     /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
-    pub fn bands<'s>(&'s mut self, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
+    pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32) -> Result<Bands<'s, 'a>, Error> {
         Bands::of(&mut self.system, scratch, of)
     }
 

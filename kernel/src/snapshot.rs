@@ -569,8 +569,8 @@ mod tests {
         (scene.yarn.stochastic, scene.track_detachment, scene.slack_toe) = (false, true, 0.02);
         scene.attachment.kind = crate::scene::AttachmentKind::TwoSides;
         let layout = crate::Layout::of(&scene).unwrap();
-        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
-        let mut sim = Sim::new(&scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap();
+        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+        let mut sim = Sim::new(&scene, &mut memory).unwrap();
         let mut image = std::vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
         let (critical, first) = (sim.system.model.critical, sim.digest());
@@ -665,8 +665,8 @@ mod tests {
     /// Calls a function with a simulation of the scene.
     fn with_sim<R>(scene: &Scene, act: impl FnOnce(&mut Sim<'_>) -> R) -> R {
         let layout = crate::Layout::of(scene).unwrap();
-        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
-        act(&mut Sim::new(scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap())
+        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+        act(&mut Sim::new(scene, &mut memory).unwrap())
     }
 
     fn saved(sim: &Sim<'_>) -> Vec<u8> {

@@ -1,12 +1,11 @@
 //! Memory for simulations, on the host's heap.
 
 use crate::{Result, machine};
-use fabric::{Error, Layout, Memory, Scene, Sim};
+use fabric::{CacheLine, Error, Layout, Scene, Sim};
 
 /// The memory of one simulation.
 pub struct Buffers {
-    reals: Vec<f64>,
-    words: Vec<u32>,
+    lines: Vec<CacheLine>,
 }
 
 impl Buffers {
@@ -29,13 +28,12 @@ impl Buffers {
         if memory.is_some_and(|bytes| layout.bytes() as u64 > bytes) {
             return Err(too_much().into());
         }
-        let (reals, words) = (zeros(layout.reals()), zeros(layout.words()));
-        Ok(Buffers { reals: reals.ok_or_else(too_much)?, words: words.ok_or_else(too_much)? })
+        Ok(Buffers { lines: zeros(layout.lines()).ok_or_else(too_much)? })
     }
 
     /// A simulation of `scene` in this memory.
     pub fn sim(&mut self, scene: &Scene) -> std::result::Result<Sim<'_>, Error> {
-        Sim::new(scene, Memory { reals: &mut self.reals, words: &mut self.words })
+        Sim::new(scene, &mut self.lines)
     }
 }
 
@@ -48,13 +46,12 @@ pub fn refusal(scene: &Scene) -> Option<Error> {
     made().err().and_then(|error| error.downcast::<Error>().ok()).map(|error| *error)
 }
 
-/// So many zeros, or None if there is no memory for them. They take time and memory only where they are used.
-fn zeros<T: Clone + Default>(count: usize) -> Option<Vec<T>> {
-    let mut room = Vec::<T>::new();
-    room.try_reserve_exact(count).ok()?;
-    // Given back at once: filling it would touch all of it. The look keeps the compiler from leaving it out.
-    drop(std::hint::black_box(room));
-    Some(vec![T::default(); count])
+/// So many lines, or None if there is no memory for them.
+fn zeros(count: usize) -> Option<Vec<CacheLine>> {
+    let mut lines = Vec::new();
+    lines.try_reserve_exact(count).ok()?;
+    lines.resize(count, CacheLine::ZERO);
+    Some(lines)
 }
 
 #[cfg(test)]
@@ -70,7 +67,7 @@ mod tests {
         let text = Buffers::within(&scene, Some(bytes as u64 - 1)).err().expect("no memory").to_string();
         let number = format!("{:.1} GB", 1e-9 * bytes as f64);
         assert_eq!(text, format!("65000 x 65000 nodes take {number} of memory, more than this machine gives"));
-        assert!(zeros::<f64>(usize::MAX / 8).is_none());
-        assert_eq!(zeros::<u32>(3), Some(vec![0; 3]));
+        assert!(zeros(usize::MAX / 64).is_none());
+        assert_eq!(zeros(3), Some(vec![CacheLine::ZERO; 3]));
     }
 }

@@ -24,7 +24,7 @@ pub fn advance_until(
     if threads == 1 {
         return Ok(sim.advance_until(mask, steps));
     }
-    let mut scratch = vec![0.0; sim.layout().band_reals(threads)?];
+    let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(threads)?];
     let bands = sim.bands(&mut scratch, threads)?;
     let meeting = Meeting::default();
     let work = |band| while bands.steps() < steps && bands.outcomes() & mask == 0 && meeting.pass(&bands, band) {};

@@ -1,6 +1,6 @@
 //! The kernel takes no memory of its own: an allocator that counts sees nothing between set-up and the last image.
 
-use fabric::{Layout, Memory, Outcome, Scene, Sim};
+use fabric::{Layout, Outcome, Scene, Sim};
 use fabric_tests::{Buffers, small_sheet, tilted_cylinder};
 use std::alloc::{GlobalAlloc, Layout as Block, System};
 use std::cell::Cell;
@@ -52,8 +52,7 @@ fn requests(work: impl FnOnce()) -> u64 {
 fn whole_life(scene: &Scene, buffers: &mut Buffers, image: &mut [u8], numbers: &mut [f64]) {
     scene.check().unwrap();
     let layout = Layout::of(scene).unwrap();
-    let memory = Memory { reals: &mut buffers.reals, words: &mut buffers.words };
-    let mut sim = Sim::new(scene, memory).unwrap();
+    let mut sim = Sim::new(scene, &mut buffers.lines).unwrap();
     sim.advance(200).unwrap();
     sim.save(image).unwrap();
     sim.advance_until(Outcome::Exited.bit(), 600).unwrap();

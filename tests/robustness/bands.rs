@@ -3,14 +3,15 @@
 
 use crate::golden;
 use fabric::{
-    AttachmentKind, Bands, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry, layout::MAX_BANDS,
+    AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry,
+    layout::MAX_BANDS,
 };
 use fabric_tests::{Buffers, small_sheet};
 use std::sync::Barrier;
 
 /// Takes `steps` steps with all bands on this thread, in an order that changes with every pass.
 fn in_turn(sim: &mut Sim<'_>, of: u32, steps: u64) -> Result<(), Error> {
-    let mut scratch = vec![f64::NAN; sim.layout().band_reals(of)?];
+    let mut scratch = vec![CacheLine([f64::NAN; 8]); sim.layout().band_lines(of)?];
     let bands = sim.bands(&mut scratch, of)?;
     let mut passes = 0;
     while bands.steps() < steps {
@@ -26,7 +27,7 @@ fn in_turn(sim: &mut Sim<'_>, of: u32, steps: u64) -> Result<(), Error> {
 
 /// Takes `steps` steps with a thread for every band.
 fn on_threads(sim: &mut Sim<'_>, of: u32, steps: u64) {
-    let mut scratch = vec![0.0; sim.layout().band_reals(of).unwrap()];
+    let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
     let bands = sim.bands(&mut scratch, of).unwrap();
     std::thread::scope(|threads| {
         for band in 0..of {
@@ -201,7 +202,7 @@ fn a_band_out_of_turn_is_refused_and_changes_nothing() {
 
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
-    let mut scratch = vec![0.0; sim.layout().band_reals(3).unwrap()];
+    let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
     let bands = sim.bands(&mut scratch, 3).unwrap();
     for _ in 0..40 {
         band_refused(&bands, 3, Code::OutOfRange, "band");
@@ -226,7 +227,7 @@ fn threads_that_fight_for_one_band_share_its_turns() {
 
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
-    let mut scratch = vec![0.0; sim.layout().band_reals(2).unwrap()];
+    let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(2).unwrap()];
     let bands = sim.bands(&mut scratch, 2).unwrap();
     let start = Barrier::new(4);
     std::thread::scope(|threads| {
@@ -269,7 +270,7 @@ fn dropping_bands_completes_a_begun_step() {
     let mut calls = 0;
     while sim.step_count() < 700 {
         let before = sim.step_count();
-        let mut scratch = vec![0.0; sim.layout().band_reals(3).unwrap()];
+        let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
         let bands = sim.bands(&mut scratch, 3).unwrap();
         // None to five of the calls that a halved step takes, not always from the first band on.
         (0..calls % 6).for_each(|call| assert!(bands.pass((calls + call) % 3).is_ok()));
@@ -293,10 +294,10 @@ fn what_cannot_be_cut_is_refused() {
         let error = result.err().expect("refused");
         assert_eq!((error.code, error.field), (code, field));
     };
-    let mut scratch = vec![0.0; sim.layout().band_reals(MAX_BANDS).unwrap()];
+    let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(MAX_BANDS).unwrap()];
     refused(sim.bands(&mut scratch, 0), Code::OutOfRange, "of");
     refused(sim.bands(&mut scratch, MAX_BANDS + 1), Code::OutOfRange, "of");
-    let short = sim.layout().band_reals(2).unwrap() - 1;
+    let short = sim.layout().band_lines(2).unwrap() - 1;
     refused(sim.bands(&mut scratch[..short], 2), Code::ShortBuffer, "scratch");
     assert_eq!(sim.digest(), before);
 
@@ -325,7 +326,7 @@ fn a_failure_comes_with_its_step_and_reaches_every_band() {
     // Up to there nothing is said, although the next pass is already planned.
     in_turn(&mut sim, 3, steps).unwrap();
     assert_eq!(sim.failure(), None);
-    let mut scratch = vec![0.0; sim.layout().band_reals(3).unwrap()];
+    let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
     let bands = sim.bands(&mut scratch, 3).unwrap();
     assert_eq!((bands.pass(0), bands.pass(2)), (Ok(false), Ok(false)));
     assert_eq!(bands.failure(), None);

@@ -2,7 +2,7 @@
 //! one does not compile before it is produced here.
 
 use fabric::snapshot::Hash;
-use fabric::{Code, Drive, Error, Failure, Integrator, Memory, Motion, Outcome, Path, Scene, Sim, Status, Symmetry};
+use fabric::{CacheLine, Code, Drive, Error, Failure, Integrator, Motion, Outcome, Path, Scene, Sim, Status, Symmetry};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
@@ -23,8 +23,7 @@ fn refused_scene(code: Code) -> Scene {
 
 /// Why a scene is refused, given memory enough for every one of the table that is refused.
 fn constructed(scene: &Scene) -> Error {
-    let (mut reals, mut words) = (vec![0.0; 60_000], vec![0; 20_000]);
-    Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).err().expect("refused")
+    Sim::new(scene, &mut vec![CacheLine::ZERO; 8750]).err().expect("refused")
 }
 
 fn theta(max_iterations: u32) -> Scene {
@@ -131,12 +130,12 @@ fn in_rust(code: Code) -> Option<Code> {
         Code::ImageOfAnotherScene => called(&sheet, |sim| sim.load(&foreign_image())),
         Code::ImageInvalid => called(&sheet, |sim| sim.load(&forged_image())),
         Code::BandOutOfTurn => called(&sheet, |sim| {
-            let mut scratch = vec![0.0; sim.layout().band_reals(2)?];
+            let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(2)?];
             let bands = sim.bands(&mut scratch, 2)?;
             bands.pass(0)?;
             bands.pass(0).map(|_| ())
         }),
-        Code::NotInBands => called(&theta(500), |sim| sim.layout().band_reals(2).map(|_| ())),
+        Code::NotInBands => called(&theta(500), |sim| sim.layout().band_lines(2).map(|_| ())),
         Code::NonFinite | Code::ContactCapacity | Code::TooFast | Code::NotConverged => {
             let failure = [Failure::NonFinite, Failure::ContactCapacity, Failure::TooFast, Failure::NotConverged];
             failure.into_iter().find(|failure| failure.code() == code).map(|failure| failed(failure).code())

@@ -1,32 +1,33 @@
 //! The cases of bad input, each with its exact code and field (`fabric_tests::inputs`), through the Rust interface. The C host
 //! and the FMI tests go through the same cases as tests/inputs lists them.
 
-use fabric::{Layout, Memory, Scene, Sim};
+use fabric::{CacheLine, Layout, Scene, Sim};
 use fabric_tests::inputs::{self, Expected};
 
 /// Larger sheets are checked, but not made.
 const NODES: u32 = 100;
+/// What memory holds before.
+const SEVENS: CacheLine = CacheLine([7.5; 8]);
 
 /// What the kernel says. A refusal must come from the constructor with its memory untouched, and from [`Scene::check`] and
 /// [`Scene::step_limits`] alike if they look at what is wrong.
-fn said(scene: &Scene, reals: &mut [f64], words: &mut [u32]) -> Expected {
+fn said(scene: &Scene, memory: &mut [CacheLine]) -> Expected {
     let early = Layout::of(scene).err();
     let early = early.map(|error| Expected::Refused(error.code, error.field));
     if scene.sheet.nodes_x.max(scene.sheet.nodes_y) > NODES {
         return early.unwrap_or(Expected::Accepted);
     }
-    match Sim::new(scene, Memory { reals, words }) {
+    match Sim::new(scene, memory) {
         Ok(mut sim) => {
             assert!(early.is_none());
             // Whatever comes of it is told, and nothing panics.
             let advanced = sim.advance(3);
             assert_eq!(advanced.err(), sim.failure());
-            reals.fill(7.5);
-            words.fill(75);
+            memory.fill(SEVENS);
             Expected::Accepted
         }
         Err(error) => {
-            assert!(reals.iter().all(|&x| x == 7.5) && words.iter().all(|&x| x == 75), "memory was written");
+            assert!(memory.iter().all(|&line| line == SEVENS), "memory was written");
             assert!(error.text().starts_with(error.field));
             let refused = Expected::Refused(error.code, error.field);
             assert!(early.is_none_or(|early| early == refused));
@@ -37,7 +38,7 @@ fn said(scene: &Scene, reals: &mut [f64], words: &mut [u32]) -> Expected {
 
 #[test]
 fn every_case_is_answered_exactly() {
-    let (mut reals, mut words) = (vec![7.5; 40_000], vec![75; 8_000]);
+    let mut memory = vec![SEVENS; 5500];
     let (mut cases, mut wrong) = (0, Vec::new());
     for case in inputs::cases() {
         let mut scene = inputs::scene(case.base);
@@ -45,7 +46,7 @@ fn every_case_is_answered_exactly() {
             continue;
         }
         cases += 1;
-        let said = said(&scene, &mut reals, &mut words);
+        let said = said(&scene, &mut memory);
         if said != case.expected {
             wrong.push(format!("{} {} = {:e}: {said:?}, not {:?}", case.base, case.name, case.value, case.expected));
         }

@@ -2,7 +2,7 @@
 //! runs past its first failures, where any difference of rounding would grow.
 
 use crate::golden;
-use fabric::{AttachmentKind, Drive, InstructionSet, Integrator, Memory, Motion, Path, Scene, Sim, TimeStep};
+use fabric::{AttachmentKind, CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, TimeStep};
 use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder, velocities};
 use rayon::prelude::*;
 
@@ -155,8 +155,7 @@ fn saving_and_loading_in_the_middle_goes_on_alike() {
 
             // Into a fresh one in dirty memory; saving again gives the same bytes.
             let mut other_memory = Buffers::of(&scene);
-            other_memory.reals.fill(f64::NAN);
-            other_memory.words.fill(u32::MAX);
+            other_memory.lines.fill(CacheLine([f64::NAN; 8]));
             let mut other = other_memory.sim(&scene);
             other.load(&image).unwrap();
             let mut again = vec![0; other.snapshot_bytes()];
@@ -258,7 +257,7 @@ fn golden_scenes() -> Vec<Golden> {
 }
 
 impl Golden {
-    fn start<'a>(&self, memory: Memory<'a>) -> Sim<'a> {
+    fn start<'a>(&self, memory: &'a mut [CacheLine]) -> Sim<'a> {
         let mut sim = Sim::new(&(self.scene)(), memory).unwrap();
         (self.prepare)(&mut sim);
         sim
@@ -281,7 +280,7 @@ impl Golden {
         self.run(sim, self.steps, |sim, steps| sim.advance(steps).unwrap());
     }
 
-    fn digest_in(&self, memory: Memory<'_>) -> u64 {
+    fn digest_in(&self, memory: &mut [CacheLine]) -> u64 {
         let mut sim = self.start(memory);
         self.finish(&mut sim);
         sim.digest()
@@ -290,7 +289,7 @@ impl Golden {
     /// The digest after a run that is special from its start on.
     fn special(&self, run: impl Fn(&mut Sim<'_>)) -> u64 {
         let mut memory = Buffers::of(&(self.scene)());
-        let mut sim = self.start(memory.memory());
+        let mut sim = self.start(&mut memory.lines);
         run(&mut sim);
         assert_eq!(sim.step_count(), self.steps);
         sim.digest()
@@ -321,7 +320,7 @@ impl Golden {
 
     fn saved_and_loaded(&self) -> u64 {
         let mut memory = Buffers::of(&(self.scene)());
-        let mut sim = self.start(memory.memory());
+        let mut sim = self.start(&mut memory.lines);
         self.run(&mut sim, self.steps / 2 + 1, |sim, steps| sim.advance(steps).unwrap());
         let mut image = vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
@@ -359,7 +358,7 @@ impl Golden {
     /// In turns with another golden scene, a few steps each.
     fn interleaved(&self, other: &Golden) -> u64 {
         let (mut memory, mut other_memory) = (Buffers::of(&(self.scene)()), Buffers::of(&(other.scene)()));
-        let (mut sim, mut second) = (self.start(memory.memory()), other.start(other_memory.memory()));
+        let (mut sim, mut second) = (self.start(&mut memory.lines), other.start(&mut other_memory.lines));
         while sim.step_count() < self.steps {
             let until = self.steps.min(sim.step_count() + 7);
             self.run(&mut sim, until, |sim, steps| sim.advance(steps).unwrap());
@@ -372,7 +371,7 @@ impl Golden {
     fn in_bands(&self, of: u32) -> u64 {
         self.special(|sim| {
             self.run(sim, self.steps, |sim, steps| {
-                let mut scratch = vec![f64::NAN; sim.layout().band_reals(of).unwrap()];
+                let mut scratch = vec![CacheLine([f64::NAN; 8]); sim.layout().band_lines(of).unwrap()];
                 let bands = sim.bands(&mut scratch, of).unwrap();
                 while bands.steps() < steps {
                     (0..of).rev().for_each(|band| _ = bands.pass(band).unwrap());
@@ -392,7 +391,7 @@ fn golden_scenes_are_invariant() {
     let all = golden_scenes();
     let of_scene = |(k, golden): (usize, &Golden)| {
         let mut memory = Buffers::of(&(golden.scene)());
-        let mut sim = golden.start(memory.memory());
+        let mut sim = golden.start(&mut memory.lines);
         golden.finish(&mut sim);
         let (expected, failed) = (sim.digest(), sim.counters().failed_segments > 0);
         let ways = [

@@ -1,8 +1,11 @@
-//! The caller's memory: too short, too long, dirty, oddly aligned.
+//! The caller's memory: too short, too long, dirty.
 
-use fabric::{Code, Memory, Scene, Sim};
+use fabric::{CacheLine, Code, Scene, Sim};
 use fabric_tests::{Buffers, small_sheet};
 use std::mem::MaybeUninit;
+
+/// What memory holds before.
+const SEVENS: CacheLine = CacheLine([7.5; 8]);
 
 fn scene() -> Scene {
     let mut scene = small_sheet(19, 200.0);
@@ -10,7 +13,7 @@ fn scene() -> Scene {
     scene
 }
 
-fn digest_of(memory: Memory<'_>) -> u64 {
+fn digest_of(memory: &mut [CacheLine]) -> u64 {
     let mut sim = Sim::new(&scene(), memory).unwrap();
     sim.advance(500).unwrap();
     assert!(sim.counters().failed_segments > 0);
@@ -24,14 +27,14 @@ fn a_simulation_made_in_its_place_is_the_same() {
     let mut too_fast = scene;
     too_fast.projectile.velocity[2] = 1e6;
     let mut memory = Buffers::of(&scene);
-    memory.reals.fill(7.5);
-    let refused = Sim::new_in(&mut MaybeUninit::uninit(), &too_fast, memory.memory()).err();
+    memory.lines.fill(SEVENS);
+    let refused = Sim::new_in(&mut MaybeUninit::uninit(), &too_fast, &mut memory.lines).err();
     assert_eq!(refused.map(|error| error.code), Some(Code::ProjectileTooFast));
-    assert!(memory.reals.iter().all(|&number| number == 7.5));
+    assert!(memory.lines.iter().all(|&line| line == SEVENS));
     let mut place = MaybeUninit::uninit();
-    let sim = Sim::new_in(&mut place, &scene, memory.memory()).unwrap();
+    let sim = Sim::new_in(&mut place, &scene, &mut memory.lines).unwrap();
     sim.advance(500).unwrap();
-    assert_eq!(sim.digest(), digest_of(Buffers::of(&scene).memory()));
+    assert_eq!(sim.digest(), digest_of(&mut Buffers::of(&scene).lines));
 }
 
 /// Memory, bands' scratch and images of every length below what is needed, of the smallest scene there is, and of a usual one
@@ -43,15 +46,12 @@ fn every_shorter_length_is_refused_and_nothing_is_written() {
     for (scene, all) in [(small_sheet(2, 100.0), true), (scene(), false)] {
         let lengths = |need: usize| if all { (0..need).collect() } else { vec![0, need - 1] };
         let mut good = Buffers::of(&scene);
-        let (n, m) = (good.reals.len(), good.words.len());
-        let (mut reals, mut words) = (vec![7.5; n + GUARD], vec![75; m + GUARD]);
-        let enough = lengths(n).into_iter().map(|short| (short, m, "memory.reals"));
-        let shorter = enough.chain(lengths(m).into_iter().map(|short| (n, short, "memory.words")));
-        for (short_reals, short_words, field) in shorter.chain([(0, 0, "memory.reals")]) {
-            let memory = Memory { reals: &mut reals[..short_reals], words: &mut words[..short_words] };
-            let error = Sim::new(&scene, memory).err().unwrap();
-            assert_eq!((error.code, error.field), (Code::ShortBuffer, field));
-            assert!(reals.iter().all(|&x| x == 7.5) && words.iter().all(|&x| x == 75));
+        let need = good.lines.len();
+        let mut lines = vec![SEVENS; need + GUARD];
+        for short in lengths(need) {
+            let error = Sim::new(&scene, &mut lines[..short]).err().unwrap();
+            assert_eq!((error.code, error.field), (Code::ShortBuffer, "memory"));
+            assert!(lines.iter().all(|&line| line == SEVENS));
             tried += 1;
         }
 
@@ -76,12 +76,12 @@ fn every_shorter_length_is_refused_and_nothing_is_written() {
             assert_eq!(sim.digest(), digest);
         }
 
-        let need = sim.layout().band_reals(2).unwrap();
-        let mut scratch = vec![7.5; need + GUARD];
+        let need = sim.layout().band_lines(2).unwrap();
+        let mut scratch = vec![SEVENS; need + GUARD];
         for short in lengths(need) {
             let error = sim.bands(&mut scratch[..short], 2).err().unwrap();
             assert_eq!((error.code, error.field), (Code::ShortBuffer, "scratch"));
-            assert!(scratch.iter().all(|&x| x == 7.5));
+            assert!(scratch.iter().all(|&line| line == SEVENS));
             tried += 1;
         }
         assert_eq!(sim.digest(), digest);
@@ -90,34 +90,25 @@ fn every_shorter_length_is_refused_and_nothing_is_written() {
 }
 
 #[test]
-fn longer_dirty_and_misaligned_memory_gives_the_same_bits() {
-    let scene = scene();
-    let mut clean = Buffers::of(&scene);
-    let (n, m) = (clean.reals.len(), clean.words.len());
-    let expected = digest_of(clean.memory());
-    for offset in 0..8 {
-        for dirt in [f64::NAN, f64::NEG_INFINITY, 1e300] {
-            let mut reals = vec![dirt; n + offset];
-            let mut words = vec![u32::MAX; m + offset];
-            let memory = Memory { reals: &mut reals[offset..], words: &mut words[offset..] };
-            assert_eq!(digest_of(memory), expected, "offset {offset}");
-        }
+fn longer_and_dirty_memory_gives_the_same_bits() {
+    let mut clean = Buffers::of(&scene());
+    let need = clean.lines.len();
+    let expected = digest_of(&mut clean.lines);
+    // A line of NaN with all bits set is u32::MAX where integers are kept.
+    for dirt in [f64::NAN, f64::NEG_INFINITY, 1e300, f64::from_bits(u64::MAX)] {
+        let mut lines = vec![CacheLine([dirt; 8]); 3 * need];
+        assert_eq!(digest_of(&mut lines[..need]), expected);
+        assert_eq!(digest_of(&mut lines), expected);
+        // The same memory again, as the last run left it.
+        assert_eq!(digest_of(&mut lines), expected);
     }
-    let mut reals = vec![f64::NAN; 3 * n];
-    let mut words = vec![u32::MAX; 3 * m];
-    assert_eq!(digest_of(Memory { reals: &mut reals, words: &mut words }), expected);
-    // The same memory again, as the last run left it.
-    assert_eq!(digest_of(Memory { reals: &mut reals, words: &mut words }), expected);
 }
 
 /// Nothing is written outside the part that the layout asks for.
 #[test]
 fn memory_beyond_the_layout_is_not_touched() {
-    let scene = scene();
-    let Buffers { reals, words } = Buffers::of(&scene);
-    let (n, m) = (reals.len(), words.len());
-    let mut reals = vec![7.5; n + 64];
-    let mut words = vec![75; m + 64];
-    digest_of(Memory { reals: &mut reals[..n + 64], words: &mut words[..m + 64] });
-    assert!(reals[n..].iter().all(|&x| x == 7.5) && words[m..].iter().all(|&x| x == 75));
+    let need = Buffers::of(&scene()).lines.len();
+    let mut lines = vec![SEVENS; need + 8];
+    digest_of(&mut lines);
+    assert!(lines[need..].iter().all(|&line| line == SEVENS));
 }

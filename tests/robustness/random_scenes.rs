@@ -1,6 +1,6 @@
 //! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
 
-use fabric::{AttachmentKind, Drive, Faces, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep};
+use fabric::{AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep};
 use fabric_tests::small_sheet;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -97,12 +97,11 @@ proptest! {
 
     #[test]
     fn any_scene_is_refused_or_runs(scene in scenes()) {
-        let mut reals = vec![7.5; 40_000];
-        let mut words = vec![75; 10_000];
-        match Sim::new(&scene, Memory { reals: &mut reals, words: &mut words }) {
+        let mut memory = vec![CacheLine([7.5; 8]); 5600];
+        match Sim::new(&scene, &mut memory) {
             Err(error) => {
                 prop_assert!(!error.text().is_empty());
-                prop_assert!(reals.iter().all(|&x| x == 7.5) && words.iter().all(|&x| x == 75));
+                prop_assert!(memory.iter().all(|&line| line == CacheLine([7.5; 8])));
             }
             Ok(mut sim) => {
                 prop_assert!(Layout::of(&scene).is_ok());

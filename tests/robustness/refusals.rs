@@ -2,7 +2,7 @@
 //! was written. Then those of calls on a living simulation.
 
 use fabric::{
-    AttachmentKind, Code, Drive, Error, Faces, Layout, Memory, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
+    AttachmentKind, CacheLine, Code, Drive, Error, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
 };
 use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 
@@ -11,12 +11,10 @@ use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 #[track_caller]
 fn refused(scene: &Scene, code: Code, field: &str) -> Error {
     // Enough for every scene below; the pattern would show any write.
-    let mut reals = vec![f64::from_bits(0xdead_beef_dead_beef); 60_000];
-    let mut words = vec![0xdead_beef_u32; 60_000];
-    let error = Sim::new(scene, Memory { reals: &mut reals, words: &mut words }).err().expect("refused");
+    let mut memory = vec![CacheLine([7.5; 8]); 11_250];
+    let error = Sim::new(scene, &mut memory).err().expect("refused");
     assert_eq!((error.code, error.field), (code, field), "{error}");
-    assert!(reals.iter().all(|x| x.to_bits() == 0xdead_beef_dead_beef), "numbers were written");
-    assert!(words.iter().all(|&x| x == 0xdead_beef), "integers were written");
+    assert!(memory.iter().all(|&line| line == CacheLine([7.5; 8])), "memory was written");
     if let Err(earlier) = scene.check() {
         assert_eq!((earlier.code, earlier.field), (code, field));
     }
@@ -351,7 +349,7 @@ fn a_sheet_larger_than_memory_is_refused_before_anything_is_computed() {
         Err(error) => assert_eq!(error.code, Code::TooManyNodes),
         Ok(layout) => {
             assert!(layout.bytes() > 1 << 40);
-            refused(&scene, Code::ShortBuffer, "memory.reals");
+            refused(&scene, Code::ShortBuffer, "memory");
         }
     }
 }

@@ -1,17 +1,15 @@
 //! What the tests and the ensembles share: memory for a simulation, small scenes, and plain formulas to check against.
 #![allow(clippy::disallowed_methods)] // Expected values may come from the host's own functions.
 
-use fabric::{AttachmentKind, Layout, Memory, Scene, Sim};
+use fabric::{AttachmentKind, CacheLine, Layout, Scene, Sim};
 
 pub mod inputs;
 pub mod reference;
 
 /// Memory of one simulation.
 pub struct Buffers {
-    /// Numbers.
-    pub reals: Vec<f64>,
-    /// Integers.
-    pub words: Vec<u32>,
+    /// Its lines.
+    pub lines: Vec<CacheLine>,
 }
 
 impl Buffers {
@@ -21,12 +19,7 @@ impl Buffers {
     /// If the scene is refused.
     pub fn of(scene: &Scene) -> Buffers {
         let layout = Layout::of(scene).expect("the scene is sound");
-        Buffers { reals: vec![0.0; layout.reals()], words: vec![0; layout.words()] }
-    }
-
-    /// The memory, to be handed to [`Sim::new`].
-    pub fn memory(&mut self) -> Memory<'_> {
-        Memory { reals: &mut self.reals, words: &mut self.words }
+        Buffers { lines: vec![CacheLine::ZERO; layout.lines()] }
     }
 
     /// A simulation of `scene` in this memory.
@@ -34,7 +27,7 @@ impl Buffers {
     /// # Panics
     /// If the scene is refused.
     pub fn sim(&mut self, scene: &Scene) -> Sim<'_> {
-        Sim::new(scene, self.memory()).expect("the scene is sound")
+        Sim::new(scene, &mut self.lines).expect("the scene is sound")
     }
 }
 
