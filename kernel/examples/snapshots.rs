@@ -64,10 +64,10 @@ fn watch(sim: &mut Sim, last: u64, ending: &mut Option<Ending>) -> Result<(), fa
         return Ok(());
     }
     let ends = [Outcome::Arrested, Outcome::Exited, Outcome::Passed];
-    let mask = ends.iter().map(|outcome| outcome.bit()).sum();
+    let mask = ends.iter().copied().collect::<fabric::OutcomeSet>();
     sim.advance_until(mask, last.saturating_sub(sim.step_count()))?;
     let latched = sim.outcomes().mask;
-    if let Some(&outcome) = ends.iter().find(|outcome| latched & outcome.bit() != 0) {
+    if let Some(&outcome) = ends.iter().find(|outcome| latched.has(**outcome)) {
         *ending = Some(ending_of(sim, outcome as u32 as f64)?);
     }
     Ok(())

@@ -53,6 +53,7 @@ use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
 use crate::system::System;
+use crate::watch::OutcomeSet;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
@@ -139,7 +140,7 @@ impl<'s, 'a> Bands<'s, 'a> {
         let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
         let plan = Plan::of(system, of, scratch, None);
-        let outcomes = system.state.watch.mask();
+        let outcomes = system.state.watch.mask().bits();
         Ok(Bands {
             system,
             of,
@@ -209,8 +210,8 @@ impl Bands<'_, '_> {
     }
 
     /// Bits of the outcomes latched so far.
-    pub fn outcomes(&self) -> u32 {
-        self.outcomes.load(Ordering::Acquire)
+    pub fn outcomes(&self) -> OutcomeSet {
+        OutcomeSet::from_bits(self.outcomes.load(Ordering::Acquire))
     }
 
     /// The failure that ended the last pass, if one did.
@@ -241,7 +242,7 @@ impl Bands<'_, '_> {
             return Err(failure);
         }
         self.steps.fetch_add(usize::from(system.state.step > steps), Ordering::Release);
-        self.outcomes.store(system.state.watch.mask(), Ordering::Release);
+        self.outcomes.store(system.state.watch.mask().bits(), Ordering::Release);
         *plan = Plan::of(system, self.of, plan.memory.scratch, Some(plan));
         Ok(())
     }

@@ -20,7 +20,7 @@
 //! let mut memory = vec![CacheLine::ZERO; layout.lines()];
 //! let mut sim = Sim::new(&scene, &mut memory)?;
 //!
-//! sim.advance_until(Outcome::Arrested.bit() | Outcome::Exited.bit(), 20_000)?;
+//! sim.advance_until(Outcome::Arrested | Outcome::Exited, 20_000)?;
 //! println!("residual velocity {:.1} m/s", sim.projectile()?.velocity[2]);
 //! println!("absorbed energy {:.2} J", sim.contact()?.work);
 //! println!("failed segments {}", sim.counters().failed_segments);
@@ -88,7 +88,7 @@ pub use scene::{
     RotationRule, Scene, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
-pub use watch::{Latch, Outcome};
+pub use watch::{Latch, Outcome, OutcomeSet};
 
 /// Version of this crate. Another version may give other bits: images and models of one are not for the other.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

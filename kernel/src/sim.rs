@@ -22,7 +22,7 @@ use crate::start;
 use crate::state::{COUNT_MAX, State};
 use crate::step;
 use crate::system::{SegmentView, System};
-use crate::watch::{FirstContact, Latch, Outcome};
+use crate::watch::{FirstContact, Latch, Outcome, OutcomeSet};
 use crate::weave::ATTACHMENTS;
 use crate::yarn;
 use core::mem::MaybeUninit;
@@ -112,7 +112,7 @@ pub struct Outcomes {
     /// The latest outcome, or contact or flight.
     pub status: Status,
     /// Bits of all latched outcomes ([`Outcome::bit`]).
-    pub mask: u32,
+    pub mask: OutcomeSet,
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,
     /// Step and work of each latched outcome, by [`Outcome`] number.
@@ -220,12 +220,13 @@ impl<'a> Sim<'a> {
         Ok(())
     }
 
-    /// Up to `steps` steps, ending after the step at which any outcome of `mask` is latched (at once if it already is).
+    /// Up to `steps` steps, ending after the step at which any outcome of `until` is latched (at once if it already is).
     /// Returns the steps taken.
-    pub fn advance_until(&mut self, mask: u32, steps: u64) -> Result<u64, Failure> {
+    pub fn advance_until(&mut self, until: impl Into<OutcomeSet>, steps: u64) -> Result<u64, Failure> {
         self.system.sound()?;
+        let until = until.into();
         for taken in 0..steps {
-            if self.system.state.watch.mask() & mask != 0 {
+            if self.system.state.watch.mask().has(until) {
                 return Ok(taken);
             }
             self.step()?;

@@ -22,11 +22,6 @@ impl Outcome {
     /// All outcomes in the order of their numbers.
     pub const ALL: [Outcome; 4] = [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed];
 
-    /// The bit of this outcome in a mask.
-    pub fn bit(self) -> u32 {
-        1 << self as u32
-    }
-
     /// Name for tables.
     pub fn name(self) -> &'static str {
         match self {
@@ -35,6 +30,70 @@ impl Outcome {
             Outcome::Exited => "exited",
             Outcome::Passed => "passed",
         }
+    }
+}
+
+/// Some of the outcomes; `Outcome::Arrested | Outcome::Exited` are two.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutcomeSet(u32);
+
+impl OutcomeSet {
+    /// No outcome.
+    pub const NONE: OutcomeSet = OutcomeSet(0);
+
+    /// The outcomes of these bits, bit 0 being the first of [`Outcome::ALL`]; others are not counted.
+    pub const fn from_bits(bits: u32) -> OutcomeSet {
+        OutcomeSet(bits & 0b1111)
+    }
+
+    /// A bit for each.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Whether any of these, or this one, is among them.
+    pub fn has(self, others: impl Into<OutcomeSet>) -> bool {
+        self.0 & others.into().0 != 0
+    }
+}
+
+impl From<Outcome> for OutcomeSet {
+    fn from(outcome: Outcome) -> OutcomeSet {
+        OutcomeSet(1 << outcome as u32)
+    }
+}
+
+impl<T: Into<OutcomeSet>> core::ops::BitOr<T> for Outcome {
+    type Output = OutcomeSet;
+
+    fn bitor(self, other: T) -> OutcomeSet {
+        OutcomeSet::from(self) | other
+    }
+}
+
+impl<T: Into<OutcomeSet>> core::ops::BitOr<T> for OutcomeSet {
+    type Output = OutcomeSet;
+
+    fn bitor(self, other: T) -> OutcomeSet {
+        OutcomeSet(self.0 | other.into().0)
+    }
+}
+
+impl<T: Into<OutcomeSet>> core::ops::BitOrAssign<T> for OutcomeSet {
+    fn bitor_assign(&mut self, other: T) {
+        *self = *self | other;
+    }
+}
+
+impl PartialEq<Outcome> for OutcomeSet {
+    fn eq(&self, other: &Outcome) -> bool {
+        *self == OutcomeSet::from(*other)
+    }
+}
+
+impl FromIterator<Outcome> for OutcomeSet {
+    fn from_iter<I: IntoIterator<Item = Outcome>>(outcomes: I) -> OutcomeSet {
+        outcomes.into_iter().fold(OutcomeSet::NONE, |set, outcome| set | outcome)
     }
 }
 
@@ -114,8 +173,8 @@ impl Watch {
     }
 
     /// Bits of all latched outcomes.
-    pub fn mask(&self) -> u32 {
-        Outcome::ALL.iter().zip(&self.latched).filter(|(_, latch)| latch.is_some()).map(|(o, _)| o.bit()).sum()
+    pub fn mask(&self) -> OutcomeSet {
+        Outcome::ALL.into_iter().zip(&self.latched).filter(|(_, latch)| latch.is_some()).map(|(o, _)| o).collect()
     }
 }
 

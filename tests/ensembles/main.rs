@@ -109,14 +109,14 @@ fn run(row: &Row, k: u64) -> Run {
     scene.symmetry = Symmetry { mirror_x: mirrored, mirror_y: mirrored };
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
-    let mut end = Outcome::Arrested.bit() | Outcome::Exited.bit();
+    let mut end = Outcome::Arrested | Outcome::Exited;
     if mirrored {
         // Torn off evenly, the sheet drapes about the sphere and stays there: the run ends with its detachment.
-        end |= Outcome::Detached.bit();
+        end |= Outcome::Detached;
     }
     sim.advance_until(end, STEP_LIMIT).expect("no failure");
     let outcomes = sim.outcomes();
-    let arrested = outcomes.mask & Outcome::Arrested.bit() != 0;
+    let arrested = outcomes.mask.has(Outcome::Arrested);
     let work = |outcome: Outcome| outcomes.latched[outcome as usize].map(|latch: Latch| latch.work);
     Run {
         absorbed: sim.contact().expect("sound").work,

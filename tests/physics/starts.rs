@@ -104,7 +104,7 @@ fn a_sheet_of_dead_yarns_is_debris() {
     close(energy.fabric_kinetic, energy.contact_loss, 0.02);
     assert!(energy.residual.abs() < 1e-12 * energy.projectile_kinetic);
     assert!(length(sim.momentum_residual().unwrap()) < 1e-13 * 0.84);
-    let end = fabric::Outcome::Exited.bit();
+    let end = fabric::Outcome::Exited;
     sim.advance_until(end, 20_000).unwrap();
     assert_eq!(sim.outcomes().mask, end);
 }

@@ -55,7 +55,7 @@ fn whole_life(scene: &Scene, buffers: &mut Buffers, image: &mut [u8], numbers: &
     let mut sim = Sim::new(scene, &mut buffers.lines).unwrap();
     sim.advance(200).unwrap();
     sim.save(image).unwrap();
-    sim.advance_until(Outcome::Exited.bit(), 600).unwrap();
+    sim.advance_until(Outcome::Exited, 600).unwrap();
     sim.load(image).unwrap();
     sim.advance(100).unwrap();
     sim.energy().unwrap();

@@ -8,8 +8,8 @@ use fabric_tests::{Buffers, close, small_sheet};
 fn shot(scene: &Scene) -> [f64; 3] {
     let mut memory = Buffers::of(scene);
     let mut sim = memory.sim(scene);
-    sim.advance_until(Outcome::Exited.bit() | Outcome::Arrested.bit(), 50_000).unwrap();
-    assert!(sim.outcomes().mask & Outcome::Exited.bit() != 0);
+    sim.advance_until(Outcome::Exited | Outcome::Arrested, 50_000).unwrap();
+    assert!(sim.outcomes().mask.has(Outcome::Exited));
     assert!(sim.energy().unwrap().residual.abs() < 1e-2 * sim.contact().unwrap().work);
     let contact = sim.contact().unwrap();
     [sim.projectile().unwrap().velocity[2], contact.work, contact.loss]
@@ -39,7 +39,7 @@ fn a_very_light_projectile_rebounds() {
     scene.projectile.mass = 1e-6;
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
-    sim.advance_until(Outcome::Arrested.bit(), 20_000).unwrap();
+    sim.advance_until(Outcome::Arrested, 20_000).unwrap();
     let end = sim.step_count() + 5000;
     sim.advance(end - sim.step_count()).unwrap();
     assert_eq!(sim.counters().unconverged, 0);
