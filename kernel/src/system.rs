@@ -112,6 +112,7 @@ impl System<'_> {
 
     /// Displacement (spacings) and velocity (spacings per step) of a node.
     /// Behind a mirror plane: of its image.
+    #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
         let row = planes::row(self.blocks.hot, self.layout.chunks, j);
