@@ -387,6 +387,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let mut count = 0;
     let mut deepest = 0.0;
+    // Offsets are exact: those of a row follow from its first.
+    let x0 = weave::rest_offset(0, nodes_x);
     for j in 0..ny {
         let y0 = weave::rest_offset(j, nodes_y);
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
@@ -395,7 +397,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         }
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
-        let first = [weave::rest_offset(0, nodes_x), y0];
+        let first = [x0, y0];
         let mut from = 0;
         while let Some(near) = search.next_near(row, from, first, h) {
             from = near + 1;
@@ -404,7 +406,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             for lane in 0..CHUNK {
                 let i = near * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((weave::rest_offset(i, nodes_x) + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                let x = Vector::new((x0 + i as f64 + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;

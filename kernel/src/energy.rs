@@ -246,12 +246,8 @@ mod tests {
         for (k, [from, to]) in ends(scene).into_iter().enumerate() {
             let (segment, volume) = (scene.draw_segment(k as u64).unwrap(), scene.lumped_area() * h);
             let stretch = (x[to] - x[from]).norm() / h;
-            strain += volume
-                * if stretch > 1.0 {
-                    0.125 * alpha[k] * segment.modulus * (stretch * stretch - 1.0).powi(2)
-                } else {
-                    0.0
-                };
+            let green_lagrange = math::max(0.5 * (stretch * stretch - 1.0), 0.0);
+            strain += volume * 0.5 * alpha[k] * segment.modulus * green_lagrange * green_lagrange;
             dissipated += volume * law.dissipated(&segment, alpha[k]);
         }
         (strain, dissipated)

@@ -99,12 +99,12 @@ impl SegmentView {
 
 impl System<'_> {
     /// Rest place of a node in spacings.
-    pub(crate) fn rest(&self, i: usize, j: usize) -> [f64; 2] {
+    pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
         [weave::rest_offset(i, self.scene.sheet.nodes_x), weave::rest_offset(j, self.scene.sheet.nodes_y)]
     }
 
     /// Position at t_n in the sheet's frame, m.
-    pub(crate) fn position(&self, i: usize, j: usize) -> Vector {
+    pub fn position(&self, i: usize, j: usize) -> Vector {
         let (u, _) = self.node(i, j);
         let (rest, h) = (self.rest(i, j), self.scene.sheet.spacing);
         Vector::new((rest[0] + u[0]) * h, (rest[1] + u[1]) * h, u[2] * h)
@@ -112,7 +112,8 @@ impl System<'_> {
 
     /// Displacement (spacings) and velocity (spacings per step) of a node.
     /// Behind a mirror plane: of its image.
-    pub(crate) fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
+    #[inline]
+    pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
         let row = planes::row(self.blocks.hot, self.layout.chunks, j);
         let at = |plane: usize, turn: bool| {
@@ -122,7 +123,7 @@ impl System<'_> {
         ([at(0, turn_x), at(1, turn_y), at(2, false)], [at(3, turn_x), at(4, turn_y), at(5, false)])
     }
 
-    pub(crate) fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
+    pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
         let row = planes::row_mut(self.blocks.hot, self.layout.chunks, j);
         for (plane, value) in u.into_iter().chain(v).enumerate() {
             if let Some(slot) = planes::get_mut(row, plane, i) {
@@ -131,12 +132,12 @@ impl System<'_> {
         }
     }
 
-    pub(crate) fn is_fixed(&self, i: usize, j: usize) -> bool {
+    pub fn is_fixed(&self, i: usize, j: usize) -> bool {
         self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i))
     }
 
     /// The segment that starts at node (i, j), if there is one.
-    pub(crate) fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
+    pub fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
         let chunks = self.layout.chunks;
         let (i2, j2, exists) = match axis {
             Axis::Horizontal => (i + 1, j, i < self.layout.x.segments() && j < self.layout.nodes_y),
@@ -162,7 +163,7 @@ impl System<'_> {
         })
     }
 
-    pub(crate) fn yarn_row(&self, j: usize) -> YarnRow<'_> {
+    pub fn yarn_row(&self, j: usize) -> YarnRow<'_> {
         if self.layout.stochastic {
             YarnRow::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
@@ -172,7 +173,7 @@ impl System<'_> {
 
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
     /// The same expressions in the same order as the sweep.
-    pub(crate) fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
+    pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
@@ -197,7 +198,7 @@ impl System<'_> {
     }
 
     /// Yarn constants and fixed runs.
-    pub(crate) fn fill_model(&mut self) -> Result<(), Error> {
+    pub fn fill_model(&mut self) -> Result<(), Error> {
         for (j, run) in self.blocks.runs.iter_mut().enumerate() {
             let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
@@ -229,7 +230,7 @@ impl System<'_> {
     }
 
     /// Sheet flat, at rest and whole.
-    pub(crate) fn clear_state(&mut self) {
+    pub fn clear_state(&mut self) {
         self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
         self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
         self.blocks.flags.fill(0);
@@ -239,13 +240,13 @@ impl System<'_> {
 
     /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
     /// awake rows. Clears a failure.
-    pub(crate) fn rebuild_derived(&mut self) {
+    pub fn rebuild_derived(&mut self) {
         self.refill(|_, _| true);
     }
 
     /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand. `fill` returns
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
-    pub(crate) fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
+    pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..self.layout.nodes_y {
@@ -320,7 +321,7 @@ impl System<'_> {
     }
 
     /// Failed segments of the whole sheet.
-    pub(crate) fn count_failed(&self) -> u64 {
+    pub fn count_failed(&self) -> u64 {
         let mut failed = 0.0;
         for j in 0..self.layout.nodes_y {
             let ends = self.ends_of_segments(j);
@@ -341,13 +342,13 @@ impl System<'_> {
     }
 
     /// Puts the row of images behind the plane y = 0 in its place.
-    pub(crate) fn place_image_row(&mut self) {
+    pub fn place_image_row(&mut self) {
         rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
     }
 
     /// Adds to the sums of its support what the fixed node (i, j) takes of the yarns or of the projectile: an impulse in units of m h
     /// and a pass.
-    pub(crate) fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
+    pub fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
         if !self.scene.track_support {
             return;
         }
@@ -359,7 +360,7 @@ impl System<'_> {
     }
 
     /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
-    pub(crate) fn use_half_steps(&mut self, halves: bool) {
+    pub fn use_half_steps(&mut self, halves: bool) {
         if halves == (self.model.pass_dt < self.model.limits.dt) {
             return;
         }
@@ -374,7 +375,7 @@ impl System<'_> {
     }
 
     /// Awake rows and their neighbours.
-    pub(crate) fn rows_to_step(&self) -> [usize; 2] {
+    pub fn rows_to_step(&self) -> [usize; 2] {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
         if !self.skip_rest {
@@ -396,13 +397,13 @@ impl System<'_> {
     }
 
     /// No segment has a toe.
-    pub(crate) fn clear_marks(&mut self) {
+    pub fn clear_marks(&mut self) {
         self.blocks.marks.fill([[NO_TOE; CHUNK]; MARK_PLANES]);
     }
 
     /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
     #[cfg(feature = "implicit")]
-    pub(crate) fn velocity_with_forces(&self, theta: f64, i: usize, j: usize) -> Vector {
+    pub fn velocity_with_forces(&self, theta: f64, i: usize, j: usize) -> Vector {
         if self.is_fixed(i, j) {
             return Vector::zeros();
         }
@@ -428,7 +429,7 @@ impl System<'_> {
     }
 
     /// The latched failure as an error, so that every call after it says the same.
-    pub(crate) fn sound(&self) -> Result<(), Failure> {
+    pub fn sound(&self) -> Result<(), Failure> {
         self.failure.map_or(Ok(()), Err)
     }
 }

@@ -66,7 +66,7 @@ fn cycle(imports: &Imports) -> Option<Vec<String>> {
         let mut seen = BTreeSet::new();
         while let Some(way) = (!ways.is_empty()).then(|| ways.remove(0)) {
             for next in imports.get(way.last()?).into_iter().flatten() {
-                let way = [&way[..], &[next.clone()]].concat();
+                let way = [&way[..], std::slice::from_ref(next)].concat();
                 if next == start {
                     return Some(way);
                 }
