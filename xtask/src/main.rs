@@ -9,6 +9,7 @@ mod examples;
 mod fmu;
 mod fuzz;
 mod gates;
+mod header;
 mod install;
 mod platforms;
 mod readme;
@@ -41,7 +42,7 @@ enum Command {
     Rotorburst(rotorburst::Options),
     /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
     Install(install::Options),
-    /// Write include/fabric_kernel.h.
+    /// Write include/fabric_kernel.h and tests/c/abi/scene.inc.
     Header,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
     Digests(digests::Options),
@@ -59,7 +60,7 @@ fn main() -> std::process::ExitCode {
         Command::Fmu(options) => fmu::run(&options),
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
-        Command::Header => chosts::header_write(),
+        Command::Header => header::write(),
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Fuzz(options) => fuzz::run(&options),

@@ -24,7 +24,7 @@ const TEST: &[Step] = &[
     ("every set of features", crate::gates::every_feature_set),
     ("gates on the libraries", crate::gates::run),
     ("documentation", documentation),
-    ("C header", crate::chosts::header_check),
+    ("C header", crate::header::check),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
