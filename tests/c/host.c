@@ -279,7 +279,7 @@ static void bad_scenes(void)
     for (i = 0; i < 3; i++) {
         REFUSED(scene.sheet.spacing = bad[i], FK_NOT_FINITE, "sheet.spacing");
         REFUSED(scene.sheet.node_mass = bad[i], FK_NOT_FINITE, "sheet.node_mass");
-        REFUSED(scene.sheet.yarn_area = bad[i], FK_NOT_FINITE, "sheet.yarn.area");
+        REFUSED(scene.sheet.yarn_area = bad[i], FK_NOT_FINITE, "sheet.yarn_area");
         REFUSED(scene.yarn.modulus_mean = bad[i], FK_NOT_FINITE, "yarn.modulus_mean");
         REFUSED(scene.projectile.position[1] = bad[i], FK_NOT_FINITE, "projectile.position");
         REFUSED(scene.projectile.velocity[2] = bad[i], FK_NOT_FINITE, "projectile.velocity");
@@ -298,7 +298,7 @@ static void bad_scenes(void)
     REFUSED((scene.time_step.seconds = 2e-8, scene.sheet.node_mass = 1e-20), FK_STEP_TOO_LARGE, "time_step.seconds");
     REFUSED(scene.sheet.node_mass = 5e-324, FK_STEP_LIMIT_UNUSABLE, "sheet.node_mass");
     REFUSED(scene.sheet.spacing = 0.0, FK_NOT_POSITIVE, "sheet.spacing");
-    REFUSED(scene.sheet.yarn_area = -1e-7, FK_NOT_POSITIVE, "sheet.yarn.area");
+    REFUSED(scene.sheet.yarn_area = -1e-7, FK_NOT_POSITIVE, "sheet.yarn_area");
     REFUSED(scene.sheet.nodes_x = 1, FK_OUT_OF_RANGE, "sheet.nodes_x");
     REFUSED(scene.sheet.nodes_y = 0, FK_OUT_OF_RANGE, "sheet.nodes_y");
     REFUSED(scene.sheet.nodes_x = UINT32_MAX, FK_TOO_MANY_NODES, "sheet.nodes_x");
@@ -320,7 +320,8 @@ static void bad_scenes(void)
     REFUSED((scene.projectile.shape = FK_SHAPE_CYLINDER, scene.projectile.length = 0.0), FK_NOT_POSITIVE, "projectile.length");
     REFUSED((scene.projectile.shape = FK_SHAPE_HEMISPHERICAL_CYLINDER, scene.projectile.length = 6e-3), FK_OUT_OF_RANGE, "projectile.length");
     REFUSED((scene.projectile.shape = FK_SHAPE_BOX, scene.projectile.size[1] = 1.4e-3), FK_PROJECTILE_TOO_SMALL, "projectile.size");
-    REFUSED(scene.projectile.shape = FK_SHAPE_POLYHEDRON, FK_OUT_OF_RANGE, "projectile.faces");
+    REFUSED((scene.projectile.shape = FK_SHAPE_POLYHEDRON), FK_NOT_POSITIVE, "projectile.moments");
+    REFUSED((scene.projectile.shape = FK_SHAPE_POLYHEDRON, scene.projectile.mass = 0.0, scene.drive = FK_DRIVE_PRESCRIBED), FK_OUT_OF_RANGE, "projectile.faces.count");
     fk_scene sector = fk_scene_preset(FK_PRESET_TURBINE_DISC_SECTOR);
     CHECK(sector.projectile.shape == FK_SHAPE_POLYHEDRON && sector.projectile.faces.count == 13);
     CHECK(fk_scene_check(&sector, NULL, 0) == FK_OK);

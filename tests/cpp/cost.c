@@ -12,8 +12,8 @@ __attribute__((noinline)) double measured(fk_sim *sim)
     double sum = 0.0;
     int i;
     for (i = 0; i < ROUNDS; i++) {
-        fk_contact contact;
-        fk_motion projectile;
+        fk_contact contact = {0};
+        fk_motion projectile = {0};
         uint64_t steps = 0;
         double seconds = 0.0;
         if (fk_step(sim) != FK_OK || fk_get_contact(sim, &contact, sizeof contact) != FK_OK || fk_get_projectile(sim, &projectile, sizeof projectile) != FK_OK
