@@ -1,15 +1,15 @@
 // fabric_kernel.hpp - the C interface of fabric_kernel.h for C++17: header only, nothing to link beyond the C library.
 //
-//     auto scene = fabric::Scene::preset(FK_PRESET_SHEET_3IN_SPHERE).or_throw();
-//     scene->projectile_velocity[2] = 80.0;
+//     fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
+//     scene.projectile.velocity[2] = 80.0;
 //     auto sim = fabric::Sim::make(scene).or_throw();
 //     sim.advance_until(FK_ARRESTED | FK_EXITED, 50000).or_throw();
 //     std::printf("%.1f m/s\n", sim.projectile().or_throw().velocity[2]);
 //
 // Fields, constants and their documentation are those of fabric_kernel.h. What this header adds:
 //
-// - fabric::Scene and fabric::Sim, both move-only. A Sim owns its memory (Sim::make, one allocation) or uses the host's
-//   (Sim::make_in, none). Moving a Sim moves its handle; the memory stays where it is.
+// - fabric::Sim, move-only. It owns its memory (Sim::make, one allocation) or uses the host's (Sim::make_in, none). Moving a Sim
+//   moves its handle; the memory stays where it is.
 // - Results instead of out-parameters. A Result holds a value or says why there is none; `if (!result)` looks, `*result` takes
 //   the value, `.or_throw()` takes it or throws fabric::Error. Nothing throws unless asked to with or_throw(), which does not
 //   exist where exceptions are switched off.
@@ -39,9 +39,9 @@ namespace fabric {
 // Why a request was refused, in full: number, field, value, limit and a line for a log. FK_OK: it was not.
 class [[nodiscard]] Fault {
 public:
-    Fault() noexcept { data_.struct_size = sizeof data_; }
+    Fault() noexcept = default;
 
-    explicit Fault(std::int32_t status, const char *text) noexcept : Fault()
+    explicit Fault(std::int32_t status, const char *text) noexcept
     {
         data_.status = status;
         std::strncpy(data_.text, text, sizeof data_.text - 1);
@@ -140,16 +140,10 @@ public:
 #endif
 
 private:
-    friend class Scene;
     friend class Sim;
+    friend Result<std::uint64_t> memory_size(const fk_scene &scene) noexcept;
     T value_{};
     Reason reason_{};
-};
-
-// Size and alignment of a simulation's memory, bytes.
-struct MemorySize {
-    std::uint64_t bytes;
-    std::uint64_t align;
 };
 
 // Step count, and time in s.
@@ -165,78 +159,46 @@ struct BandsProgress {
     std::uint32_t outcomes;
 };
 
-// What is simulated: an fk_scene, reached with -> and *. Move-only because it is a kilobyte; clone() copies.
-class Scene {
-public:
-    // FK_PRESET_...
-    static Result<Scene> preset(std::uint32_t preset) noexcept
-    {
-        Result<Scene> made;
-        made.reason_ = Status(fk_scene_preset(&made.value_.data_, sizeof(fk_scene), preset));
-        return made;
-    }
+// fk_scene_check
+inline Fault check(const fk_scene &scene) noexcept
+{
+    Fault fault;
+    fk_scene_check(&scene, fault.raw(), sizeof(fk_fault));
+    return fault;
+}
 
-    Scene(Scene &&) noexcept = default;
-    Scene &operator=(Scene &&) noexcept = default;
-    Scene(const Scene &) = delete;
-    Scene &operator=(const Scene &) = delete;
-    Scene clone() const noexcept { return Scene(data_); }
-
-    fk_scene *operator->() noexcept { return &data_; }
-    const fk_scene *operator->() const noexcept { return &data_; }
-    fk_scene &operator*() noexcept { return data_; }
-    const fk_scene &operator*() const noexcept { return data_; }
-
-    // fk_scene_check
-    Fault check() const noexcept
-    {
-        Fault fault;
-        fk_scene_check(&data_, fault.raw());
-        return fault;
-    }
-
-    // fk_memory_size
-    Result<MemorySize> memory_size() const noexcept
-    {
-        Result<MemorySize> size;
-        size.reason_ = Status(fk_memory_size(&data_, &size.value_.bytes, &size.value_.align));
-        return size;
-    }
-
-private:
-    template <class, class>
-    friend class Result;
-    Scene() noexcept = default;
-    explicit Scene(const fk_scene &data) noexcept : data_(data) {}
-    fk_scene data_{};
-};
+// Bytes of a simulation's memory. fk_memory_size
+inline Result<std::uint64_t> memory_size(const fk_scene &scene) noexcept
+{
+    Result<std::uint64_t> bytes;
+    bytes.reason_ = Status(fk_memory_size(&scene, &bytes.value_));
+    return bytes;
+}
 
 // A simulation. An empty one (moved from) refuses every call with FK_NULL_POINTER.
 class Sim {
 public:
     // Makes a simulation on memory of its own.
-    static Result<Sim, Fault> make(const Scene &scene) noexcept
+    static Result<Sim, Fault> make(const fk_scene &scene) noexcept
     {
-        const Result<MemorySize> size = scene.memory_size();
-        if (!size) {
-            Fault why = scene.check();
-            return Result<Sim, Fault>(why.ok() ? Fault(size.reason().status(), size.reason().text()) : why);
+        const Result<std::uint64_t> bytes = memory_size(scene);
+        if (!bytes) {
+            Fault why = check(scene);
+            return Result<Sim, Fault>(why.ok() ? Fault(bytes.reason().status(), bytes.reason().text()) : why);
         }
-        const std::align_val_t align{static_cast<std::size_t>(size->align)};
-        void *memory = ::operator new(static_cast<std::size_t>(size->bytes), align, std::nothrow);
+        std::unique_ptr<std::byte[]> memory(new (std::nothrow) std::byte[static_cast<std::size_t>(*bytes)]);
         if (memory == nullptr)
             return Result<Sim, Fault>(Fault(FK_SHORT_BUFFER, "memory: the host has none left"));
-        Memory owned(memory, Release{align});
-        Result<Sim, Fault> made = make_in(memory, size->bytes, scene);
-        made.value_.memory_ = std::move(owned);
+        Result<Sim, Fault> made = make_in(memory.get(), *bytes, scene);
+        made.value_.memory_ = std::move(memory);
         return made;
     }
 
     // Makes a simulation on the host's memory, which must stay where it is and outlive it. fk_init
-    static Result<Sim, Fault> make_in(void *memory, std::uint64_t bytes, const Scene &scene) noexcept
+    static Result<Sim, Fault> make_in(void *memory, std::uint64_t bytes, const fk_scene &scene) noexcept
     {
         Result<Sim, Fault> made;
-        fk_init(memory, bytes, &*scene, &made.value_.sim_, made.reason_.raw());
+        fk_init(memory, bytes, &scene, &made.value_.sim_, made.reason_.raw(), sizeof(fk_fault));
         return made;
     }
 
@@ -257,7 +219,7 @@ public:
     Status reset() noexcept { return Status(fk_reset(sim_)); }
     Status step() noexcept { return Status(fk_step(sim_)); }
     Status advance(std::uint64_t steps) noexcept { return Status(fk_advance(sim_, steps)); }
-    Status follow(const fk_path &path, std::uint64_t steps) noexcept { return Status(fk_follow(sim_, &path, steps)); }
+    Status follow(const fk_path &path, std::uint64_t steps) noexcept { return Status(fk_follow(sim_, &path, sizeof path, steps)); }
 
     // The steps taken.
     Result<std::uint64_t> advance_until(std::uint32_t mask, std::uint64_t steps) noexcept
@@ -331,8 +293,7 @@ public:
     Result<fk_fabric> fabric() noexcept
     {
         Result<fk_fabric> fabric;
-        fabric.value_.struct_size = sizeof(fk_fabric);
-        fabric.reason_ = Status(fk_get_fabric(sim_, &fabric.value_));
+        fabric.reason_ = Status(fk_get_fabric(sim_, &fabric.value_, sizeof(fk_fabric)));
         return fabric;
     }
     Result<fk_counters> counters() const noexcept { return read(fk_get_counters); }
@@ -342,7 +303,7 @@ public:
     Fault fault() const noexcept
     {
         Fault fault;
-        const std::int32_t status = fk_get_fault(sim_, fault.raw());
+        const std::int32_t status = fk_get_fault(sim_, fault.raw(), sizeof(fk_fault));
         return status == FK_OK ? fault : Fault(status, fk_status_name(status));
     }
 
@@ -374,22 +335,15 @@ private:
     Sim() noexcept = default;
 
     template <class T>
-    Result<T> read(std::int32_t (*get)(const fk_sim *, T *)) const noexcept
+    Result<T> read(std::int32_t (*get)(const fk_sim *, T *, std::uint64_t)) const noexcept
     {
         Result<T> out;
-        out.value_.struct_size = sizeof(T);
-        out.reason_ = Status(get(sim_, &out.value_));
+        out.reason_ = Status(get(sim_, &out.value_, sizeof(T)));
         return out;
     }
 
-    struct Release {
-        std::align_val_t align;
-        void operator()(void *memory) const noexcept { ::operator delete(memory, align); }
-    };
-    using Memory = std::unique_ptr<void, Release>;
-
     // Empty if the memory is the host's.
-    Memory memory_{nullptr, Release{std::align_val_t{1}}};
+    std::unique_ptr<std::byte[]> memory_;
     fk_sim *sim_ = nullptr;
 };
 

@@ -4,10 +4,10 @@
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
-use fabric::{Bands, Code, Error, Layout, Memory, Scene, Sim};
+use fabric::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
 
-/// Alignment of a block, bytes; C asks for it with fk_memory_size.
-pub(crate) const ALIGN: usize = 64;
+/// What the handle and the numbers are aligned to, bytes, wherever the host's memory starts.
+const ALIGN: usize = 64;
 
 /// "FKSIMBLK": tells an initialised block from any other memory.
 const MAGIC: u64 = u64::from_le_bytes(*b"FKSIMBLK");
@@ -29,11 +29,10 @@ pub struct fk_sim {
 /// Bytes of the handle, rounded up so that the numbers behind it are aligned.
 const HANDLE_BYTES: usize = size_of::<fk_sim>().next_multiple_of(ALIGN);
 
-/// Bytes of a block for a scene.
+/// Bytes of a block for a scene, wherever it starts.
 pub(crate) fn bytes(layout: &Layout) -> Result<usize, Error> {
     let too_many = Error::plain(Code::TooManyNodes, "sheet.nodes_x");
-    let numbers = layout.reals().checked_mul(8).and_then(|b| b.checked_add(layout.words().checked_mul(4)?));
-    numbers.and_then(|b| b.checked_add(HANDLE_BYTES)).filter(|&b| b <= isize::MAX as usize).ok_or(too_many)
+    layout.bytes().checked_add(HANDLE_BYTES + ALIGN - 1).filter(|&b| b <= isize::MAX as usize).ok_or(too_many)
 }
 
 /// A handle for a call that changes the simulation.
@@ -90,7 +89,7 @@ impl Lent {
         self.0.is_null()
     }
 
-    /// Its start, if it is there, has the length needed and is aligned.
+    /// The first place in it that is aligned, if it is there and has the length needed, which counts `ALIGN - 1` bytes before it.
     fn start(self, length: u64, needed: usize, field: &'static str) -> Result<*mut u8, Error> {
         if self.is_null() {
             return Err(Error::plain(Code::NullPointer, field));
@@ -98,11 +97,8 @@ impl Lent {
         if length < needed as u64 {
             return Err(Error::new(Code::ShortBuffer, field, length as f64, needed as f64));
         }
-        let past = self.0.addr() % ALIGN;
-        if past != 0 {
-            return Err(Error::new(Code::Misaligned, field, past as f64, ALIGN as f64));
-        }
-        Ok(self.0.cast())
+        let start: *mut u8 = self.0.cast();
+        Ok(start.wrapping_add(start.addr().wrapping_neg() % ALIGN))
     }
 }
 
@@ -111,17 +107,13 @@ pub(crate) fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_s
     let layout = Layout::of(scene)?;
     let memory = memory.start(length, bytes(&layout)?, "memory")?;
     let handle = memory.cast::<fk_sim>();
-    // SAFETY: the block has room for handle, numbers and integers in this order; the handle and the numbers start at a multiple of
-    // 64 bytes, the integers at a multiple of 8; nothing else uses the block. The host need not have initialised it: every bit
-    // pattern is a valid f64 or u32, and the kernel reads none of its numbers before it has written it. The simulation is made
-    // where it stays; then the other fields are written, which drop nothing.
+    // SAFETY: from here on the block has room for the handle and the simulation's lines in this order, both at a multiple of 64 bytes;
+    // nothing else uses the block. The host need not have initialised it: any bits are a line, and the kernel reads nothing of one
+    // before it has written it. The simulation is made where it stays; then the other fields are written, which drop nothing.
     unsafe {
-        let reals = memory.add(HANDLE_BYTES).cast::<f64>();
-        let words = reals.add(layout.reals()).cast::<u32>();
-        let reals = core::slice::from_raw_parts_mut(reals, layout.reals());
-        let words = core::slice::from_raw_parts_mut(words, layout.words());
+        let lines = core::slice::from_raw_parts_mut(memory.add(HANDLE_BYTES).cast::<CacheLine>(), layout.lines());
         let place = (&raw mut (*handle).sim).cast::<MaybeUninit<Sim<'static>>>();
-        Sim::new_in(&mut *place, scene, Memory { reals, words })?;
+        Sim::new_in(&mut *place, scene, lines)?;
         (*handle).magic = MAGIC;
         (*handle).address = memory.addr();
         (*handle).last = None;
@@ -151,13 +143,13 @@ pub(crate) fn bands(handle: &ToLookAt) -> Result<&Bands<'static, 'static>, Error
     unsafe { bands.as_ref() }.ok_or(Error::plain(Code::BandOutOfTurn, "bands"))
 }
 
-/// Bytes of scratch for `of` bands: the bands, then their numbers.
+/// Bytes of scratch for `of` bands, wherever it starts: the bands, then their numbers.
 ///
 /// # Errors
 /// A number of bands, or an integrator, that a sheet cannot be cut for.
 pub(crate) fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
     // Far less than the rows themselves, which have been found to fit.
-    Ok(BANDS_BYTES + 8 * layout.band_reals(of)?)
+    Ok(BANDS_BYTES + size_of::<CacheLine>() * layout.band_lines(of)? + ALIGN - 1)
 }
 
 /// Bytes of the bands themselves, rounded up so that the numbers behind them are aligned.
@@ -170,17 +162,16 @@ pub(crate) fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Re
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it. The
     // fields are reached one by one, since the bands keep the simulation.
     let sim: &'static mut Sim<'static> = unsafe { &mut (*handle).sim };
-    let needed = bands_bytes(sim.layout(), of)?;
-    let scratch = scratch.start(length, needed, "scratch")?;
+    let lines = sim.layout().band_lines(of)?;
+    let scratch = scratch.start(length, bands_bytes(sim.layout(), of)?, "scratch")?;
     let place = scratch.cast::<Bands<'static, 'static>>();
-    // SAFETY: the scratch has room for the bands and the numbers in this order, both aligned; nothing else uses it until end();
-    // the host need not have initialised it, but every bit pattern is a valid f64, and the bands read no number before they have
-    // written it. The handle as above.
+    // SAFETY: from here on the scratch has room for the bands and their lines in this order, both aligned; nothing else uses it until
+    // end(); the host need not have initialised it, but any bits are a line, and the bands read nothing of one before they have written
+    // it. The handle as above.
     unsafe {
-        let numbers = scratch.add(BANDS_BYTES).cast::<f64>();
-        let numbers = core::slice::from_raw_parts_mut(numbers, (needed - BANDS_BYTES) / 8);
+        let lines = core::slice::from_raw_parts_mut(scratch.add(BANDS_BYTES).cast::<CacheLine>(), lines);
         // No `?`: it would take another copy of the bands on the stack.
-        match sim.bands(numbers, of) {
+        match sim.bands(lines, of) {
             Ok(bands) => place.write(bands),
             Err(error) => return Err(error),
         }

@@ -87,10 +87,10 @@ static double energy(const fragment *f)
 /* Ends the program if a call was refused or failed. */
 static void ask(int32_t status, const fk_sim *sim)
 {
-    fk_fault fault = {.struct_size = sizeof fault};
+    fk_fault fault = {0};
     if (status == FK_OK)
         return;
-    if (sim == NULL || fk_get_fault(sim, &fault) != FK_OK || fault.status != status)
+    if (sim == NULL || fk_get_fault(sim, &fault, sizeof fault) != FK_OK || fault.status != status)
         strncpy(fault.text, fk_status_name(status), sizeof fault.text - 1);
     fprintf(stderr, "%s\n", fault.text);
     exit(1);
@@ -101,23 +101,21 @@ int main(void)
     fragment f = {.mass = 4e-3, .position = {0.0, 0.0, -8.2e-3}, .velocity = {0.0, 0.0, 150.0}, .orientation = {0.96, 0.28, 0.0, 0.0}};
     const double edges[3] = {8e-3, 8e-3, 10e-3}, rates[3] = {1500.0, 300.0, 0.0};
     double impulse[3] = {0}, angular[3] = {0}, before[2][3] = {{0}}, start, lost, body[3];
-    fk_scene scene;
-    fk_path path = {.struct_size = sizeof path, .steps = 50, .end = {.struct_size = sizeof path.end}};
-    fk_contact contact = {.struct_size = sizeof contact};
-    fk_outcome outcome = {.struct_size = sizeof outcome};
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
+    fk_path path = {.steps = 50};
+    fk_contact contact = {0};
+    fk_outcome outcome = {0};
     fk_sim *sim = NULL;
-    uint64_t bytes = 0, align = 0;
-    char *memory;
+    uint64_t bytes = 0;
+    void *memory;
     int bus, k;
 
     /* Whose mass and motion are which: the host keeps them, the fabric sees a prescribed body of this shape. */
-    ask(fk_scene_preset(&scene, sizeof scene, FK_PRESET_SHEET_3IN_SPHERE), NULL);
     scene.drive = FK_DRIVE_PRESCRIBED;
-    scene.projectile_mass = 0.0; /* not known to the fabric */
-    scene.projectile_shape = FK_BOX;
-    memcpy(scene.projectile_size, edges, sizeof edges);
-    scene.step_kind = FK_STEP_SECONDS;
-    scene.step_value = BUS_STEP / (double)STEPS_A_BUS_STEP;
+    scene.projectile.mass = 0.0; /* not known to the fabric */
+    scene.projectile.shape = FK_SHAPE_BOX;
+    memcpy(scene.projectile.size, edges, sizeof edges);
+    scene.time_step.seconds = BUS_STEP / (double)STEPS_A_BUS_STEP;
 
     /* The moments of a box, and the angular momentum R I R^T w of its tumbling. */
     for (k = 0; k < 3; k++)
@@ -125,37 +123,37 @@ int main(void)
     for (k = 0; k < 3; k++)
         body[k] = f.moments[k] * rates[k]; /* rates about the body's axes */
     turn(f.orientation, body, f.angular_momentum);
-    memcpy(scene.projectile_position, f.position, sizeof f.position);
-    memcpy(scene.projectile_velocity, f.velocity, sizeof f.velocity);
-    memcpy(scene.projectile_orientation, f.orientation, sizeof f.orientation);
-    spin(&f, f.orientation, scene.projectile_angular_velocity);
+    memcpy(scene.projectile.position, f.position, sizeof f.position);
+    memcpy(scene.projectile.velocity, f.velocity, sizeof f.velocity);
+    memcpy(scene.projectile.orientation, f.orientation, sizeof f.orientation);
+    spin(&f, f.orientation, scene.projectile.angular_velocity);
 
-    ask(fk_memory_size(&scene, &bytes, &align), NULL);
-    if ((memory = malloc(bytes + align)) == NULL)
+    ask(fk_memory_size(&scene, &bytes), NULL);
+    if ((memory = malloc(bytes)) == NULL)
         return 1;
-    ask(fk_init(memory + (align - (uintptr_t)memory % align), bytes, &scene, &sim, NULL), NULL);
+    ask(fk_init(memory, bytes, &scene, &sim, NULL, 0), NULL);
 
     start = energy(&f);
     printf("us,velocity,force_N,absorbed_J,host_lost_J,outcomes\n");
     for (bus = 1; bus <= 400 && !(outcome.mask & (FK_EXITED | FK_ARRESTED)); bus++) {
         fragment guess = f;
-        fly(&guess, impulse, angular, BUS_STEP, scene.step_value);
+        fly(&guess, impulse, angular, BUS_STEP, scene.time_step.seconds);
         memcpy(path.end.position, guess.position, sizeof guess.position);
         memcpy(path.end.velocity, guess.velocity, sizeof guess.velocity);
         memcpy(path.end.orientation, guess.orientation, sizeof guess.orientation);
         spin(&guess, guess.orientation, path.end.angular_velocity);
-        ask(fk_follow(sim, &path, STEPS_A_BUS_STEP), sim);
+        ask(fk_follow(sim, &path, sizeof path, STEPS_A_BUS_STEP), sim);
         path.first += STEPS_A_BUS_STEP;
 
-        ask(fk_get_contact(sim, &contact), sim);
+        ask(fk_get_contact(sim, &contact, sizeof contact), sim);
         for (k = 0; k < 3; k++) {
             impulse[k] = contact.impulse[k] - before[0][k];
             angular[k] = contact.angular_impulse[k] - before[1][k];
         }
         memcpy(before[0], contact.impulse, sizeof before[0]);
         memcpy(before[1], contact.angular_impulse, sizeof before[1]);
-        fly(&f, impulse, angular, BUS_STEP, scene.step_value);
-        ask(fk_get_outcome(sim, &outcome), sim);
+        fly(&f, impulse, angular, BUS_STEP, scene.time_step.seconds);
+        ask(fk_get_outcome(sim, &outcome, sizeof outcome), sim);
         printf("%d,%.3f,%.1f,%.4f,%.4f,%u\n", bus, f.velocity[2], impulse[2] / BUS_STEP, contact.work, start - energy(&f),
                (unsigned)outcome.mask);
     }

@@ -99,10 +99,10 @@ static uint64_t number(int argc, char **argv, int index, uint64_t otherwise)
     return argc > index ? strtoull(argv[index], NULL, 10) : otherwise;
 }
 
-static void *aligned(uint64_t bytes, uint64_t align)
+static void *allocated(uint64_t bytes)
 {
-    void *memory = NULL;
-    if (posix_memalign(&memory, (size_t)align, (size_t)bytes) != 0) {
+    void *memory = malloc(bytes);
+    if (memory == NULL) {
         fprintf(stderr, "no memory\n");
         exit(1);
     }
@@ -113,24 +113,23 @@ int main(int argc, char **argv)
 {
     const uint32_t threads = (uint32_t)number(argc, argv, 1, 2);
     const uint32_t nodes = (uint32_t)number(argc, argv, 2, 41);
-    fk_scene scene;
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
     fk_sim *sim = NULL;
-    uint64_t bytes = 0, align = 0, scratch_bytes = 0, digest = 0, taken = 0;
+    uint64_t bytes = 0, scratch_bytes = 0, digest = 0, taken = 0;
     void *block, *scratch;
     member members[FK_MAX_BANDS];
     uint32_t band;
     struct timespec start, end;
     crew c;
 
-    require(fk_scene_preset(&scene, sizeof scene, FK_PRESET_SHEET_3IN_SPHERE), "fk_scene_preset");
-    scene.sheet_nodes_x = nodes;
-    scene.sheet_nodes_y = nodes;
-    require(fk_memory_size(&scene, &bytes, &align), "fk_memory_size");
-    block = aligned(bytes, align);
-    require(fk_init(block, bytes, &scene, &sim, NULL), "fk_init");
+    scene.sheet.nodes_x = nodes;
+    scene.sheet.nodes_y = nodes;
+    require(fk_memory_size(&scene, &bytes), "fk_memory_size");
+    block = allocated(bytes);
+    require(fk_init(block, bytes, &scene, &sim, NULL, 0), "fk_init");
 
     require(fk_bands_size(sim, threads, &scratch_bytes), "fk_bands_size");
-    scratch = aligned(scratch_bytes, align);
+    scratch = allocated(scratch_bytes);
     require(fk_bands_begin(sim, threads, scratch, scratch_bytes), "fk_bands_begin");
     c.sim = sim;
     c.steps = number(argc, argv, 3, 3000);

@@ -22,10 +22,10 @@ static void ask(int32_t status, const char *call)
 /* Every node moved away from the middle, so that every segment has this stretch: beyond the critical 1.03. */
 static void stretch(fk_sim *sim, double factor)
 {
-    fk_grid grid = {.struct_size = sizeof grid};
+    fk_grid grid = {0};
     double *x, *v;
     uint64_t n, i;
-    ask(fk_get_grid(sim, &grid), "fk_get_grid");
+    ask(fk_get_grid(sim, &grid, sizeof grid), "fk_get_grid");
     n = 3 * grid.nodes_x * grid.nodes_y;
     x = malloc(n * sizeof *x);
     v = calloc(n, sizeof *v);
@@ -41,7 +41,7 @@ static void stretch(fk_sim *sim, double factor)
 
 static void measure(const char *name, fk_sim *sim)
 {
-    fk_counters counters = {.struct_size = sizeof counters};
+    fk_counters counters = {0};
     double longest = 0.0, sum = 0.0;
     int batch;
     for (batch = 0; batch < BATCHES; batch++) {
@@ -52,7 +52,7 @@ static void measure(const char *name, fk_sim *sim)
         sum += us;
         longest = us > longest ? us : longest;
     }
-    ask(fk_get_counters(sim, &counters), "fk_get_counters");
+    ask(fk_get_counters(sim, &counters, sizeof counters), "fk_get_counters");
     printf("%-28s mean %7.1f us, longest %7.1f us, most sweeps %llu, failed %llu\n", name, sum / BATCHES, longest,
            (unsigned long long)counters.most_sweeps, (unsigned long long)counters.failed_segments);
 }
@@ -62,17 +62,16 @@ int main(void)
     const uint32_t presets[] = {FK_PRESET_SHEET_3IN_SPHERE, FK_PRESET_SHEET_10IN_CYLINDER};
     int p;
     for (p = 0; p < 2; p++) {
-        fk_scene scene;
+        fk_scene scene = fk_scene_preset(presets[p]);
         fk_sim *sim = NULL;
-        uint64_t bytes = 0, align = 0;
-        char *memory;
-        ask(fk_scene_preset(&scene, sizeof scene, presets[p]), "fk_scene_preset");
-        scene.attachment_kind = FK_FOUR_SIDES;
-        ask(fk_memory_size(&scene, &bytes, &align), "fk_memory_size");
-        if ((memory = malloc(bytes + align)) == NULL)
+        uint64_t bytes = 0;
+        void *memory;
+        scene.attachment.kind = FK_ATTACHMENT_FOUR_SIDES;
+        ask(fk_memory_size(&scene, &bytes), "fk_memory_size");
+        if ((memory = malloc(bytes)) == NULL)
             return 1;
-        printf("%u x %u nodes, %.2f MB\n", scene.sheet_nodes_x, scene.sheet_nodes_y, 1e-6 * (double)bytes);
-        ask(fk_init(memory + (align - (uintptr_t)memory % align), bytes, &scene, &sim, NULL), "fk_init");
+        printf("%u x %u nodes, %.2f MB\n", (unsigned)scene.sheet.nodes_x, (unsigned)scene.sheet.nodes_y, 1e-6 * (double)bytes);
+        ask(fk_init(memory, bytes, &scene, &sim, NULL, 0), "fk_init");
         stretch(sim, 1.01);
         measure("  taut, whole, with contact", sim);
         ask(fk_reset(sim), "fk_reset");

@@ -16,7 +16,7 @@
 
 enum { NODES = 35, STEPS = 1500, INSTRUCTIONS_PER_TICK = 40 };
 
-static _Alignas(64) unsigned char memory[320 << 10];
+static unsigned char memory[320 << 10];
 
 static void write_number(uint64_t number)
 {
@@ -49,18 +49,18 @@ static int failed(const char *call, int32_t status)
 
 int main(void)
 {
-    fk_scene scene;
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
     fk_sim *sim = 0;
-    fk_counters counters = {.struct_size = sizeof counters};
-    uint64_t bytes = 0, align = 0, digest = 0, ticks = 0, most = 0;
-    int32_t status = fk_scene_preset(&scene, sizeof scene, FK_PRESET_SHEET_3IN_SPHERE);
+    fk_counters counters = {0};
+    uint64_t bytes = 0, digest = 0, ticks = 0, most = 0;
+    int32_t status;
     int step;
-    scene.sheet_nodes_x = NODES;
-    scene.sheet_nodes_y = NODES;
-    scene.projectile_velocity[2] = 250.0;
-    if (status != FK_OK || (status = fk_memory_size(&scene, &bytes, &align)) != FK_OK)
+    scene.sheet.nodes_x = NODES;
+    scene.sheet.nodes_y = NODES;
+    scene.projectile.velocity[2] = 250.0;
+    if ((status = fk_memory_size(&scene, &bytes)) != FK_OK)
         return failed("fk_memory_size", status);
-    if ((status = fk_init(memory, sizeof memory, &scene, &sim, 0)) != FK_OK)
+    if ((status = fk_init(memory, sizeof memory, &scene, &sim, 0, 0)) != FK_OK)
         return failed("fk_init", status);
 
     board_timer_start();
@@ -73,7 +73,7 @@ int main(void)
         most = now > most ? now : most;
     }
     fk_digest(sim, &digest);
-    fk_get_counters(sim, &counters);
+    fk_get_counters(sim, &counters, sizeof counters);
 
     board_write("digest ");
     write_digest(digest);

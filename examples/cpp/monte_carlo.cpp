@@ -23,22 +23,22 @@ constexpr double SLOWEST = 73.0, APART = 1.0;      // m/s
 
 double velocity(std::size_t step) { return SLOWEST + APART * static_cast<double>(step); }
 
-fabric::Scene scene()
+fk_scene small_sheet()
 {
-    fabric::Scene scene = fabric::Scene::preset(FK_PRESET_SHEET_3IN_SPHERE).or_throw();
-    scene->sheet_nodes_x = scene->sheet_nodes_y = 25;
-    scene->projectile_radius = 2e-3;
-    scene->projectile_mass = 2e-4;
-    scene->projectile_position[2] = -scene->projectile_radius;
-    scene->track_support = 0;
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
+    scene.sheet.nodes_x = scene.sheet.nodes_y = 25;
+    scene.projectile.radius = 2e-3;
+    scene.projectile.mass = 2e-4;
+    scene.projectile.position[2] = -scene.projectile.radius;
+    scene.track_support = 0;
     return scene;
 }
 
 // One hit: true if the projectile exits, false if it is arrested.
-bool perforates(fabric::Scene &scene, std::uint64_t seed, double velocity)
+bool perforates(fk_scene &scene, std::uint64_t seed, double velocity)
 {
-    scene->seed = seed;
-    scene->projectile_velocity[2] = velocity;
+    scene.seed = seed;
+    scene.projectile.velocity[2] = velocity;
     fabric::Sim sim = fabric::Sim::make(scene).or_throw();
     sim.advance_until(FK_ARRESTED | FK_EXITED, 100000).or_throw();
     return (sim.outcome().or_throw().mask & FK_EXITED) != 0;
@@ -47,7 +47,7 @@ bool perforates(fabric::Scene &scene, std::uint64_t seed, double velocity)
 // Hits until none is left. Threads share nothing but the number of the next hit; each counts what it has seen.
 void work(std::atomic<std::size_t> &next, std::array<std::size_t, STEPS> &perforated)
 {
-    fabric::Scene mine = scene();
+    fk_scene mine = small_sheet();
     for (std::size_t hit = next++; hit < STEPS * SHEETS; hit = next++) {
         const std::size_t step = hit / SHEETS;
         perforated[step] += perforates(mine, 1 + hit, velocity(step));

@@ -54,7 +54,7 @@ static options parsed(int count, char **words)
 
 static fk_motion motion_of(const fragment *f)
 {
-    fk_motion motion = {.struct_size = sizeof motion};
+    fk_motion motion = {0};
     memcpy(motion.position, f->position, sizeof motion.position);
     memcpy(motion.velocity, f->velocity, sizeof motion.velocity);
     memcpy(motion.orientation, f->orientation, sizeof motion.orientation);
@@ -80,25 +80,22 @@ static fk_motion carried(const fk_motion *motion, const double acceleration[3], 
 static fk_sim *sheet(const options *o, const fragment *f)
 {
     const fk_motion motion = motion_of(f);
-    fk_scene scene;
-    fk_fault fault = {.struct_size = sizeof fault};
+    fk_scene scene = fk_scene_preset(o->ten_inch ? FK_PRESET_SHEET_10IN_CYLINDER : FK_PRESET_SHEET_3IN_SPHERE);
+    fk_fault fault = {0};
     fk_sim *sim = NULL;
-    uint64_t bytes = 0, align = 1;
-    fk_scene_preset(&scene, sizeof scene, o->ten_inch ? FK_PRESET_SHEET_10IN_CYLINDER : FK_PRESET_SHEET_3IN_SPHERE);
-    scene.attachment_kind = o->ten_inch ? FK_TWO_SIDES : FK_FOUR_SIDES;
-    scene.step_kind = FK_STEP_SECONDS;
-    scene.step_value = INTERNAL_STEP;
+    uint64_t bytes = 0;
+    scene.attachment.kind = o->ten_inch ? FK_ATTACHMENT_TWO_SIDES : FK_ATTACHMENT_FOUR_SIDES;
+    scene.time_step.seconds = INTERNAL_STEP;
     scene.drive = FK_DRIVE_PRESCRIBED;
     scene.seed = 1;
-    memcpy(scene.projectile_position, motion.position, sizeof motion.position);
-    memcpy(scene.projectile_velocity, motion.velocity, sizeof motion.velocity);
-    memcpy(scene.projectile_orientation, motion.orientation, sizeof motion.orientation);
-    memcpy(scene.projectile_angular_velocity, motion.angular_velocity, sizeof motion.angular_velocity);
-    if (fk_memory_size(&scene, &bytes, &align) != FK_OK) stop("the scene is refused");
-    char *memory = malloc(bytes + align);
+    memcpy(scene.projectile.position, motion.position, sizeof motion.position);
+    memcpy(scene.projectile.velocity, motion.velocity, sizeof motion.velocity);
+    memcpy(scene.projectile.orientation, motion.orientation, sizeof motion.orientation);
+    memcpy(scene.projectile.angular_velocity, motion.angular_velocity, sizeof motion.angular_velocity);
+    if (fk_memory_size(&scene, &bytes) != FK_OK) stop("the scene is refused");
+    void *memory = malloc(bytes);
     if (memory == NULL) stop("out of memory");
-    memory += align - (uintptr_t)memory % align;
-    if (fk_init(memory, bytes, &scene, &sim, &fault) != FK_OK) stop(fault.text);
+    if (fk_init(memory, bytes, &scene, &sim, &fault, sizeof fault) != FK_OK) stop(fault.text);
     return sim;
 }
 
@@ -116,9 +113,9 @@ int main(int count, char **words)
     const fragment_body cylinder = {6.35e-3, 38.1e-3, 0.037, 0.9}, sphere = {6.35e-3, 0.0, 0.0084, 0.47};
     fragment f = fragment_launched(o.ten_inch ? &cylinder : &sphere, o.standoff, o.speed, o.spin, o.tilt * 3.14159265358979323846 / 180.0);
     double start = 0.0, own[3], force[3] = {0.0}, torque[3];
-    fk_contact before = {.struct_size = sizeof before}, after = {.struct_size = sizeof after};
-    fk_counters counters = {.struct_size = sizeof counters};
-    fk_outcome outcome = {.struct_size = sizeof outcome};
+    fk_contact before = {0}, after = {0};
+    fk_counters counters = {0};
+    fk_outcome outcome = {0};
 
     while (fragment_front(&f) < -NEAR_SHEET) {
         const double h = fmin(FLIGHT_STEP, (-NEAR_SHEET - fragment_front(&f)) / f.velocity[2] + 1e-7);
@@ -136,10 +133,10 @@ int main(int count, char **words)
         double acceleration[3];
         fragment_own_force(&f, own);
         for (int i = 0; i < 3; i++) acceleration[i] = (force[i] + own[i]) / f.body.mass;
-        const fk_path path = {.struct_size = sizeof path, .first = k * ticks, .steps = ticks, .end = carried(&now, acceleration, o.step)};
-        if (fk_get_contact(sim, &before) != FK_OK || fk_follow(sim, &path, ticks) != FK_OK || fk_get_contact(sim, &after) != FK_OK) {
-            fk_fault fault = {.struct_size = sizeof fault};
-            fk_get_fault(sim, &fault);
+        const fk_path path = {.first = k * ticks, .steps = ticks, .end = carried(&now, acceleration, o.step)};
+        if (fk_get_contact(sim, &before, sizeof before) != FK_OK || fk_follow(sim, &path, sizeof path, ticks) != FK_OK || fk_get_contact(sim, &after, sizeof after) != FK_OK) {
+            fk_fault fault = {0};
+            fk_get_fault(sim, &fault, sizeof fault);
             stop(fault.text);
         }
         for (int i = 0; i < 3; i++) {
@@ -147,9 +144,9 @@ int main(int count, char **words)
             torque[i] = (after.angular_impulse[i] - before.angular_impulse[i]) / o.step;
         }
         fragment_step(&f, o.step, own, force, torque, INTERNAL_STEP);
-        fk_get_counters(sim, &counters);
+        fk_get_counters(sim, &counters, sizeof counters);
         print_row(start + (double)(k + 1) * o.step, &f, force, after.work, counters.failed_segments);
-        fk_get_outcome(sim, &outcome);
+        fk_get_outcome(sim, &outcome, sizeof outcome);
         if (outcome.mask & (FK_ARRESTED | FK_EXITED | FK_PASSED)) break;
     }
     return 0;

@@ -6,9 +6,9 @@
 
 use crate::bytes::Bytes;
 use crate::memory::Block;
-use crate::scene::{FAILURES, digest, empty};
+use crate::scene::{FAILURES, Get, digest, empty};
 use crate::small;
-use fabric::{Code, Drive, Error, Failure, Layout, Memory, Motion, Path, Scene, Sim};
+use fabric::{CacheLine, Code, Drive, Error, Failure, Layout, Motion, Path, Scene, Sim};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
@@ -32,7 +32,7 @@ struct Slot {
     handle: *mut fk_sim,
     block: Block,
     twin: Sim<'static>,
-    _memory: [Block; 2],
+    _memory: Block,
     bands: Option<InBands>,
     /// What fk_get_fault says.
     last: i32,
@@ -44,22 +44,19 @@ fn number<E: Into<Error>>(result: Result<(), E>) -> i32 {
 }
 
 /// A simulation in Rust in memory of its own.
-fn twin(scene: &Scene) -> Result<(Sim<'static>, [Block; 2]), Error> {
+fn twin(scene: &Scene) -> Result<(Sim<'static>, Block), Error> {
     let layout = Layout::of(scene)?;
-    let memory = [Block::new(8 * layout.reals()), Block::new(4 * layout.words())];
-    // SAFETY: blocks of these lengths, aligned, filled, and kept as long as the simulation.
-    let (reals, words) = unsafe {
-        (
-            std::slice::from_raw_parts_mut(memory[0].start().cast::<f64>(), layout.reals()),
-            std::slice::from_raw_parts_mut(memory[1].start().cast::<u32>(), layout.words()),
-        )
-    };
-    Ok((Sim::new(scene, Memory { reals, words })?, memory))
+    let memory = Block::new(layout.bytes());
+    // SAFETY: a block of this length, aligned, filled, and kept as long as the simulation.
+    let lines = unsafe { std::slice::from_raw_parts_mut(memory.start().cast::<CacheLine>(), layout.lines()) };
+    Ok((Sim::new(scene, lines)?, memory))
 }
 
 /// An argument that may be odd: where it is, the memory that keeps it, and the status that it must give if it is.
 struct Given<T> {
     pointer: *mut T,
+    /// What is said to be its size.
+    size: u64,
     kept: Block,
     refused: Option<i32>,
 }
@@ -68,23 +65,30 @@ struct Given<T> {
 fn structure<T: Copy>(bytes: &mut Bytes, value: T) -> Given<T> {
     let (size, kind) = (size_of::<T>(), bytes.below(16));
     let kept = Block::new(size + if kind == 14 { 8 } else { 0 });
-    // SAFETY: room for the structure at its start, or 4 bytes behind it; its first field is its size.
-    unsafe {
-        let at = if kind == 14 { kept.start().add(4) } else { kept.start() };
-        let pointer = at.cast::<T>();
-        pointer.write_unaligned(value);
-        let refused = match kind {
-            13 => return Given { pointer: null_mut(), kept, refused: Some(FK_NULL_POINTER) },
-            14 => Some(FK_MISALIGNED),
-            15 => {
-                let other = bytes.odd_count(size as u64);
-                pointer.cast::<u64>().write(other);
-                (other != size as u64).then_some(FK_STRUCT_SIZE)
-            }
-            _ => None,
-        };
-        Given { pointer, kept, refused }
+    let sound = size as u64;
+    // SAFETY: room for the structure at its start, or 4 bytes behind it.
+    let pointer = unsafe { kept.start().add(if kind == 14 { 4 } else { 0 }).cast::<T>() };
+    // SAFETY: as above.
+    unsafe { pointer.write_unaligned(value) };
+    match kind {
+        13 => Given { pointer: null_mut(), size: sound, kept, refused: Some(Code::NullPointer.number()) },
+        14 => Given { pointer, size: sound, kept, refused: Some(Code::Misaligned.number()) },
+        15 => {
+            let size = bytes.odd_count(sound);
+            Given { pointer, size, kept, refused: (size != sound).then_some(Code::StructSize.number()) }
+        }
+        _ => Given { pointer, size: sound, kept, refused: None },
     }
+}
+
+/// A scene, which says its size itself.
+fn scene_structure(bytes: &mut Bytes, scene: &Scene) -> Given<fk_scene> {
+    let given = structure(bytes, fk_scene::of(scene));
+    if !given.pointer.is_null() {
+        // SAFETY: the structure's first word.
+        unsafe { given.pointer.cast::<u64>().write_unaligned(given.size) };
+    }
+    given
 }
 
 /// An array of numbers as long as is asked for, or not; null; misaligned. The length to say comes with it.
@@ -100,12 +104,15 @@ fn array(bytes: &mut Bytes, values: &[f64]) -> (Given<f64>, u64) {
         kept.start().cast::<f64>().copy_from_nonoverlapping(values.as_ptr(), wanted);
         kept.start().add(if kind == 14 { 4 } else { 0 }).cast::<f64>()
     };
-    let wrong = (length != wanted).then_some(FK_WRONG_LENGTH);
+    let wrong = (length != wanted).then_some(Code::WrongLength.number());
     match kind {
-        12 => (Given { pointer: null_mut(), kept, refused: Some(FK_NULL_POINTER) }, wanted as u64),
-        14 => (Given { pointer, kept, refused: Some(FK_MISALIGNED) }, wanted as u64),
-        15 => (Given { pointer, kept, refused: Some(FK_WRONG_LENGTH) }, u64::MAX / bytes.choose(&[1, 2, 8])),
-        _ => (Given { pointer, kept, refused: wrong }, length as u64),
+        12 => (Given { pointer: null_mut(), size: 0, kept, refused: Some(Code::NullPointer.number()) }, wanted as u64),
+        14 => (Given { pointer, size: 0, kept, refused: Some(Code::Misaligned.number()) }, wanted as u64),
+        15 => (
+            Given { pointer, size: 0, kept, refused: Some(Code::WrongLength.number()) },
+            u64::MAX / bytes.choose(&[1, 2, 8]),
+        ),
+        _ => (Given { pointer, size: 0, kept, refused: wrong }, length as u64),
     }
 }
 
@@ -125,7 +132,7 @@ impl Slot {
     /// What a call on the sound handle is refused with whatever else it says. `lives`: a latched failure does not stop it.
     fn stopped(&self, lives: bool) -> Option<i32> {
         if self.bands.is_some() {
-            return Some(FK_BAND_OUT_OF_TURN);
+            return Some(Code::BandOutOfTurn.number());
         }
         self.twin.failure().filter(|_| !lives).map(|failure| failure.code().number())
     }
@@ -139,14 +146,17 @@ impl Slot {
                 let places = (Output::given(&mut passes), Output::given(&mut steps), Output::given(&mut outcomes));
                 assert_eq!(fk_bands_progress(self.to_look_at(), places.0, places.1, places.2), FK_OK);
                 assert!(steps <= passes && outcomes < 16 && (bands.failed.is_none() || passes > 0));
-                assert_eq!(digest(self.handle), Err(FK_BAND_OUT_OF_TURN));
+                assert_eq!(digest(self.handle), Err(Code::BandOutOfTurn.number()));
                 return;
             }
             let expected = self.twin.failure().map_or_else(|| Ok(self.twin.digest()), |f| Err(f.code().number()));
             assert_eq!(digest(self.handle), expected);
             let (mut counters, mut fault): (fk_counters, fk_fault) = (empty(), empty());
-            assert_eq!(fk_get_counters(self.to_look_at(), Output::given(&mut counters)), FK_OK);
-            assert_eq!(fk_get_fault(self.to_look_at(), Output::given(&mut fault)), FK_OK);
+            assert_eq!(
+                fk_get_counters(self.to_look_at(), Output::given(&mut counters), size_of::<fk_counters>() as u64),
+                FK_OK
+            );
+            assert_eq!(fk_get_fault(self.to_look_at(), Output::given(&mut fault), size_of::<fk_fault>() as u64), FK_OK);
             let ours = self.twin.counters();
             assert_eq!((counters.steps, counters.failed_segments), (ours.steps, ours.failed_segments));
             assert_eq!(fault.status, self.last);
@@ -206,12 +216,12 @@ impl Player<'_> {
         // Most of them with nothing odd: the calls that follow need a simulation.
         let mut nothing = Bytes::new(&[]);
         let bytes = if bytes.once_in(4) { bytes } else { &mut nothing };
-        let given = structure(bytes, fk_scene::of(&scene));
-        let (mut size, mut align) = (0, 0);
+        let given = scene_structure(bytes, &scene);
+        let mut size = 0;
         let sound = fk_scene::of(&scene);
         // SAFETY: structures and numbers of this function; the block is as long as it is said to be.
         unsafe {
-            let sized = fk_memory_size(Input::given(&sound), Output::given(&mut size), Output::given(&mut align));
+            let sized = fk_memory_size(Input::given(&sound), Output::given(&mut size));
             let ours = Layout::of(&scene);
             assert_eq!(sized, number(ours.map(|_| ())));
             let odd = bytes.below(32);
@@ -220,13 +230,10 @@ impl Player<'_> {
             let mut memory = block.start();
             let mut refused = None;
             match odd {
-                28 => {
-                    memory = memory.add(8);
-                    refused = Some(FK_MISALIGNED);
-                }
+                28 => memory = memory.add(1 + usize::from(bytes.byte()) % 8),
                 29 => {
                     length = u64::from(bytes.byte()) * size / 256;
-                    refused = Some(FK_SHORT_BUFFER);
+                    refused = Some(Code::ShortBuffer.number());
                 }
                 30 => memory = null_mut(),
                 _ => {}
@@ -240,7 +247,7 @@ impl Player<'_> {
             let expected = fault
                 .refused
                 .filter(|_| !fault_null)
-                .or((odd == 30 || odd == 31).then_some(FK_NULL_POINTER))
+                .or((odd == 30 || odd == 31).then_some(Code::NullPointer.number()))
                 .or(given.refused)
                 .or((sized != FK_OK).then_some(sized))
                 .or(refused)
@@ -251,6 +258,7 @@ impl Player<'_> {
                 Input::given(given.pointer),
                 Output::given(out),
                 Output::given(fault.pointer),
+                fault.size,
             );
             assert_eq!(status, expected);
             if status != FK_OK {
@@ -269,14 +277,14 @@ impl Player<'_> {
     fn call(&mut self, slot: &mut Slot) -> bool {
         // A handle that is none, is not aligned, or is that of a copied block: nothing is looked at.
         match self.bytes.below(32) {
-            29 => self.on_no_handle(null_mut(), FK_NULL_POINTER),
+            29 => self.on_no_handle(null_mut(), Code::NullPointer.number()),
             // SAFETY: inside the block.
-            30 => self.on_no_handle(unsafe { slot.handle.cast::<u8>().add(8).cast() }, FK_MOVED_BLOCK),
+            30 => self.on_no_handle(unsafe { slot.handle.cast::<u8>().add(8).cast() }, Code::MovedBlock.number()),
             31 => {
                 let copy = Block::new(slot.block.bytes());
                 // SAFETY: two blocks of this length.
                 unsafe { copy.start().copy_from_nonoverlapping(slot.block.start(), copy.bytes()) };
-                self.on_no_handle(copy.start().cast(), FK_MOVED_BLOCK);
+                self.on_no_handle(copy.start().cast(), Code::MovedBlock.number());
             }
             _ => {}
         }
@@ -288,7 +296,7 @@ impl Player<'_> {
             9 => self.set_motion(slot),
             10 => self.set_stretch(slot),
             11 => {
-                let expected = if slot.bands.is_some() { FK_BAND_OUT_OF_TURN } else { FK_OK };
+                let expected = if slot.bands.is_some() { Code::BandOutOfTurn.number() } else { FK_OK };
                 // SAFETY: a live handle.
                 assert_eq!(unsafe { fk_reset(slot.to_change()) }, expected);
                 if expected == FK_OK {
@@ -321,7 +329,7 @@ impl Player<'_> {
                 0 => fk_step(to_change()),
                 1 => fk_advance(to_change(), u64::MAX),
                 2 => fk_advance_until(to_change(), 15, u64::MAX, Output::given(null_mut())),
-                3 => fk_follow(to_change(), Input::given(null()), 1),
+                3 => fk_follow(to_change(), Input::given(null()), 0, 1),
                 4 => fk_set_external_load(to_change(), Input::given(zero.as_ptr()), Input::given(zero.as_ptr())),
                 5 => fk_set_motion(to_change(), Input::given(null()), Input::given(null()), 0),
                 6 => fk_set_largest_stretch(to_change(), Input::given(null()), 0),
@@ -337,7 +345,7 @@ impl Player<'_> {
                     Output::given(null_mut()),
                     Output::given(null_mut()),
                 ),
-                14 => fk_get_fault(to_look_at(), Output::given(&mut empty())),
+                14 => fk_get_fault(to_look_at(), Output::given(&mut empty()), size_of::<fk_fault>() as u64),
                 _ => fk_digest(to_look_at(), Output::given(&mut number)),
             }
         };
@@ -399,22 +407,10 @@ impl Player<'_> {
         let steps = if bytes.once_in(4) { bytes.odd_count(path.steps) } else { path.steps };
         // A long path is sound, and takes as long as asked for.
         let steps = if steps > 64 && steps <= path.steps { 8 } else { steps };
-        let mut end: fk_motion = empty();
-        (end.position, end.velocity) = (path.end.position, path.end.velocity);
-        (end.orientation, end.angular_velocity) = (path.end.orientation, path.end.angular_velocity);
-        let bad_end = bytes.once_in(16);
-        if bad_end {
-            end.struct_size = bytes.odd_count(end.struct_size).wrapping_add(1 << 40);
-        }
-        let value = fk_path { first: path.first, steps: path.steps, end, ..empty() };
-        let given = structure(bytes, value);
-        let expected = slot
-            .stopped(false)
-            .or(given.refused)
-            .or(bad_end.then_some(FK_STRUCT_SIZE))
-            .unwrap_or_else(|| number(slot.twin.follow(&path, steps)));
+        let given = structure(bytes, path);
+        let expected = slot.stopped(false).or(given.refused).unwrap_or_else(|| number(slot.twin.follow(&path, steps)));
         // SAFETY: a live handle and a structure of this function.
-        let status = unsafe { fk_follow(slot.to_change(), Input::given(given.pointer), steps) };
+        let status = unsafe { fk_follow(slot.to_change(), Input::given(given.pointer), given.size, steps) };
         assert_eq!(status, expected);
         slot.note(status);
     }
@@ -428,11 +424,11 @@ impl Player<'_> {
         let null_one = bytes.below(16);
         let pointer = |k: usize| if null_one == 14 + k { null() } else { load[3 * k..].as_ptr() };
         let model = if null_one >= 14 {
-            FK_NULL_POINTER
+            Code::NullPointer.number()
         } else if load.iter().any(|x| !x.is_finite()) {
-            FK_NOT_FINITE
+            Code::NotFinite.number()
         } else if slot.twin.scene().drive == Drive::Prescribed {
-            FK_WRONG_DRIVE
+            Code::WrongDrive.number()
         } else {
             FK_OK
         };
@@ -447,8 +443,8 @@ impl Player<'_> {
             let large = load.iter().any(|x| x.abs() > 0.1 * f64::MAX);
             assert!(
                 ours == model
-                    || (mirrored && ours == FK_NOT_SYMMETRIC)
-                    || (large && model == FK_OK && ours == FK_NOT_FINITE)
+                    || (mirrored && ours == Code::NotSymmetric.number())
+                    || (large && model == FK_OK && ours == Code::NotFinite.number())
             );
             ours
         });
@@ -476,13 +472,14 @@ impl Player<'_> {
         // As long as is said; a length that no array can have is refused before it is read.
         velocities.resize(if length > 1 << 40 { n } else { length as usize }, 0.0);
         let v = exactly(&velocities);
-        let expected =
-            slot.stopped(false).or(x.refused.filter(|&status| status != FK_WRONG_LENGTH || length > 1 << 40));
+        let expected = slot
+            .stopped(false)
+            .or(x.refused.filter(|&status| status != Code::WrongLength.number() || length > 1 << 40));
         let expected = expected.unwrap_or_else(|| {
             if slot.twin.step_count() > 0 {
-                FK_ALREADY_STARTED
+                Code::AlreadyStarted.number()
             } else if length != n as u64 {
-                FK_WRONG_LENGTH
+                Code::WrongLength.number()
             } else {
                 number(slot.twin.set_motion(&positions, &velocities))
             }
@@ -502,13 +499,14 @@ impl Player<'_> {
             stretches[bytes.below(n.min(256))] = bytes.odd(1.03);
         }
         let (given, length) = array(bytes, &stretches);
-        let expected =
-            slot.stopped(false).or(given.refused.filter(|&status| status != FK_WRONG_LENGTH || length > 1 << 40));
+        let expected = slot
+            .stopped(false)
+            .or(given.refused.filter(|&status| status != Code::WrongLength.number() || length > 1 << 40));
         let expected = expected.unwrap_or_else(|| {
             if slot.twin.step_count() > 0 {
-                FK_ALREADY_STARTED
+                Code::AlreadyStarted.number()
             } else if length != n as u64 {
-                FK_WRONG_LENGTH
+                Code::WrongLength.number()
             } else {
                 number(slot.twin.set_largest_stretch(&stretches))
             }
@@ -530,9 +528,9 @@ impl Player<'_> {
         let null_image = bytes.once_in(16);
         let kept = Block::new(length);
         let expected = slot.stopped(false).unwrap_or(if null_image {
-            FK_NULL_POINTER
+            Code::NullPointer.number()
         } else if length < size {
-            FK_SHORT_BUFFER
+            Code::ShortBuffer.number()
         } else {
             FK_OK
         });
@@ -567,7 +565,7 @@ impl Player<'_> {
         let null_image = bytes.once_in(16);
         let expected = slot
             .stopped(true)
-            .unwrap_or_else(|| if null_image { FK_NULL_POINTER } else { number(slot.twin.load(&image)) });
+            .unwrap_or_else(|| if null_image { Code::NullPointer.number() } else { number(slot.twin.load(&image)) });
         let pointer = if null_image { null() } else { image.as_ptr() };
         // SAFETY: a live handle and an array of this length.
         let status = unsafe { fk_state_load(slot.to_change(), Input::given(pointer), image.len() as u64) };
@@ -578,26 +576,25 @@ impl Player<'_> {
     fn bands_begin(&mut self, slot: &mut Slot) {
         let bytes = &mut self.bytes;
         let of = if bytes.once_in(8) { bytes.odd_count(4) as u32 } else { 1 + bytes.below(5) as u32 };
-        let reals = slot.twin.layout().band_reals(of);
+        let lines = slot.twin.layout().band_lines(of);
         let mut size = 0;
         // SAFETY: a live handle; scratch as long as is said.
         unsafe {
-            let sized = slot.stopped(false).unwrap_or(number(reals.map(|_| ())));
+            let sized = slot.stopped(false).unwrap_or(number(lines.map(|_| ())));
             assert_eq!(fk_bands_size(slot.to_look_at(), of, Output::given(&mut size)), sized);
             let odd = bytes.below(16);
             let length = if odd == 15 { size.saturating_sub(1 + u64::from(bytes.byte())) } else { size };
             let scratch = Block::new(length as usize + if odd == 14 { 8 } else { 0 });
             let pointer = match odd {
                 13 => null_mut(),
-                14 => scratch.start().add(8),
+                14 => scratch.start().add(1 + length as usize % 8),
                 _ => scratch.start(),
             };
             // What the cut needs is looked at before a latched failure.
-            let in_use = slot.bands.is_some().then_some(FK_BAND_OUT_OF_TURN);
-            let expected = in_use.or(reals.err().map(|error| error.code.number())).unwrap_or(match odd {
-                13 => FK_NULL_POINTER,
-                15 if sized == FK_OK => FK_SHORT_BUFFER,
-                14 if sized == FK_OK => FK_MISALIGNED,
+            let in_use = slot.bands.is_some().then_some(Code::BandOutOfTurn.number());
+            let expected = in_use.or(lines.err().map(|error| error.code.number())).unwrap_or(match odd {
+                13 => Code::NullPointer.number(),
+                15 if sized == FK_OK => Code::ShortBuffer.number(),
                 _ => sized,
             });
             let status = fk_bands_begin(slot.to_change(), of, Lent::given(pointer.cast()), length);
@@ -605,7 +602,7 @@ impl Player<'_> {
                 assert_eq!(status, expected);
             } else {
                 // After a failure there is no size: any of these.
-                assert!([FK_NULL_POINTER, FK_SHORT_BUFFER, FK_MISALIGNED, sized].contains(&status));
+                assert!([Code::NullPointer.number(), Code::ShortBuffer.number(), sized].contains(&status));
             }
             if status == FK_OK {
                 slot.bands = Some(InBands { of, claimed: 0, failed: None, _scratch: scratch });
@@ -621,15 +618,15 @@ impl Player<'_> {
             // SAFETY: a live handle and a number.
             let status = unsafe { fk_bands_pass(slot.to_look_at(), band, Output::given(&mut last)) };
             let Some(bands) = &mut slot.bands else {
-                assert_eq!((status, last), (FK_BAND_OUT_OF_TURN, 7));
+                assert_eq!((status, last), (Code::BandOutOfTurn.number(), 7));
                 continue;
             };
             if band >= bands.of {
-                assert_eq!(status, FK_OUT_OF_RANGE);
+                assert_eq!(status, Code::OutOfRange.number());
             } else if let Some(failed) = bands.failed {
                 assert_eq!(status, failed);
             } else if bands.claimed >> band & 1 == 1 {
-                assert_eq!(status, FK_BAND_OUT_OF_TURN);
+                assert_eq!(status, Code::BandOutOfTurn.number());
             } else {
                 bands.claimed |= 1 << band;
                 let complete = bands.claimed == u32::MAX >> (32 - bands.of);
@@ -648,7 +645,6 @@ impl Player<'_> {
 
     /// A structure of results.
     fn get(&mut self, slot: &Slot) {
-        type Get<H, T> = unsafe extern "C" fn(H, Output<T>) -> i32;
         fn one<H, T: Copy>(bytes: &mut Bytes, slot: &Slot, lives: bool, handle: H, call: Get<H, T>) {
             let given = structure(bytes, empty::<T>());
             // SAFETY: initialised bytes of a block of this length.
@@ -656,7 +652,7 @@ impl Player<'_> {
             let before = content();
             let expected = slot.stopped(lives).or(given.refused).unwrap_or(FK_OK);
             // SAFETY: a live handle and a structure of this function.
-            assert_eq!(unsafe { call(handle, Output::given(given.pointer)) }, expected);
+            assert_eq!(unsafe { call(handle, Output::given(given.pointer), given.size) }, expected);
             assert!(expected == FK_OK || content() == before, "written by a refused call");
         }
         let bytes = &mut self.bytes;
@@ -692,7 +688,7 @@ impl Player<'_> {
         let some = !self.bytes.once_in(3);
         let (mut count, mut seconds, mut residual) = (0, 0.0, [0.0; 3]);
         let place = if some { &raw mut count } else { null_mut() };
-        let needed = stopped.unwrap_or(if some { FK_OK } else { FK_NULL_POINTER });
+        let needed = stopped.unwrap_or(if some { FK_OK } else { Code::NullPointer.number() });
         let three = if some { residual.as_mut_ptr() } else { null_mut() };
         // SAFETY: a live handle, and numbers or null.
         unsafe {
@@ -703,7 +699,7 @@ impl Player<'_> {
             assert_eq!(fk_state_size(slot.to_look_at(), Output::given(place)), needed);
             assert_eq!(fk_digest(slot.to_look_at(), Output::given(place)), needed);
             assert_eq!(fk_get_momentum_residual(slot.to_look_at(), Output::given(three)), needed);
-            let of = if slot.bands.is_some() { FK_OK } else { FK_BAND_OUT_OF_TURN };
+            let of = if slot.bands.is_some() { FK_OK } else { Code::BandOutOfTurn.number() };
             assert_eq!(
                 fk_bands_progress(
                     slot.to_look_at(),
@@ -751,12 +747,17 @@ impl Slot {
         // SAFETY: a live handle, whose bands are in no call.
         let status = unsafe { fk_bands_end(self.to_change()) };
         if self.bands.take().is_none() {
-            assert_eq!(status, FK_BAND_OUT_OF_TURN);
+            assert_eq!(status, Code::BandOutOfTurn.number());
             return;
         }
         let mut counters: fk_counters = empty();
         // SAFETY: a live handle and a structure of this function.
-        assert_eq!(unsafe { fk_get_counters(self.to_look_at(), Output::given(&mut counters)) }, FK_OK);
+        assert_eq!(
+            unsafe {
+                fk_get_counters(self.to_look_at(), Output::given(&mut counters), size_of::<fk_counters>() as u64)
+            },
+            FK_OK
+        );
         let taken = counters.steps - self.twin.step_count();
         assert_eq!(self.twin.advance(taken), Ok(()), "the steps of the bands, taken one by one");
         if status != FK_OK {

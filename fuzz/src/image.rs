@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use crate::small;
 use fabric::snapshot::Hash;
-use fabric::{Code, Drive, Layout, Memory, Motion, Path, Sim};
+use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Sim};
 
 /// Words of an image's header, and the checksum.
 const HEADER_WORDS: usize = 4;

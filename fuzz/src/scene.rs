@@ -3,7 +3,8 @@
 use crate::bytes::Bytes;
 use crate::memory::Block;
 use crate::small::{self, MOST_ITERATIONS, MOST_NODES};
-use fabric::{InstructionSet, Layout, Memory, Sim};
+use fabric::fields::{FIELDS, slot_of};
+use fabric::{CacheLine, Code, InstructionSet, Layout, Sim};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
@@ -11,31 +12,43 @@ use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
 const OF_A_FIELD: [i32; 18] = [
-    FK_STRUCT_SIZE,
-    FK_NOT_FINITE,
-    FK_NOT_POSITIVE,
-    FK_OUT_OF_RANGE,
-    FK_UNKNOWN_CHOICE,
-    FK_BAD_QUATERNION,
-    FK_TOO_MANY_NODES,
-    FK_DAMAGE_RATE_TOO_SMALL,
-    FK_PROJECTILE_TOO_LIGHT,
-    FK_PROJECTILE_TOO_SMALL,
-    FK_DISCS_OVERLAP,
-    FK_DISC_TOUCHES_PROJECTILE,
-    FK_BAD_NORMAL,
-    FK_UNBOUNDED_FACES,
-    FK_IMPOSSIBLE_MOMENTS,
-    FK_NOT_SYMMETRIC,
-    FK_NOT_BUILT,
-    FK_HOLDS_NOTHING,
+    Code::StructSize.number(),
+    Code::NotFinite.number(),
+    Code::NotPositive.number(),
+    Code::OutOfRange.number(),
+    Code::UnknownChoice.number(),
+    Code::BadQuaternion.number(),
+    Code::TooManyNodes.number(),
+    Code::DamageRateTooSmall.number(),
+    Code::ProjectileTooLight.number(),
+    Code::ProjectileTooSmall.number(),
+    Code::DiscsOverlap.number(),
+    Code::DiscTouchesProjectile.number(),
+    Code::BadNormal.number(),
+    Code::UnboundedFaces.number(),
+    Code::ImpossibleMoments.number(),
+    Code::NotSymmetric.number(),
+    Code::NotBuilt.number(),
+    Code::HoldsNothing.number(),
 ];
 /// What fk_scene_check adds.
-const OF_THE_STEP: [i32; 3] = [FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL];
+const OF_THE_STEP: [i32; 3] =
+    [Code::StepTooLarge.number(), Code::StepLimitUnusable.number(), Code::DamageRateTooSmall.number()];
 /// What fk_init adds.
-const OF_THE_START: [i32; 4] = [FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE, FK_NOT_SYMMETRIC];
+const OF_THE_START: [i32; 4] = [
+    Code::InitialOverlap.number(),
+    Code::ProjectileTooFast.number(),
+    Code::OutOfRange.number(),
+    Code::NotSymmetric.number(),
+];
 /// What a step may fail with.
-pub const FAILURES: [i32; 4] = [FK_NON_FINITE, FK_CONTACT_CAPACITY, FK_TOO_FAST, FK_NOT_CONVERGED];
+pub const FAILURES: [i32; 4] =
+    [Code::NonFinite.number(), Code::ContactCapacity.number(), Code::TooFast.number(), Code::NotConverged.number()];
+
+/// Where a parameter stands in the structure.
+fn place(name: &str) -> usize {
+    1 + slot_of(FIELDS.iter().position(|field| field.name == name).expect("a parameter"))
+}
 
 /// A scene as C gives it: a small sound one with a few words overwritten, or any bytes at all.
 fn given(bytes: &mut Bytes) -> fk_scene {
@@ -45,28 +58,39 @@ fn given(bytes: &mut Bytes) -> fk_scene {
         8..12 => 1,
         12..14 => 2,
         14 => 5,
-        _ => size_of::<fk_scene>() / 8,
+        _ => scene.words.len(),
     };
-    let words = size_of::<fk_scene>() / 8;
+    let words = scene.words.len();
     for _ in 0..edits {
         if bytes.is_empty() {
             break;
         }
         let place = bytes.below(words);
-        // SAFETY: a structure of whole words, integers and floating-point numbers only, so that any bits are values.
-        unsafe {
-            let word = (&raw mut scene).cast::<u64>().add(place);
-            match bytes.below(4) {
-                0 => word.cast::<u32>().add(bytes.below(2)).write(bytes.below(8) as u32),
-                1 => word.cast::<u32>().add(bytes.below(2)).write(bytes.odd_count(3) as u32),
-                _ => word.write(bytes.odd(f64::from_bits(word.read())).to_bits()),
+        let word = &mut scene.words[place];
+        let mut half = |new: u64, second: usize| {
+            let shift = 32 * second;
+            *word = *word & !(0xffff_ffff << shift) | (new & 0xffff_ffff) << shift;
+        };
+        match bytes.below(4) {
+            0 => {
+                let second = bytes.below(2);
+                half(bytes.below(8) as u64, second);
             }
+            1 => {
+                let second = bytes.below(2);
+                half(bytes.odd_count(3), second);
+            }
+            _ => *word = bytes.odd(f64::from_bits(*word)).to_bits(),
         }
     }
     // Longer iterations than this are sound, and take as long as asked for.
-    scene.theta_max_iterations = scene.theta_max_iterations.min(MOST_ITERATIONS);
+    let most = place("integrator.max_iterations");
+    scene.words[most] = scene.words[most].min(u64::from(MOST_ITERATIONS));
     scene
 }
+
+/// Bytes of a fault.
+const FAULT: u64 = size_of::<fk_fault>() as u64;
 
 /// A fault's number, once its texts have been found to end.
 fn told(fault: &fk_fault) -> i32 {
@@ -81,14 +105,14 @@ pub fn run(data: &[u8]) -> bool {
     let steps = 1 + bytes.below(16) as u64 + if bytes.once_in(16) { 64 } else { 0 };
     let instructions = bytes.choose(&InstructionSet::ALL);
     let mut fault = fk_fault::of(&fabric::Error::plain(fabric::Code::NullPointer, ""));
-    let (mut size, mut align) = (0, 0);
+    let mut size = 0;
 
     // SAFETY: structures and numbers of this function; blocks as long as they are said to be.
     unsafe {
-        let sized = fk_memory_size(Input::given(&scene), Output::given(&mut size), Output::given(&mut align));
+        let sized = fk_memory_size(Input::given(&scene), Output::given(&mut size));
         assert!(sized == FK_OK || OF_A_FIELD.contains(&sized), "fk_memory_size: {sized}");
         let mut handle = null_mut();
-        let nodes = u64::from(scene.sheet_nodes_x) * u64::from(scene.sheet_nodes_y);
+        let nodes = scene.words[place("sheet.nodes_x")].saturating_mul(scene.words[place("sheet.nodes_y")]);
         if nodes > MOST_NODES {
             // Checking would draw every segment; a block that is too short is refused before.
             let block = Block::new(64);
@@ -98,19 +122,19 @@ pub fn run(data: &[u8]) -> bool {
                 Input::given(&scene),
                 Output::given(&mut handle),
                 Output::given(&mut fault),
+                FAULT,
             );
-            assert_eq!(refused, if sized == FK_OK { FK_SHORT_BUFFER } else { sized });
+            assert_eq!(refused, if sized == FK_OK { Code::ShortBuffer.number() } else { sized });
             assert!(told(&fault) == refused && handle.is_null() && block.untouched());
             return false;
         }
 
-        let checked = fk_scene_check(Input::given(&scene), Output::given(&mut fault));
+        let checked = fk_scene_check(Input::given(&scene), Output::given(&mut fault), FAULT);
         if sized != FK_OK {
             assert_eq!(checked, sized);
-            assert!(told(&fault) == checked || checked == FK_STRUCT_SIZE);
+            assert!(told(&fault) == checked || checked == Code::StructSize.number());
         } else {
             assert!(checked == FK_OK || OF_THE_STEP.contains(&checked), "fk_scene_check: {checked}");
-            assert_eq!(align, 64);
         }
         let block = Block::new(if sized == FK_OK { size as usize } else { 64 });
         let made = fk_init(
@@ -119,6 +143,7 @@ pub fn run(data: &[u8]) -> bool {
             Input::given(&scene),
             Output::given(&mut handle),
             Output::given(&mut fault),
+            FAULT,
         );
         if made != FK_OK {
             assert!(block.untouched() && handle.is_null() && told(&fault) == made);
@@ -128,7 +153,7 @@ pub fn run(data: &[u8]) -> bool {
         assert_eq!(checked, FK_OK);
 
         // The same scene in Rust, with an instruction set of the fuzzer's choice: the same bits, or the same failure.
-        let rust = scene.scene().expect("accepted through C");
+        let rust = fk_scene::scene(&scene.words).expect("accepted through C");
         let layout = Layout::of(&rust).expect("accepted through C");
         let mut memory = vec![CacheLine::ZERO; layout.lines()];
         let mut twin = Sim::new(&rust, &mut memory).expect("accepted through C");
@@ -160,7 +185,10 @@ pub fn run(data: &[u8]) -> bool {
             assert!(FAILURES.contains(&stepped), "fk_advance: {stepped}");
             assert_eq!((fk_step(ToChange::given(handle)), digest(handle)), (stepped, Err(stepped)));
             let mut counters: fk_counters = empty();
-            assert_eq!(fk_get_counters(ToLookAt::given(handle), Output::given(&mut counters)), FK_OK);
+            assert_eq!(
+                fk_get_counters(ToLookAt::given(handle), Output::given(&mut counters), size_of::<fk_counters>() as u64),
+                FK_OK
+            );
             assert!(counters.steps < steps);
         }
         assert_eq!(fk_reset(ToChange::given(handle)), FK_OK);
@@ -184,13 +212,21 @@ pub unsafe fn digest(handle: *const fk_sim) -> Result<u64, i32> {
 
 /// A structure of the C interface as a host hands it over to be filled.
 pub fn empty<T: Copy>() -> T {
-    let mut value = std::mem::MaybeUninit::<T>::zeroed();
-    // SAFETY: every structure of the C interface starts with its 64-bit size, and holds integers and floating-point numbers
-    // only, for which zero is a value.
-    unsafe {
-        value.as_mut_ptr().cast::<u64>().write(size_of::<T>() as u64);
-        value.assume_init()
-    }
+    let value = std::mem::MaybeUninit::<T>::zeroed();
+    // SAFETY: every structure of the C interface holds integers and floating-point numbers only, for which zero is a value.
+    unsafe { value.assume_init() }
+}
+
+/// A read-out's function: handle, structure, its size.
+pub type Get<H, T> = unsafe extern "C" fn(H, Output<T>, u64) -> i32;
+
+/// What a read-out returns.
+///
+/// # Safety
+/// A handle from fk_init.
+unsafe fn got<H, T: Copy>(handle: H, call: Get<H, T>) -> i32 {
+    // SAFETY: the caller's promise, and a structure of this function.
+    unsafe { call(handle, Output::given(&mut empty()), size_of::<T>() as u64) }
 }
 
 /// Every read-out of a sound simulation, into arrays of exactly the lengths asked for.
@@ -203,22 +239,22 @@ unsafe fn look(handle: *const fk_sim) {
     // SAFETY: the caller's promise; structures and arrays of this function.
     unsafe {
         let sim = || ToLookAt::given(handle);
-        assert_eq!(fk_get_grid(sim(), Output::given(&mut grid)), FK_OK);
+        assert_eq!(fk_get_grid(sim(), Output::given(&mut grid), size_of::<fk_grid>() as u64), FK_OK);
         let mut nodes = vec![0.0; 3 * (grid.nodes_x * grid.nodes_y) as usize];
         let mut segments = vec![0.0; (grid.horizontal + grid.vertical) as usize];
         let mut residual = [0.0; 3];
         let statuses = [
             fk_get_time(sim(), Output::given(&mut steps), Output::given(&mut seconds)),
-            fk_get_step_limits(sim(), Output::given(&mut empty())),
-            fk_get_projectile(sim(), Output::given(&mut empty())),
-            fk_get_contact(sim(), Output::given(&mut empty())),
-            fk_get_support(sim(), Output::given(&mut empty())),
-            fk_get_energy(sim(), Output::given(&mut empty())),
+            got(sim(), fk_get_step_limits),
+            got(sim(), fk_get_projectile),
+            got(sim(), fk_get_contact),
+            got(sim(), fk_get_support),
+            got(sim(), fk_get_energy),
             fk_get_momentum_residual(sim(), Output::given(residual.as_mut_ptr())),
-            fk_get_fabric(ToChange::given(handle.cast_mut()), Output::given(&mut empty())),
-            fk_get_counters(sim(), Output::given(&mut empty())),
-            fk_get_fault(sim(), Output::given(&mut empty())),
-            fk_get_outcome(sim(), Output::given(&mut empty())),
+            got(ToChange::given(handle.cast_mut()), fk_get_fabric),
+            got(sim(), fk_get_counters),
+            got(sim(), fk_get_fault),
+            got(sim(), fk_get_outcome),
             fk_copy_positions(sim(), Output::given(nodes.as_mut_ptr()), nodes.len() as u64),
             fk_copy_velocities(sim(), Output::given(nodes.as_mut_ptr()), nodes.len() as u64),
             fk_copy_stretch(sim(), Output::given(segments.as_mut_ptr()), segments.len() as u64),

@@ -5,9 +5,11 @@
 //! - Outcomes (arrested, exited, ...) are physics, not errors: see [`crate::outcome`].
 
 use crate::math;
+use core::ffi::CStr;
 use core::fmt::Write;
 
 /// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never reused.
+/// The constants of the C header, and their comments, are made from this list by `cargo xtask header`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(i32)]
 pub enum Code {
@@ -15,11 +17,11 @@ pub enum Code {
     NullPointer = -1,
     /// A buffer is shorter than the size query said.
     ShortBuffer = -2,
-    /// A memory block is not aligned as the size query said.
+    /// A structure or an array does not lie at a multiple of what its numbers are aligned to.
     Misaligned = -3,
     /// The block was moved or copied, or never initialised: use save and load instead.
     MovedBlock = -4,
-    /// A structure does not carry a `struct_size` of a version this library knows.
+    /// A structure has a size that no version this library knows gave it.
     StructSize = -5,
     /// A number is NaN or infinite.
     NotFinite = -6,
@@ -33,7 +35,7 @@ pub enum Code {
     BadQuaternion = -10,
     /// The sheet has more nodes than memory can address.
     TooManyNodes = -11,
-    /// The time step exceeds the largest allowed one, which the error carries.
+    /// The time step exceeds the largest allowed one; the fault's `limit` holds it.
     StepTooLarge = -12,
     /// The parameters give a step limit that is zero, subnormal or not finite, or a step with which no calculation stays within
     /// the numbers: nodes of over 1e90 kg (N s, J at one spacing a step), or over a thousand times dt_crit.
@@ -45,7 +47,8 @@ pub enum Code {
     /// The projectile is smaller than the node spacing: nodes would not see it.
     ProjectileTooSmall = -16,
     /// The projectile would cross more than one node spacing in a step, or turn more than half a radian: take a smaller step.
-    /// Yarn that is soft or heavy allows steps so large that a usual speed is too fast for them.
+    /// Yarn that is soft or heavy allows steps so large that a usual speed is too fast for them. The fault's `limit` holds the
+    /// largest step, s, with which the motion is accepted.
     ProjectileTooFast = -17,
     /// A node lies inside the projectile at the start.
     InitialOverlap = -18,
@@ -81,7 +84,7 @@ pub enum Code {
     BandOutOfTurn = -33,
     /// The theta rule cannot be stepped in bands.
     NotInBands = -34,
-    /// An attachment holds no node: the corner discs lie between the nodes.
+    /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
     HoldsNothing = -35,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
@@ -95,98 +98,68 @@ pub enum Code {
 
 impl Code {
     /// Every code, for tables and tests.
-    pub const ALL: [Code; 39] = [
-        Code::NullPointer,
-        Code::ShortBuffer,
-        Code::Misaligned,
-        Code::MovedBlock,
-        Code::StructSize,
-        Code::NotFinite,
-        Code::NotPositive,
-        Code::OutOfRange,
-        Code::UnknownChoice,
-        Code::BadQuaternion,
-        Code::TooManyNodes,
-        Code::StepTooLarge,
-        Code::StepLimitUnusable,
-        Code::DamageRateTooSmall,
-        Code::ProjectileTooLight,
-        Code::ProjectileTooSmall,
-        Code::ProjectileTooFast,
-        Code::InitialOverlap,
-        Code::DiscsOverlap,
-        Code::DiscTouchesProjectile,
-        Code::WrongLength,
-        Code::WrongDrive,
-        Code::BadPath,
-        Code::AlreadyStarted,
-        Code::ImageMalformed,
-        Code::ImageOfAnotherScene,
-        Code::ImageInvalid,
-        Code::BadNormal,
-        Code::UnboundedFaces,
-        Code::ImpossibleMoments,
-        Code::NotSymmetric,
-        Code::NotBuilt,
-        Code::BandOutOfTurn,
-        Code::NotInBands,
-        Code::HoldsNothing,
-        Code::NonFinite,
-        Code::ContactCapacity,
-        Code::TooFast,
-        Code::NotConverged,
-    ];
+    pub const ALL: [Code; TEXTS.len()] = {
+        let (mut all, mut k) = ([Code::NullPointer; TEXTS.len()], 0);
+        while k < all.len() {
+            all[k] = TEXTS[k].0;
+            k += 1;
+        }
+        all
+    };
 
     /// The number the C interface returns.
-    pub fn number(self) -> i32 {
+    pub const fn number(self) -> i32 {
         self as i32
     }
 
     /// What the code means, as a C string: one sentence fragment without a full stop.
-    pub fn text(self) -> &'static core::ffi::CStr {
-        match self {
-            Code::NullPointer => c"null pointer",
-            Code::ShortBuffer => c"buffer too short",
-            Code::Misaligned => c"memory block not aligned",
-            Code::MovedBlock => c"memory block moved, copied or not initialised",
-            Code::StructSize => c"unknown struct_size",
-            Code::NotFinite => c"not a finite number",
-            Code::NotPositive => c"must be greater than zero",
-            Code::OutOfRange => c"out of range",
-            Code::UnknownChoice => c"unknown choice",
-            Code::BadQuaternion => c"not a unit quaternion",
-            Code::TooManyNodes => c"too many nodes",
-            Code::StepTooLarge => c"time step too large",
-            Code::StepLimitUnusable => c"parameters give no usable time step",
-            Code::DamageRateTooSmall => c"damage rate below 3",
-            Code::ProjectileTooLight => c"projectile lighter than a node",
-            Code::ProjectileTooSmall => c"projectile smaller than the node spacing",
-            Code::ProjectileTooFast => c"projectile crosses more than a node spacing in a step",
-            Code::InitialOverlap => c"a node lies inside the projectile",
-            Code::DiscsOverlap => c"corner discs overlap",
-            Code::DiscTouchesProjectile => c"a corner disc reaches under the projectile",
-            Code::WrongLength => c"array of the wrong length",
-            Code::WrongDrive => c"call does not fit the way the projectile is driven",
-            Code::BadPath => c"path does not fit the simulation's time",
-            Code::AlreadyStarted => c"only allowed before the first step",
-            Code::ImageMalformed => c"snapshot image malformed or altered",
-            Code::ImageOfAnotherScene => c"snapshot image of another scene or version",
-            Code::ImageInvalid => c"snapshot image holds impossible values",
-            Code::BadNormal => c"not a unit normal",
-            Code::UnboundedFaces => c"faces do not enclose a body",
-            Code::ImpossibleMoments => c"moments of inertia that no body has",
-            Code::NotSymmetric => c"not symmetric about the mirror planes",
-            Code::NotBuilt => c"this build was made without it",
-            Code::BandOutOfTurn => c"band called out of turn, or bands (not) in use",
-            Code::NotInBands => c"the theta rule cannot be stepped in bands",
-            Code::HoldsNothing => c"an attachment that holds no node",
-            Code::NonFinite => c"a non-finite number appeared in the state",
-            Code::ContactCapacity => c"more nodes under the projectile than contact_capacity",
-            Code::TooFast => c"the projectile became faster than a node spacing in a step",
-            Code::NotConverged => c"the iteration of a step did not converge; take a smaller step",
-        }
+    pub fn text(self) -> &'static CStr {
+        TEXTS.iter().find(|(code, _)| *code == self).map_or(c"", |(_, text)| text)
     }
 }
+
+/// The text of each code.
+const TEXTS: [(Code, &CStr); 39] = [
+    (Code::NullPointer, c"null pointer"),
+    (Code::ShortBuffer, c"buffer too short"),
+    (Code::Misaligned, c"structure or array not aligned"),
+    (Code::MovedBlock, c"memory block moved, copied or not initialised"),
+    (Code::StructSize, c"structure of unknown size"),
+    (Code::NotFinite, c"not a finite number"),
+    (Code::NotPositive, c"must be greater than zero"),
+    (Code::OutOfRange, c"out of range"),
+    (Code::UnknownChoice, c"unknown choice"),
+    (Code::BadQuaternion, c"not a unit quaternion"),
+    (Code::TooManyNodes, c"too many nodes"),
+    (Code::StepTooLarge, c"time step too large"),
+    (Code::StepLimitUnusable, c"parameters give no usable time step"),
+    (Code::DamageRateTooSmall, c"damage rate below 3"),
+    (Code::ProjectileTooLight, c"projectile lighter than a node"),
+    (Code::ProjectileTooSmall, c"projectile smaller than the node spacing"),
+    (Code::ProjectileTooFast, c"projectile crosses more than a node spacing in a step"),
+    (Code::InitialOverlap, c"a node lies inside the projectile"),
+    (Code::DiscsOverlap, c"corner discs overlap"),
+    (Code::DiscTouchesProjectile, c"a corner disc reaches under the projectile"),
+    (Code::WrongLength, c"array of the wrong length"),
+    (Code::WrongDrive, c"call does not fit the way the projectile is driven"),
+    (Code::BadPath, c"path does not fit the simulation's time"),
+    (Code::AlreadyStarted, c"only allowed before the first step"),
+    (Code::ImageMalformed, c"snapshot image malformed or altered"),
+    (Code::ImageOfAnotherScene, c"snapshot image of another scene or version"),
+    (Code::ImageInvalid, c"snapshot image holds impossible values"),
+    (Code::BadNormal, c"not a unit normal"),
+    (Code::UnboundedFaces, c"faces do not enclose a body"),
+    (Code::ImpossibleMoments, c"moments of inertia that no body has"),
+    (Code::NotSymmetric, c"not symmetric about the mirror planes"),
+    (Code::NotBuilt, c"this build was made without it"),
+    (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
+    (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
+    (Code::HoldsNothing, c"an attachment that holds no node"),
+    (Code::NonFinite, c"a non-finite number appeared in the state"),
+    (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
+    (Code::TooFast, c"the projectile became faster than a node spacing in a step"),
+    (Code::NotConverged, c"the iteration of a step did not converge; take a smaller step"),
+];
 
 /// The text of an error: at most 160 bytes, no allocation.
 pub type Text = heapless::String<160>;
@@ -318,7 +291,20 @@ mod tests {
     fn numbers_are_unique_and_in_their_ranges() {
         for (i, a) in Code::ALL.iter().enumerate() {
             assert!((-99..=-1).contains(&a.number()));
+            assert!(!a.text().is_empty());
             assert!(Code::ALL.iter().skip(i + 1).all(|b| b.number() != a.number()));
+        }
+    }
+
+    #[test]
+    fn every_code_has_a_text() {
+        let (_, list) = include_str!("error.rs").split_once("pub enum Code {").unwrap();
+        let (list, _) = list.split_once("\n}").unwrap();
+        let codes: std::vec::Vec<_> = list.lines().filter_map(|line| line.split_once(" = -")).collect();
+        assert_eq!(codes.len(), Code::ALL.len());
+        for ((name, number), code) in codes.iter().zip(Code::ALL) {
+            assert_eq!(name.trim(), std::format!("{code:?}"));
+            assert_eq!(number.trim_end_matches(','), std::format!("{}", -code.number()));
         }
     }
 

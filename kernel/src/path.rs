@@ -12,13 +12,14 @@ use crate::projectile::{Body, Motion};
 use nalgebra::Quaternion;
 
 /// Where the host wants the body at the end of a communication step, in the host's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Path {
     /// Step count at which the path starts: the simulation's present count, or that of the path being followed.
     pub first: u64,
-    /// Length of the path in steps, at least 1.
+    /// Length of the path in steps, at least 1; less than half a turn of the body.
     pub steps: u64,
-    /// Pose and rates at step `first + steps`.
+    /// Pose and rates at step `first + steps`. The body gets there by M13.
     pub end: Motion,
 }
 

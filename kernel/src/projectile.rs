@@ -14,11 +14,12 @@ use crate::shape::Solid;
 use nalgebra::{Quaternion, Vector4};
 
 /// Position, orientation and rates of a rigid body in one frame. Angular velocity in the axes of that frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Motion {
     /// Centre of mass, m.
     pub position: [f64; 3],
-    /// Velocity, m/s.
+    /// Velocity of the centre of mass, m/s.
     pub velocity: [f64; 3],
     /// Orientation, unit quaternion, scalar first.
     pub orientation: [f64; 4],

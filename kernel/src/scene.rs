@@ -345,10 +345,11 @@ pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
 /// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
 pub const DAMAGE_RATE_MIN: f64 = 3.0;
 
-/// The limits of the time step, s.
+/// The time step and its limits (M11), s.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct StepLimits {
-    /// The step in use.
+    /// The step in use, constant for the life of a simulation.
     pub dt: f64,
     /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
     pub dt_crit: f64,

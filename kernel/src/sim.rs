@@ -23,62 +23,65 @@ use crate::state::{COUNT_MAX, State};
 use crate::step;
 use crate::system::{SegmentView, System};
 use crate::watch::{FirstContact, Latch, Outcome, OutcomeSet};
-use crate::weave::ATTACHMENTS;
 use crate::yarn;
 use core::mem::MaybeUninit;
 
-/// Contact read-out. Host's axes, cumulative since the start.
+/// Contact sums (M8) since the start or reset, host's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Contact {
-    /// Impulse on the projectile, N s.
+    /// Impulse on the projectile, N s. A mean force is a difference of two divided by the time between.
     pub impulse: [f64; 3],
     /// Angular impulse on the projectile about its moving centre of mass, N m s.
     pub angular_impulse: [f64; 3],
     /// Work of the projectile on the fabric = energy absorbed, J.
     pub work: f64,
-    /// Kinetic energy lost in impacts of nodes, J.
+    /// Kinetic energy lost in impacts of nodes, part of the work, J.
     pub loss: f64,
     /// Largest mean force over a window of `force_window`, N; until the first window is full the mean force over the time elapsed.
     pub force_peak: f64,
 }
 
-/// Impulse of the sheet and of a free projectile on the supports, N s, host's axes. Numbering of the attachments: see [`crate::weave::attachment_of`].
+/// Impulses of the sheet and of a free projectile on the supports since the start or reset, N s, host's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Support {
     /// All together.
     pub total: [f64; 3],
-    /// Each side (left, right, bottom, top) or corner.
-    pub attachments: [[f64; 3]; ATTACHMENTS],
+    /// Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
+    pub attachments: [[f64; 3]; 4],
 }
 
-/// Extremes of the fabric at t_n.
+/// Extremes of the fabric at the present time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Fabric {
     /// Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
     /// off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
     pub max_deflection: f64,
-    /// Largest stretch of a live segment.
+    /// Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
     pub max_stretch: f64,
 }
 
 /// Counters and high-water marks. Available even after a failure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Counters {
-    /// Steps taken.
+    /// Steps taken since the start or reset.
     pub steps: u64,
-    /// Segments with alpha = 0.
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
     pub failed_segments: u64,
     /// Nodes with a contact impulse in the last step.
     pub contacts: u64,
-    /// Contact solves that ran out of sweeps.
+    /// Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
     pub unconverged: u64,
-    /// Most Gauss-Seidel sweeps of one solve.
+    /// Most Gauss-Seidel sweeps of one solve, at most 200, or 4000 where a fixed node takes an impulse.
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
     pub most_candidates: u64,
-    /// Places for candidate nodes.
+    /// Places for candidate nodes: `contact_capacity`, or every node modelled.
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m; also that of fixed nodes in a prescribed body, which passes through them.
+    /// Deepest penetration met, m: rounding in a sound run; also that of fixed nodes in a prescribed body, which passes through them.
     pub worst_penetration: f64,
     /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     pub iterations: u64,
@@ -111,7 +114,7 @@ pub enum Status {
 pub struct Outcomes {
     /// The latest outcome, or contact or flight.
     pub status: Status,
-    /// Bits of all latched outcomes ([`Outcome::bit`]).
+    /// All latched outcomes.
     pub mask: OutcomeSet,
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,

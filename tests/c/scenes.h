@@ -7,77 +7,76 @@
 
 static void sheet(fk_scene *scene, uint32_t nodes_x, uint32_t nodes_y)
 {
-    scene->sheet_nodes_x = nodes_x;
-    scene->sheet_nodes_y = nodes_y;
+    scene->sheet.nodes_x = nodes_x;
+    scene->sheet.nodes_y = nodes_y;
 }
 
 /* A cylinder that strikes with its rim, faster than the sheet holds, and turns. */
 static void askew(fk_scene *scene)
 {
     sheet(scene, 33, 30);
-    scene->projectile_radius = 3.5e-3;
-    scene->projectile_length = 11e-3;
-    scene->projectile_mass = 3.5e-3;
-    scene->projectile_position[2] = -7.5e-3;
-    scene->projectile_velocity[0] = 15.0;
-    scene->projectile_velocity[2] = 350.0;
-    scene->projectile_orientation[0] = 0.96;
-    scene->projectile_orientation[1] = 0.28;
-    scene->projectile_angular_velocity[0] = 800.0;
-    scene->projectile_angular_velocity[2] = -1500.0;
+    scene->projectile.radius = 3.5e-3;
+    scene->projectile.length = 11e-3;
+    scene->projectile.mass = 3.5e-3;
+    scene->projectile.position[2] = -7.5e-3;
+    scene->projectile.velocity[0] = 15.0;
+    scene->projectile.velocity[2] = 350.0;
+    scene->projectile.orientation[0] = 0.96;
+    scene->projectile.orientation[1] = 0.28;
+    scene->projectile.angular_velocity[0] = 800.0;
+    scene->projectile.angular_velocity[2] = -1500.0;
 }
 
 static void theta(fk_scene *scene)
 {
     askew(scene);
-    scene->projectile_shape = FK_CYLINDER;
-    scene->yarn_draw = FK_DRAW_YARN;
-    scene->integrator = FK_THETA;
-    scene->theta = 0.5;
-    scene->theta_tolerance = 1e-9;
-    scene->theta_max_iterations = 300;
-    scene->rotation_rule = FK_THETA;
-    scene->rotation_theta = 0.5;
+    scene->projectile.shape = FK_SHAPE_CYLINDER;
+    scene->yarn.draw = FK_DRAW_YARN;
+    scene->integrator.kind = FK_INTEGRATOR_THETA;
+    scene->integrator.theta = 0.5;
+    scene->integrator.tolerance = 1e-9;
+    scene->integrator.max_iterations = 300;
+    scene->rotation_rule.kind = FK_ROTATION_THETA;
+    scene->rotation_rule.theta = 0.5;
 }
 
 static void quarter(fk_scene *scene)
 {
     sheet(scene, 42, 41);
-    scene->yarn_stochastic = 0;
-    scene->mirror_x = 1;
-    scene->mirror_y = 1;
+    scene->yarn.stochastic = 0;
+    scene->symmetry.mirror_x = 1;
+    scene->symmetry.mirror_y = 1;
 }
 
 static void box(fk_scene *scene)
 {
     askew(scene);
-    scene->projectile_shape = FK_BOX;
-    scene->projectile_size[0] = 6e-3;
-    scene->projectile_size[1] = 7e-3;
-    scene->projectile_size[2] = 8e-3;
+    scene->projectile.shape = FK_SHAPE_BOX;
+    scene->projectile.size[0] = 6e-3;
+    scene->projectile.size[1] = 7e-3;
+    scene->projectile.size[2] = 8e-3;
 }
 
 static void bullet(fk_scene *scene)
 {
     askew(scene);
-    scene->projectile_shape = FK_HEMISPHERICAL_CYLINDER;
+    scene->projectile.shape = FK_SHAPE_HEMISPHERICAL_CYLINDER;
 }
 
 /* The preset's sector of a disc, on a smaller sheet. */
 static void sector(fk_scene *scene)
 {
     sheet(scene, 121, 121);
-    scene->projectile_velocity[2] = 400.0;
-    scene->projectile_angular_velocity[1] = -2000.0;
+    scene->projectile.velocity[2] = 400.0;
+    scene->projectile.angular_velocity[1] = -2000.0;
 }
 
 static void halved(fk_scene *scene)
 {
     sheet(scene, 31, 31);
-    scene->attachment_kind = FK_TWO_SIDES;
-    scene->step_kind = FK_STEP_SECONDS;
-    scene->step_value = 2e-8;
-    scene->step_after_failure = FK_STEP_HALF;
+    scene->attachment.kind = FK_ATTACHMENT_TWO_SIDES;
+    scene->time_step.seconds = 2e-8;
+    scene->step_after_failure = FK_STEP_AFTER_FAILURE_HALF;
 }
 
 typedef struct test_scene {

@@ -12,11 +12,11 @@ __attribute__((noinline)) double measured(fk_sim *sim)
     double sum = 0.0;
     int i;
     for (i = 0; i < ROUNDS; i++) {
-        fk_contact contact = {.struct_size = sizeof contact};
-        fk_motion projectile = {.struct_size = sizeof projectile};
+        fk_contact contact = {0};
+        fk_motion projectile = {0};
         uint64_t steps = 0;
         double seconds = 0.0;
-        if (fk_step(sim) != FK_OK || fk_get_contact(sim, &contact) != FK_OK || fk_get_projectile(sim, &projectile) != FK_OK
+        if (fk_step(sim) != FK_OK || fk_get_contact(sim, &contact, sizeof contact) != FK_OK || fk_get_projectile(sim, &projectile, sizeof projectile) != FK_OK
             || fk_get_time(sim, &steps, &seconds) != FK_OK)
             return -1.0;
         sum += contact.work + projectile.velocity[2] * seconds;
@@ -26,14 +26,13 @@ __attribute__((noinline)) double measured(fk_sim *sim)
 
 int main(void)
 {
-    fk_scene scene;
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
     fk_sim *sim = NULL;
-    uint64_t bytes = 0, align = 0;
-    char *memory;
-    fk_scene_preset(&scene, sizeof scene, FK_PRESET_SHEET_3IN_SPHERE);
-    scene.sheet_nodes_x = scene.sheet_nodes_y = 21;
-    if (fk_memory_size(&scene, &bytes, &align) != FK_OK || (memory = malloc(bytes + align)) == NULL
-        || fk_init(memory + (align - (uintptr_t)memory % align), bytes, &scene, &sim, NULL) != FK_OK)
+    uint64_t bytes = 0;
+    void *memory;
+    scene.sheet.nodes_x = scene.sheet.nodes_y = 21;
+    if (fk_memory_size(&scene, &bytes) != FK_OK || (memory = malloc(bytes)) == NULL
+        || fk_init(memory, bytes, &scene, &sim, NULL, 0) != FK_OK)
         return 1;
     printf("%.17g\n", measured(sim));
     free(memory);

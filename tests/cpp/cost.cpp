@@ -23,12 +23,9 @@ extern "C" __attribute__((noinline)) double measured(fabric::Sim &sim)
 
 int main()
 {
-    auto scene = fabric::Scene::preset(FK_PRESET_SHEET_3IN_SPHERE);
-    if (!scene)
-        return 1;
-    fk_scene &data = **scene;
-    data.sheet_nodes_x = data.sheet_nodes_y = 21;
-    auto sim = fabric::Sim::make(*scene);
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
+    scene.sheet.nodes_x = scene.sheet.nodes_y = 21;
+    auto sim = fabric::Sim::make(scene);
     if (!sim)
         return 1;
     std::printf("%.17g\n", measured(*sim));

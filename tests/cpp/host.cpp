@@ -21,26 +21,17 @@ namespace {
     } while (0)
 
 static_assert(!std::is_copy_constructible_v<fabric::Sim> && !std::is_copy_assignable_v<fabric::Sim>);
-static_assert(!std::is_copy_constructible_v<fabric::Scene> && !std::is_copy_assignable_v<fabric::Scene>);
 static_assert(std::is_nothrow_move_constructible_v<fabric::Sim> && std::is_nothrow_move_assignable_v<fabric::Sim>);
-static_assert(std::is_nothrow_move_constructible_v<fabric::Scene> && std::is_nothrow_move_assignable_v<fabric::Scene>);
 static_assert(sizeof(fabric::Status) == sizeof(std::int32_t));
 
-fabric::Scene preset(std::uint32_t number)
+fk_scene small_scene()
 {
-    auto scene = fabric::Scene::preset(number);
-    CHECK(scene);
-    return *std::move(scene);
-}
-
-fabric::Scene small_scene()
-{
-    fabric::Scene scene = preset(FK_PRESET_SHEET_3IN_SPHERE);
-    scene->sheet_nodes_x = scene->sheet_nodes_y = 41;
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
+    scene.sheet.nodes_x = scene.sheet.nodes_y = 41;
     return scene;
 }
 
-fabric::Sim made(const fabric::Scene &scene)
+fabric::Sim made(const fk_scene &scene)
 {
     auto sim = fabric::Sim::make(scene);
     CHECK(sim && sim.reason().ok());
@@ -57,9 +48,9 @@ void print(const char *name, const fabric::Sim &sim)
 void the_digests_of_every_scene()
 {
     for (const test_scene &test : test_scenes) {
-        fabric::Scene scene = preset(test.preset);
-        test.change(&*scene);
-        CHECK(scene.check());
+        fk_scene scene = fk_scene_preset(test.preset);
+        test.change(&scene);
+        CHECK(fabric::check(scene));
         fabric::Sim sim = made(scene);
         CHECK(sim.advance(test.steps));
         print(test.name, sim);
@@ -71,15 +62,14 @@ void the_digests_of_every_scene()
 
 void memory_of_the_host()
 {
-    const fabric::Scene scene = small_scene();
-    const auto size = scene.memory_size();
-    CHECK(size && size->align == 64);
-    std::vector<std::uint8_t> memory(size->bytes + size->align, 0xaa);
-    std::uint8_t *start = memory.data() + (size->align - reinterpret_cast<std::uintptr_t>(memory.data()) % size->align);
-    CHECK(fabric::Sim::make_in(start, size->bytes - 1, scene).reason().status() == FK_SHORT_BUFFER);
-    CHECK(fabric::Sim::make_in(start + 1, size->bytes, scene).reason().status() == FK_MISALIGNED);
-    auto sim = fabric::Sim::make_in(start, size->bytes, scene);
-    CHECK(sim && static_cast<void *>(sim->raw()) == start);
+    const fk_scene scene = small_scene();
+    const auto bytes = fabric::memory_size(scene);
+    CHECK(bytes);
+    std::vector<std::uint8_t> memory(*bytes + 1, 0xaa);
+    std::uint8_t *start = memory.data() + 1;
+    CHECK(fabric::Sim::make_in(start, *bytes - 1, scene).reason().status() == FK_SHORT_BUFFER);
+    auto sim = fabric::Sim::make_in(start, *bytes, scene);
+    CHECK(sim);
     CHECK(sim->advance(100));
     fabric::Sim own = made(scene);
     CHECK(own.advance(100));
@@ -99,10 +89,8 @@ void moves()
     first = made(small_scene());
     first = std::move(second);
     CHECK(first.raw() == handle && *first.digest() == digest);
-    fabric::Scene scene = small_scene();
-    fabric::Scene copy = scene.clone();
-    copy->seed = 99;
-    CHECK(scene->seed == 1);
+    fk_scene copy = small_scene();
+    copy.seed = 99;
     std::vector<fabric::Sim> sims;
     for (int i = 0; i < 5; i++)
         sims.push_back(made(copy));
@@ -138,11 +126,10 @@ void read_outs_and_images()
 
 void paths()
 {
-    fabric::Scene scene = small_scene();
-    scene->drive = FK_DRIVE_PRESCRIBED;
+    fk_scene scene = small_scene();
+    scene.drive = FK_DRIVE_PRESCRIBED;
     fabric::Sim sim = made(scene);
     fk_path path{};
-    path.struct_size = sizeof path;
     path.steps = 100;
     path.end = *sim.projectile();
     path.end.position[2] += 1e-4;
@@ -155,7 +142,6 @@ void bands()
     fabric::Sim sim = made(small_scene()), plain = made(small_scene());
     std::vector<double> scratch(*sim.bands_size(2) / sizeof(double) + 8);
     auto *start = reinterpret_cast<char *>(scratch.data());
-    start += (64 - reinterpret_cast<std::uintptr_t>(start) % 64) % 64;
     const std::uint64_t bytes = *sim.bands_size(2);
     CHECK(sim.bands_begin(2, start, bytes));
     CHECK(sim.step().status() == FK_BAND_OUT_OF_TURN);
@@ -167,10 +153,10 @@ void bands()
 
 void refusals()
 {
-    CHECK(fabric::Scene::preset(77).reason().status() == FK_UNKNOWN_CHOICE);
-    fabric::Scene scene = small_scene();
-    scene->sheet_plies = 0;
-    const fabric::Fault fault = scene.check();
+    CHECK(fabric::check(fk_scene_preset(77)).status() == FK_STRUCT_SIZE);
+    fk_scene scene = small_scene();
+    scene.sheet.plies = 0;
+    const fabric::Fault fault = fabric::check(scene);
     CHECK(!fault && std::strcmp(fault.data().field, "sheet.plies") == 0);
     const auto sim = fabric::Sim::make(scene);
     CHECK(!sim && sim.reason().status() == FK_OUT_OF_RANGE && std::strcmp(sim.reason().text(), fault.text()) == 0);
@@ -182,7 +168,7 @@ void refusals()
         caught = error.fault().status() == FK_OUT_OF_RANGE && std::strstr(error.what(), "sheet.plies") != nullptr;
     }
     CHECK(caught);
-    scene->sheet_plies = 1;
+    scene.sheet.plies = 1;
     fabric::Sim good = fabric::Sim::make(scene).or_throw();
     good.advance(10).or_throw();
     CHECK(good.time().or_throw().steps == 10);

@@ -21,31 +21,31 @@ static void set3(double *to, double x, double y, double z)
 
 static void sheet(fk_scene *scene, uint32_t nodes_x, uint32_t nodes_y)
 {
-    scene->sheet_nodes_x = nodes_x;
-    scene->sheet_nodes_y = nodes_y;
+    scene->sheet.nodes_x = nodes_x;
+    scene->sheet.nodes_y = nodes_y;
 }
 
 /* A light sphere, drawn yarn, four sides held. */
 static void sphere(fk_scene *scene)
 {
     sheet(scene, 17, 15);
-    scene->projectile_radius = 2e-3;
-    scene->projectile_mass = 3e-4;
-    set3(scene->projectile_position, 3e-4, -2e-4, -2.01e-3);
-    set3(scene->projectile_velocity, 20.0, -10.0, 400.0);
-    set3(scene->projectile_angular_velocity, 900.0, 0.0, -300.0);
+    scene->projectile.radius = 2e-3;
+    scene->projectile.mass = 3e-4;
+    set3(scene->projectile.position, 3e-4, -2e-4, -2.01e-3);
+    set3(scene->projectile.velocity, 20.0, -10.0, 400.0);
+    set3(scene->projectile.angular_velocity, 900.0, 0.0, -300.0);
 }
 
 /* A cylinder that strikes with its rim and turns. */
 static void askew(fk_scene *scene)
 {
     sphere(scene);
-    scene->projectile_shape = FK_CYLINDER;
-    scene->projectile_radius = 1.5e-3;
-    scene->projectile_length = 4e-3;
-    scene->projectile_position[2] = -2.55e-3;
-    scene->projectile_orientation[0] = 0.96;
-    scene->projectile_orientation[1] = 0.28;
+    scene->projectile.shape = FK_SHAPE_CYLINDER;
+    scene->projectile.radius = 1.5e-3;
+    scene->projectile.length = 4e-3;
+    scene->projectile.position[2] = -2.55e-3;
+    scene->projectile.orientation[0] = 0.96;
+    scene->projectile.orientation[1] = 0.28;
 }
 
 /* One draw per yarn; nodes and rotation by the theta rule. */
@@ -53,24 +53,24 @@ static void theta(fk_scene *scene)
 {
     askew(scene);
     sheet(scene, 11, 12);
-    scene->projectile_velocity[2] = 300.0;
-    scene->yarn_draw = FK_DRAW_YARN;
-    scene->integrator = FK_THETA;
-    scene->theta = 0.5;
-    scene->theta_tolerance = 1e-9;
-    scene->theta_max_iterations = 300;
-    scene->rotation_rule = FK_THETA;
-    scene->rotation_theta = 0.5;
+    scene->projectile.velocity[2] = 300.0;
+    scene->yarn.draw = FK_DRAW_YARN;
+    scene->integrator.kind = FK_INTEGRATOR_THETA;
+    scene->integrator.theta = 0.5;
+    scene->integrator.tolerance = 1e-9;
+    scene->integrator.max_iterations = 300;
+    scene->rotation_rule.kind = FK_ROTATION_THETA;
+    scene->rotation_rule.theta = 0.5;
 }
 
 /* A hemispherical end, four corners held. */
 static void bullet(fk_scene *scene)
 {
     askew(scene);
-    scene->projectile_shape = FK_HEMISPHERICAL_CYLINDER;
-    scene->attachment_kind = FK_FOUR_CORNERS;
-    scene->attachment_disc_inset = 1.2e-3;
-    scene->attachment_disc_radius = 1e-3;
+    scene->projectile.shape = FK_SHAPE_HEMISPHERICAL_CYLINDER;
+    scene->attachment.kind = FK_ATTACHMENT_FOUR_CORNERS;
+    scene->attachment.disc_inset = 1.2e-3;
+    scene->attachment.disc_radius = 1e-3;
     scene->seed = 0xfeed;
 }
 
@@ -78,15 +78,15 @@ static void bullet(fk_scene *scene)
 static void box(fk_scene *scene)
 {
     sphere(scene);
-    scene->attachment_kind = FK_FREE_SHEET;
-    scene->sheet_plies = 3;
-    set3(scene->sheet_position, 0.5, -0.25, 2.0);
-    scene->sheet_orientation[0] = 0.8;
-    scene->sheet_orientation[2] = 0.6;
-    scene->projectile_shape = FK_BOX;
-    set3(scene->projectile_size, 2e-3, 3e-3, 4e-3);
-    set3(scene->projectile_position, 0.497216, -0.2496, 1.999188);
-    set3(scene->projectile_velocity, 864.0, 0.0, 252.0);
+    scene->attachment.kind = FK_ATTACHMENT_FREE;
+    scene->sheet.plies = 3;
+    set3(scene->sheet.position, 0.5, -0.25, 2.0);
+    scene->sheet.orientation[0] = 0.8;
+    scene->sheet.orientation[2] = 0.6;
+    scene->projectile.shape = FK_SHAPE_BOX;
+    set3(scene->projectile.size, 2e-3, 3e-3, 4e-3);
+    set3(scene->projectile.position, 0.497216, -0.2496, 1.999188);
+    set3(scene->projectile.velocity, 864.0, 0.0, 252.0);
 }
 
 /* A quarter of a sheet of uniform yarn, two sides held, under the flat end of a cylinder. */
@@ -94,15 +94,15 @@ static void quarter(fk_scene *scene)
 {
     sphere(scene);
     sheet(scene, 28, 27);
-    scene->mirror_x = 1;
-    scene->mirror_y = 1;
-    scene->attachment_kind = FK_TWO_SIDES;
-    scene->yarn_stochastic = 0;
-    scene->projectile_shape = FK_CYLINDER;
-    scene->projectile_length = 4e-3;
-    set3(scene->projectile_position, 0.0, 0.0, -2e-3);
-    set3(scene->projectile_velocity, 0.0, 0.0, 400.0);
-    set3(scene->projectile_angular_velocity, 0.0, 0.0, 0.0);
+    scene->symmetry.mirror_x = 1;
+    scene->symmetry.mirror_y = 1;
+    scene->attachment.kind = FK_ATTACHMENT_TWO_SIDES;
+    scene->yarn.stochastic = 0;
+    scene->projectile.shape = FK_SHAPE_CYLINDER;
+    scene->projectile.length = 4e-3;
+    set3(scene->projectile.position, 0.0, 0.0, -2e-3);
+    set3(scene->projectile.velocity, 0.0, 0.0, 400.0);
+    set3(scene->projectile.angular_velocity, 0.0, 0.0, 0.0);
 }
 
 /* A wedge, edge first; the step is halved after the first failure. */
@@ -113,26 +113,25 @@ static void wedge(fk_scene *scene)
     };
     int face, number;
     sphere(scene);
-    scene->projectile_shape = FK_POLYHEDRON;
-    scene->projectile_face_count = 5;
+    scene->projectile.shape = FK_SHAPE_POLYHEDRON;
+    scene->projectile.faces.count = 5;
     for (face = 0; face < 5; face++)
         for (number = 0; number < 4; number++)
-            scene->projectile_faces[face][number] = faces[face][number];
-    set3(scene->projectile_moments, 5e-10, 4e-10, 6e-10);
-    set3(scene->projectile_position, 0.0, 0.0, -1.3e-3);
-    scene->step_after_failure = FK_STEP_HALF;
+            scene->projectile.faces.planes[face][number] = faces[face][number];
+    set3(scene->projectile.moments, 5e-10, 4e-10, 6e-10);
+    set3(scene->projectile.position, 0.0, 0.0, -1.3e-3);
+    scene->step_after_failure = FK_STEP_AFTER_FAILURE_HALF;
 }
 
 /* The damage law with a true zero, a toe for slack segments, the step in seconds, nothing watched. */
 static void toe(fk_scene *scene)
 {
     sphere(scene);
-    scene->yarn_damage_b = 0.01;
-    scene->yarn_damage_a = 1.01;
-    scene->yarn_alpha_fail = 0.0;
+    scene->yarn.damage_b = 0.01;
+    scene->yarn.damage_a = 1.01;
+    scene->yarn.alpha_fail = 0.0;
     scene->slack_toe = 0.02;
-    scene->step_kind = FK_STEP_SECONDS;
-    scene->step_value = 2e-8;
+    scene->time_step.seconds = 2e-8;
     scene->track_detachment = 0;
     scene->track_support = 0;
 }
@@ -142,7 +141,7 @@ static void prescribed(fk_scene *scene)
 {
     askew(scene);
     scene->drive = FK_DRIVE_PRESCRIBED;
-    scene->projectile_mass = 0.0;
+    scene->projectile.mass = 0.0;
 }
 
 enum { TEST_SCENES = 8 };
@@ -159,16 +158,14 @@ static int32_t test_run(fk_sim *sim, const fk_scene *scene, uint64_t steps)
     int32_t status;
     if (scene->drive != FK_DRIVE_PRESCRIBED)
         return fk_advance(sim, steps);
-    path.struct_size = sizeof path;
     path.steps = steps;
-    path.end.struct_size = sizeof path.end;
     set3(path.end.position, 4e-4, 0.0, -6e-4);
     set3(path.end.velocity, 5.0, 0.0, 300.0);
     path.end.orientation[0] = 0.8;
     path.end.orientation[1] = 0.6;
     set3(path.end.angular_velocity, 200.0, 100.0, -500.0);
-    status = fk_follow(sim, &path, steps / 3);
-    return status != FK_OK ? status : fk_follow(sim, &path, steps - steps / 3);
+    status = fk_follow(sim, &path, sizeof path, steps / 3);
+    return status != FK_OK ? status : fk_follow(sim, &path, sizeof path, steps - steps / 3);
 }
 
 #endif /* SCENES_H */

@@ -123,7 +123,7 @@ fn run(row: &Row, k: u64) -> Run {
         at_detached: work(Outcome::Detached),
         residual: sim.projectile().expect("sound").velocity[2],
         arrested,
-        timeout: outcomes.mask == 0,
+        timeout: outcomes.mask == fabric::OutcomeSet::NONE,
         failed_segments: sim.counters().failed_segments,
         audit: sim.energy().expect("sound").residual / row.energy,
     }

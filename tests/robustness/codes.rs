@@ -1,6 +1,7 @@
 //! Every code, failure, outcome and status comes out of a call, in Rust and in C. The matches have no arm for "others": a new
 //! one does not compile before it is produced here.
 
+use fabric::fields::{FIELDS, slot_of};
 use fabric::snapshot::Hash;
 use fabric::{CacheLine, Code, Drive, Error, Failure, Integrator, Motion, Outcome, Path, Scene, Sim, Status, Symmetry};
 use fabric_capi::calls::*;
@@ -167,14 +168,9 @@ fn failed(failure: Failure) -> Failure {
 
 // ---- C ---------------------------------------------------------------------------------------------------------------
 
-/// A cache line, so that vectors of it are aligned as blocks must be.
-#[derive(Clone, Copy)]
-#[repr(C, align(64))]
-struct Line([u8; 64]);
-
 /// A simulation in C: the block and its handle.
 struct InC {
-    _block: Vec<Line>,
+    _block: Vec<u8>,
     sim: *mut fk_sim,
 }
 
@@ -194,25 +190,24 @@ impl InC {
 
 fn in_c_of(scene: &Scene) -> InC {
     let structure = fk_scene::of(scene);
-    let (mut bytes, mut align, mut sim) = (0, 0, null_mut());
-    // SAFETY: structures and numbers of this function; the block is as long and aligned as asked for and kept with the handle.
+    let (mut bytes, mut sim) = (0, null_mut());
+    // SAFETY: structures and numbers of this function; the block is as long as asked for and kept with the handle.
     unsafe {
-        let sizes = (Output::given(&mut bytes), Output::given(&mut align));
-        assert_eq!(fk_memory_size(Input::given(&structure), sizes.0, sizes.1), FK_OK);
-        let mut block = vec![Line([0; 64]); bytes as usize / 64 + 1];
+        assert_eq!(fk_memory_size(Input::given(&structure), Output::given(&mut bytes)), FK_OK);
+        let mut block = vec![0; bytes as usize];
         let (lent, no_fault) = (Lent::given(block.as_mut_ptr().cast()), Output::given(null_mut()));
-        assert_eq!(fk_init(lent, bytes, Input::given(&structure), Output::given(&mut sim), no_fault), FK_OK);
+        assert_eq!(fk_init(lent, bytes, Input::given(&structure), Output::given(&mut sim), no_fault, 0), FK_OK);
         InC { _block: block, sim }
     }
 }
 
 /// What fk_init says about a scene.
 fn init(structure: &fk_scene) -> i32 {
-    let (mut block, mut sim) = (vec![Line([0; 64]); 10_000], null_mut());
+    let (mut block, mut sim) = (vec![0_u8; 640_000], null_mut());
     // SAFETY: a structure and a block of this function.
     unsafe {
         let (lent, no_fault) = (Lent::given(block.as_mut_ptr().cast()), Output::given(null_mut()));
-        fk_init(lent, 640_000, Input::given(structure), Output::given(&mut sim), no_fault)
+        fk_init(lent, 640_000, Input::given(structure), Output::given(&mut sim), no_fault, 0)
     }
 }
 
@@ -220,6 +215,12 @@ fn init(structure: &fk_scene) -> i32 {
 fn in_c(code: Code) -> i32 {
     let sheet = small_sheet(9, 50.0);
     let plain = fk_scene::of(&sheet);
+    let row = |name| FIELDS.iter().position(|field| field.name == name).expect("a parameter");
+    let with = |place: usize, word| {
+        let mut structure = plain;
+        structure.words[place] = word;
+        structure
+    };
     let load = |image: Vec<u8>| {
         let host = in_c_of(&sheet);
         // SAFETY: the handle's block is in `host`; the image is as long as said.
@@ -227,49 +228,33 @@ fn in_c(code: Code) -> i32 {
     };
     let follow = |scene: &Scene| {
         let host = in_c_of(scene);
-        let path = fk_path {
-            struct_size: size_of::<fk_path>() as u64,
-            first: 0,
-            steps: 0,
-            end: fk_motion {
-                struct_size: size_of::<fk_motion>() as u64,
-                position: [0.0; 3],
-                velocity: [0.0; 3],
-                orientation: [1.0, 0.0, 0.0, 0.0],
-                angular_velocity: [0.0; 3],
-            },
-        };
+        let path = no_path();
         // SAFETY: the handle's block is in `host`; a structure of this function.
-        unsafe { fk_follow(host.to_change(), Input::given(&path), 1) }
+        unsafe { fk_follow(host.to_change(), Input::given(&path), size_of::<fk_path>() as u64, 1) }
     };
     // SAFETY: of all calls below: handles whose blocks are kept beside them, structures and arrays of this function, and null.
     unsafe {
         match code {
             Code::NullPointer => fk_step(ToChange::given(null_mut())),
             Code::ShortBuffer => fk_init(
-                Lent::given([Line([0; 64])].as_mut_ptr().cast()),
+                Lent::given([0_u8; 64].as_mut_ptr().cast()),
                 64,
                 Input::given(&plain),
                 Output::given(&mut null_mut()),
                 Output::given(null_mut()),
+                0,
             ),
             Code::Misaligned => {
-                let mut block = vec![Line([0; 64]); 10_000];
-                let start = block.as_mut_ptr().cast::<u8>().add(8);
-                fk_init(
-                    Lent::given(start.cast()),
-                    630_000,
-                    Input::given(&plain),
-                    Output::given(&mut null_mut()),
-                    Output::given(null_mut()),
-                )
+                let mut numbers = [0.0; 10];
+                let askew = numbers.as_mut_ptr().cast::<u8>().add(1);
+                fk_copy_positions(in_c_of(&sheet).to_look_at(), Output::given(askew.cast()), 1)
             }
-            Code::MovedBlock => fk_step(ToChange::given(vec![Line([0; 64]); 10_000].as_mut_ptr().cast())),
-            Code::StructSize => init(&fk_scene { struct_size: 8, ..plain }),
-            Code::UnknownChoice => init(&fk_scene { drive: 9, ..plain }),
+            Code::MovedBlock => fk_step(ToChange::given(vec![0_u64; 80_000].as_mut_ptr().cast())),
+            Code::StructSize => init(&with(0, 8)),
+            Code::UnknownChoice => init(&with(1 + slot_of(row("drive")), 9)),
             Code::NotBuilt => {
                 assert!(NOT_BUILT.1.contains(NOT_BUILT.0));
-                FK_NOT_BUILT
+                Code::NotBuilt.number()
             }
             Code::NotFinite
             | Code::NotPositive

@@ -1,60 +1,7 @@
-//! The C interface: its header, its two libraries, and C and C++ programs that use them as a host would.
+//! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
 use crate::tools::{Outcome, output, run as command, target, top};
 use std::path::{Path, PathBuf};
-
-/// Where the header is committed.
-fn header_path() -> PathBuf {
-    top().join("include").join("fabric_kernel.h")
-}
-
-/// The header as cbindgen makes it now.
-fn header() -> Result<String, String> {
-    let source = |name: &str| top().join("capi/src").join(name);
-    let calls = std::fs::read_to_string(source("calls.rs")).map_err(|error| format!("capi/src/calls.rs: {error}"))?;
-    let shown = empty_folder("header")?.join("calls.rs");
-    std::fs::write(&shown, with_plain_pointers(&calls)).map_err(|error| format!("{}: {error}", shown.display()))?;
-    let config = cbindgen::Config::from_file(top().join("capi").join("cbindgen.toml"))?;
-    let bindings = cbindgen::Builder::new()
-        .with_config(config)
-        .with_src(source("types.rs"))
-        .with_src(source("block.rs"))
-        .with_src(shown)
-        .generate()
-        .map_err(|error| format!("cbindgen: {error}"))?;
-    let mut text = Vec::new();
-    bindings.write(&mut text);
-    String::from_utf8(text).map_err(|error| error.to_string())
-}
-
-/// The functions as C sees them: the types that carry a host's promise are plain pointers to it. cbindgen would make a typedef of
-/// each, which C has no use for and which no older header had; so it is shown the pointers themselves.
-fn with_plain_pointers(calls: &str) -> String {
-    let pointers = [("ToChange", "*mut fk_sim"), ("ToLookAt", "*const fk_sim"), ("Lent", "*mut core::ffi::c_void")];
-    let named =
-        |text: String, (name, pointer): (&str, &str)| text.replace(&format!(": {name}"), &format!(": {pointer}"));
-    let plain = pointers.into_iter().fold(calls.to_string(), named);
-    [("Input<", "*const "), ("Output<", "*mut ")].into_iter().fold(plain, |text, (name, pointer)| {
-        let mut parts = text.split(name);
-        let before = parts.next().unwrap_or_default().to_string();
-        parts.fold(before, |done, part| done + pointer + &part.replacen('>', "", 1))
-    })
-}
-
-/// `cargo xtask header`: writes include/fabric_kernel.h.
-pub fn header_write() -> Outcome {
-    std::fs::write(header_path(), header()?).map_err(|error| format!("{}: {error}", header_path().display()))
-}
-
-/// The committed header must be what cbindgen makes.
-pub fn header_check() -> Outcome {
-    let committed = std::fs::read_to_string(header_path()).map_err(|e| format!("{}: {e}", header_path().display()))?;
-    if committed == header()? {
-        Ok(())
-    } else {
-        Err("include/fabric_kernel.h is not what capi/src gives; run `cargo xtask header` and commit it".into())
-    }
-}
 
 /// The installed library that the hosts, the examples and the README use.
 pub fn prefix() -> PathBuf {

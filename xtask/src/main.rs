@@ -9,6 +9,7 @@ mod examples;
 mod fmu;
 mod fuzz;
 mod gates;
+mod header;
 mod install;
 mod platforms;
 mod readme;
@@ -43,7 +44,7 @@ enum Command {
     Install(install::Options),
     /// Pack the C and C++ library with its headers, CMake package, pkg-config file and licences for a release.
     Archive,
-    /// Write include/fabric_kernel.h.
+    /// Write include/fabric_kernel.h and tests/c/abi/scene.inc.
     Header,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
     Digests(digests::Options),
@@ -62,7 +63,7 @@ fn main() -> std::process::ExitCode {
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
         Command::Archive => install::archive(),
-        Command::Header => chosts::header_write(),
+        Command::Header => header::write(),
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Fuzz(options) => fuzz::run(&options),

@@ -25,7 +25,7 @@ const TEST: &[Step] = &[
     ("gates on the libraries", crate::gates::run),
     ("documentation", documentation),
     ("package of the kernel", package),
-    ("C header", crate::chosts::header_check),
+    ("C header", crate::header::check),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),

@@ -1,4 +1,4 @@
-/* Compiles only if the header's structures are those of layout.inc; C11 or later, C++17 or later. Nothing to run. */
+/* Compiles only if the header's structures are those of layout.inc and scene.inc; C11 or later, C++17 or later. Nothing to run. */
 #include "fabric_kernel.h"
 
 #include <stddef.h>
@@ -13,4 +13,7 @@
 #define FIELD(structure, field, at, bytes)                                                       \
     HOLDS(offsetof(structure, field) == at, #structure "." #field " is elsewhere");              \
     HOLDS(sizeof(((structure *)0)->field) == bytes, #structure "." #field " has another size");
+#define REAL(member, at, bytes) FIELD(fk_scene, member, at, bytes)
+#define WHOLE(member, at, bytes) FIELD(fk_scene, member, at, bytes)
 #include "layout.inc"
+#include "scene.inc"

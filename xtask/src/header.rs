@@ -1,0 +1,313 @@
+//! include/fabric_kernel.h: functions, and structures but for the scene's, by cbindgen from capi/src and the kernel's read-outs;
+//! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
+//! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
+
+use crate::chosts::empty_folder;
+use crate::tools::{Outcome, top};
+use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
+use fabric::scene::MAX_NODES_PER_SIDE;
+use fabric::{Code, Scene};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// `cargo xtask header`: writes the header and the scene's layout.
+pub fn write() -> Outcome {
+    for (path, text) in made()? {
+        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// What is committed must be what is made.
+pub fn check() -> Outcome {
+    for (path, text) in made()? {
+        if read(&path)? != text {
+            return Err(format!("{} is not what the sources give; run `cargo xtask header`", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// The files and what belongs in them.
+fn made() -> Result<[(PathBuf, String); 2], String> {
+    Ok([(top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout())])
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn header() -> Result<String, String> {
+    let source = |name: &str| top().join("capi/src").join(name);
+    let types = read(&source("types.rs"))?;
+    let shown = empty_folder("header")?.join("shown.rs");
+    let calls = with_plain_pointers(&read(&source("calls.rs"))?);
+    std::fs::write(&shown, calls + &read_outs(&types)?).map_err(|error| format!("{}: {error}", shown.display()))?;
+    let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
+    config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
+    let bindings = cbindgen::Builder::new()
+        .with_config(config)
+        .with_src(source("types.rs"))
+        .with_src(source("block.rs"))
+        .with_src(shown)
+        .generate()
+        .map_err(|error| format!("cbindgen: {error}"))?;
+    let mut text = Vec::new();
+    bindings.write(&mut text);
+    let text = String::from_utf8(text).map_err(|error| error.to_string())?;
+    let (before, end) = text.rsplit_once("#endif").ok_or("the header has no guard")?;
+    Ok(format!("{before}{BY_VALUE}\n#endif{end}"))
+}
+
+/// What goes at the end of the header.
+const BY_VALUE: &str = "\
+// A scene with a preset's values (FK_PRESET_...). If the library does not know the preset, or is older than this header and knows
+// only shorter scenes, struct_size is 0: every call then refuses the scene with FK_STRUCT_SIZE.
+static inline fk_scene fk_scene_preset(uint32_t preset)
+{
+    fk_scene scene;
+    scene.struct_size = 0;
+    fk_scene_fill(&scene, sizeof scene, preset);
+    return scene;
+}
+
+// A scene with the default values, which are those of the 10 in preset.
+static inline fk_scene fk_scene_default(void)
+{
+    return fk_scene_preset(FK_PRESET_SHEET_10IN_CYLINDER);
+}
+";
+
+/// The functions as C sees them: the types that carry a host's promise are plain pointers to it. cbindgen would make a typedef of
+/// each, which C has no use for; so it is shown the pointers themselves.
+fn with_plain_pointers(calls: &str) -> String {
+    let pointers = [("ToChange", "*mut fk_sim"), ("ToLookAt", "*const fk_sim"), ("Lent", "*mut core::ffi::c_void")];
+    let named =
+        |text: String, (name, pointer): (&str, &str)| text.replace(&format!(": {name}"), &format!(": {pointer}"));
+    let plain = pointers.into_iter().fold(calls.to_string(), named);
+    [("Input<", "*const "), ("Output<", "*mut ")].into_iter().fold(plain, |text, (name, pointer)| {
+        let mut parts = text.split(name);
+        let before = parts.next().unwrap_or_default().to_string();
+        parts.fold(before, |done, part| done + pointer + &part.replacen('>', "", 1))
+    })
+}
+
+/// The kernel's structures that types.rs gives names of C, under these names: cbindgen does not look into other crates.
+fn read_outs(types: &str) -> Result<String, String> {
+    let (_, list) =
+        types.split_once("pub use fabric::{").ok_or("capi/src/types.rs names no structure of the kernel")?;
+    let list = list.split('}').next().unwrap_or_default();
+    let names: Vec<_> = list.split(',').filter_map(|name| name.trim().split_once(" as ")).collect();
+    let mut sources = Vec::new();
+    rust_files(&top().join("kernel/src"), &mut sources)?;
+    let mut text = String::new();
+    for (name, _) in &names {
+        let start = format!("pub struct {name} {{\n");
+        let found = sources.iter().find_map(|source| {
+            let (before, rest) = source.split_once(&start)?;
+            let notes = before.lines().rev().take_while(|line| line.starts_with("///") || line.starts_with("#["));
+            let notes: Vec<_> = notes.collect();
+            let members = rest.split_once("\n}")?.0;
+            Some(format!("{}\n{start}{members}\n}}\n", notes.into_iter().rev().collect::<Vec<_>>().join("\n")))
+        });
+        text += &found.ok_or(format!("kernel/src has no structure {name}"))?;
+    }
+    let renamed = names.iter().fold(text, |text, (name, c)| {
+        text.replace(&format!("pub struct {name} "), &format!("pub struct {c} "))
+            .replace(&format!(": {name},"), &format!(": {c},"))
+    });
+    Ok(renamed)
+}
+
+/// The texts of all Rust files in a folder and below.
+fn rust_files(folder: &Path, texts: &mut Vec<String>) -> Outcome {
+    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    for entry in entries {
+        let path = entry.map_err(|error| error.to_string())?.path();
+        if path.is_dir() {
+            rust_files(&path, texts)?;
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            texts.push(read(&path)?);
+        }
+    }
+    Ok(())
+}
+
+/// "StepAfterFailure" as in "FK_STEP_AFTER_FAILURE".
+fn constant(name: &str) -> String {
+    let mut upper = String::from("FK");
+    for letter in name.chars() {
+        if letter.is_uppercase() {
+            upper.push('_');
+        }
+        upper.push(letter.to_ascii_uppercase());
+    }
+    upper
+}
+
+/// The constants of the statuses, with the comments of the codes.
+fn statuses() -> Result<String, String> {
+    let source = read(&top().join("kernel/src/error.rs"))?;
+    let (_, list) = source.split_once("pub enum Code {\n").ok_or("kernel/src/error.rs has no Code")?;
+    let (mut text, mut comment) = (String::new(), Vec::new());
+    let mut codes = Code::ALL.iter();
+    for line in list.lines().take_while(|line| *line != "}").map(str::trim) {
+        if let Some(words) = line.strip_prefix("/// ") {
+            comment.push(words);
+        } else if let Some(code) = codes.next() {
+            text += &commented("", &comment.join(" "));
+            let _ = writeln!(text, "#define {} {}\n", constant(&format!("{code:?}")), code.number());
+            comment.clear();
+        }
+    }
+    Ok(text)
+}
+
+/// FK_ATTACHMENT_TWO_SIDES: the number `k` of a choice.
+fn item(choice: &Choice, k: u64) -> String {
+    let name = choice.items.get(k as usize).map_or("", |(name, _)| name);
+    format!("{}_{}", constant(choice.name), name.to_uppercase())
+}
+
+/// The constants of the choices.
+fn choices() -> String {
+    let mut text = String::new();
+    for choice in CHOICES {
+        let of_it = |field: &&Field| matches!(field.place, Place::Choice(one, ..) if one == *choice);
+        let field = FIELDS.iter().find(of_it).map_or("", |field| field.name);
+        for (k, (_, about)) in choice.items.iter().enumerate() {
+            text += &commented("", &format!("{field}: {about}."));
+            let _ = writeln!(text, "#define {} {k}\n", item(choice, k as u64));
+        }
+    }
+    text
+}
+
+/// A comment of lines up to 120 characters.
+fn commented(indent: &str, words: &str) -> String {
+    let (mut text, mut line) = (String::new(), format!("{indent}//"));
+    for word in words.split_whitespace() {
+        if line.len() + 1 + word.len() > 120 {
+            text += &line;
+            text.push('\n');
+            line = format!("{indent}//");
+        }
+        line.push(' ');
+        line += word;
+    }
+    text + &line + "\n"
+}
+
+/// The structures of the scene: one for each group, those within others first, then the whole.
+fn scene() -> String {
+    let mut groups = GROUPS.to_vec();
+    groups.sort_by_key(|(name, _)| std::cmp::Reverse(name.matches('.').count()));
+    let mut text = String::new();
+    for (group, about) in groups {
+        text += &commented("", &format!("{about}: a part of fk_scene."));
+        text += &structure(&c_name(group), &format!("{group}."), "");
+    }
+    let whole = "What is simulated. Fill it with fk_scene_default or fk_scene_preset, then change fields. The first bad field is \
+                 named by fk_scene_check and fk_init. The default is what fk_scene_default gives; where the 3 in preset differs \
+                 it is said.";
+    let size = commented("    ", "Bytes of this structure; set by fk_scene_default and fk_scene_preset.");
+    text + &commented("", whole) + &structure("fk_scene", "", &format!("{size}    uint64_t struct_size;\n"))
+}
+
+/// The structure's name of a group.
+fn c_name(group: &str) -> String {
+    format!("fk_scene_{}", group.replace('.', "_"))
+}
+
+/// A structure of all parameters whose names start like this. What stands together in a group is one member.
+fn structure(name: &str, start: &str, first: &str) -> String {
+    let (mut text, mut last) = (format!("typedef struct {name} {{\n{first}"), "");
+    for field in FIELDS {
+        let Some(member) = field.name.strip_prefix(start) else { continue };
+        if let Some((part, _)) = member.split_once('.') {
+            if part != last {
+                let group = format!("{start}{part}");
+                let about = GROUPS.iter().find(|(name, _)| *name == group).map_or("", |(_, about)| about);
+                text += &commented("    ", &format!("{about}."));
+                let _ = writeln!(text, "    {} {part};", c_name(&group));
+            }
+            last = part;
+            continue;
+        }
+        let number = if field.is_real() { "double" } else { "uint64_t" };
+        let shape: String = field.shape().iter().map(|size| format!("[{size}]")).collect();
+        text += &commented("    ", &comment(field));
+        let _ = writeln!(text, "    {number} {member}{shape};");
+        last = "";
+    }
+    format!("{text}}} {name};\n\n")
+}
+
+/// Meaning, unit, range and default of a parameter.
+fn comment(field: &Field) -> String {
+    let unit = field.quantity.map(|quantity| quantity.unit).filter(|unit| *unit != "1");
+    let unit = unit.map(|unit| format!("In {unit}"));
+    let limits = [unit, range(field)];
+    let limits: Vec<_> = limits.into_iter().flatten().collect();
+    let limits = if limits.is_empty() { String::new() } else { format!(" {}.", limits.join(", ")) };
+    let [large, small] = [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|scene| values(field, scene));
+    let differs = if small == large { String::new() } else { format!(" (3 in preset: {small})") };
+    format!("{}.{limits} Default {large}{differs}.", field.about)
+}
+
+/// What a number may be, if not just any.
+fn range(field: &Field) -> Option<String> {
+    let text = match (field.range, field.place) {
+        (_, Place::Flag(_)) => "0 or 1".to_string(),
+        (_, Place::Choice(choice, ..)) => {
+            let items: Vec<_> = (0..choice.items.len()).map(|k| item(choice, k as u64)).collect();
+            let (last, others) = items.split_last()?;
+            format!("One of {} and {last}", others.join(", "))
+        }
+        (Range::Any, _) => return None,
+        (Range::Positive, _) => "> 0".to_string(),
+        (Range::NotNegative, _) => ">= 0".to_string(),
+        (Range::Within(least, greatest), _) => format!("{} to {}", number(least), number(greatest)),
+        (Range::Above(least, greatest), _) => format!("> {} and <= {}", number(least), number(greatest)),
+        (Range::Below(least, greatest), _) if least.is_infinite() => format!("< {}", number(greatest)),
+        (Range::Below(least, greatest), _) => format!(">= {} and < {}", number(least), number(greatest)),
+        (Range::Nodes, _) => format!("2 to {MAX_NODES_PER_SIDE}"),
+        (Range::UnitQuaternion, _) => "Of unit length to 1e-3".to_string(),
+    };
+    Some(text)
+}
+
+/// What a scene has in a field.
+fn values(field: &Field, mut scene: Scene) -> String {
+    let words: Vec<_> = (0..field.size()).map(|element| field.word(&mut scene, element)).collect();
+    let shown = |word: u64| match field.place {
+        Place::Choice(choice, ..) => item(choice, word),
+        Place::Reals(..) => number(f64::from_bits(word)),
+        _ => word.to_string(),
+    };
+    match words.as_slice() {
+        [word] => shown(*word),
+        [first, rest @ ..] if rest.iter().all(|word| word == first) => format!("{} each", shown(*first)),
+        _ => format!("({})", words.into_iter().map(shown).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// A number as C reads it, short.
+fn number(x: f64) -> String {
+    let plain = x == 0.0 || (1e-3..1e7).contains(&x.abs()) || x == f64::from(u32::MAX);
+    if plain { format!("{x}") } else { format!("{x:e}") }
+}
+
+/// Where each number of the scene must be, for tests/c.
+fn layout() -> String {
+    let mut text = String::from(
+        "/* Made by `cargo xtask header`; do not edit. Every number of fk_scene: name, offset and size, bytes; REAL is a double, WHOLE\n \
+         * a uint64_t. */\n",
+    );
+    for (row, field) in FIELDS.iter().enumerate() {
+        let kind = if field.is_real() { "REAL" } else { "WHOLE" };
+        let _ = writeln!(text, "{kind}({}, {}, {})", field.name, 8 * (1 + slot_of(row)), 8 * field.size());
+    }
+    let _ = writeln!(text, "SIZE(fk_scene, {})", 8 * (1 + SLOTS));
+    text
+}
