@@ -1,7 +1,7 @@
 //! The binary interface: the symbols, the layout of every structure on several targets, and a host of an earlier release.
 
-use crate::chosts::{empty_folder, found, prefix};
-use crate::tools::{Outcome, output, run as command, top};
+use crate::chosts::{found, prefix};
+use crate::tools::{Outcome, empty_folder, output, run as command, top};
 use std::path::Path;
 
 /// A target, its C and its C++ compiler, and what they need to be told.

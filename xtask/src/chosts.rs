@@ -1,6 +1,6 @@
 //! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
-use crate::tools::{Outcome, output, run as command, target, top};
+use crate::tools::{Outcome, empty_folder, output, run as command, target, top};
 use std::path::{Path, PathBuf};
 
 /// The installed library that the hosts, the examples and the README use.
@@ -19,14 +19,6 @@ pub fn found(program: &str, without: &str) -> bool {
         println!("  {program} is not here: {without} left out");
     }
     found
-}
-
-/// An empty folder under the target folder.
-pub fn empty_folder(name: &str) -> Result<PathBuf, String> {
-    let folder = target().join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(folder)
 }
 
 /// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with pkg-config. Each must

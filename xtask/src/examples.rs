@@ -1,7 +1,7 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
-use crate::chosts::{empty_folder, found, prefix};
-use crate::tools::{Outcome, output, run as command, target, top};
+use crate::chosts::{found, prefix};
+use crate::tools::{Outcome, empty_folder, output, run as command, target, top};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,

@@ -22,7 +22,7 @@ pub fn run(options: &Options) -> Outcome {
 pub fn archive() -> Outcome {
     let target_name = output("rustc", &["--print", "host-tuple"])?;
     let name = format!("fabric_kernel-{}-{}", env!("CARGO_PKG_VERSION"), target_name.trim());
-    let folder = crate::chosts::empty_folder("archive")?;
+    let folder = crate::tools::empty_folder("archive")?;
     into(&folder.join(&name))?;
     let file = folder.join(format!("{name}.tar.gz"));
     let fixed =

@@ -1,8 +1,8 @@
 //! Runs the C, C++ and Python examples of the README and the C++ program of docs/embedding.md as a reader would. (The Rust
 //! example is a doctest of `fabric-tests`.)
 
-use crate::chosts::{empty_folder, prefix};
-use crate::tools::{Outcome, output, python, run as command, top};
+use crate::chosts::prefix;
+use crate::tools::{Outcome, empty_folder, output, python, run as command, top};
 use std::path::Path;
 
 /// Compiles and runs the C and C++ blocks, goes through docs/embedding.md, runs the Python block. Needs the installed library.

@@ -76,6 +76,14 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
     Ok(python)
 }
 
+/// An empty folder under the target folder.
+pub fn empty_folder(name: &str) -> Result<PathBuf, String> {
+    let folder = target().join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(folder)
+}
+
 /// Runs a program to its end; what it says is the error if it fails.
 pub fn finish(command: &mut Command) -> Outcome {
     let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
