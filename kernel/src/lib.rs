@@ -20,7 +20,7 @@
 //! let (mut reals, mut words) = (vec![0.0; layout.reals()], vec![0; layout.words()]);
 //! let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words })?;
 //!
-//! sim.advance_until(Outcome::Arrested.bit() | Outcome::Exited.bit(), 20_000)?;
+//! sim.advance_until(Outcome::Arrested | Outcome::Exited, 20_000)?;
 //! println!("residual velocity {:.1} m/s", sim.projectile()?.velocity[2]);
 //! println!("absorbed energy {:.2} J", sim.contact()?.work);
 //! println!("failed segments {}", sim.counters().failed_segments);

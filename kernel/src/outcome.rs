@@ -61,6 +61,24 @@ impl Outcome {
     }
 }
 
+impl core::ops::BitOr for Outcome {
+    type Output = u32;
+
+    /// The mask of both.
+    fn bitor(self, other: Outcome) -> u32 {
+        self.bit() | other.bit()
+    }
+}
+
+impl core::ops::BitOr<Outcome> for u32 {
+    type Output = u32;
+
+    /// The mask with one more.
+    fn bitor(self, other: Outcome) -> u32 {
+        self | other.bit()
+    }
+}
+
 /// When an outcome latched, and the work done until then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latch {

@@ -109,7 +109,7 @@ fn run(row: &Row, k: u64) -> Run {
     scene.symmetry = Symmetry { mirror_x: mirrored, mirror_y: mirrored };
     let mut buffers = Buffers::of(&scene);
     let mut sim = buffers.sim(&scene);
-    let mut end = Outcome::Arrested.bit() | Outcome::Exited.bit();
+    let mut end = Outcome::Arrested | Outcome::Exited;
     if mirrored {
         // Torn off evenly, the sheet drapes about the sphere and stays there: the run ends with its detachment.
         end |= Outcome::Detached.bit();

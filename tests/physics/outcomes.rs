@@ -8,7 +8,7 @@ use fabric_tests::{Buffers, close, damage, positions, small_sheet, speed};
 fn outcome(scene: &Scene, steps: u64) -> (u32, Status, f64) {
     let mut memory = Buffers::of(scene);
     let mut sim = memory.sim(scene);
-    sim.advance_until(Outcome::Arrested.bit() | Outcome::Exited.bit() | Outcome::Passed.bit(), steps).unwrap();
+    sim.advance_until(Outcome::Arrested | Outcome::Exited | Outcome::Passed, steps).unwrap();
     let outcomes = sim.outcomes();
     for latch in outcomes.latched.iter().flatten() {
         assert!(latch.step.is_multiple_of(64) && latch.step > outcomes.first_contact.unwrap_or(0));
@@ -36,7 +36,7 @@ fn a_slow_sphere_is_arrested_and_pushed_back() {
 fn a_fast_sphere_exits() {
     let (mask, status, work) = outcome(&small_sheet(41, speed(40.0, 8.4e-3)), 50_000);
     assert_eq!(mask & Outcome::Exited.bit(), Outcome::Exited.bit());
-    assert_eq!(mask & (Outcome::Arrested.bit() | Outcome::Passed.bit()), 0);
+    assert_eq!(mask & (Outcome::Arrested | Outcome::Passed), 0);
     assert_eq!(status, Status::Exited);
     assert!(work > 0.5 && work < 20.0);
 }
@@ -46,7 +46,7 @@ fn exits_with_its_final_work(scene: &Scene, load: [f64; 3], steps: u64) -> f64 {
     let mut memory = Buffers::of(scene);
     let mut sim = memory.sim(scene);
     sim.set_external_load(load, [0.0; 3]).unwrap();
-    sim.advance_until(Outcome::Exited.bit() | Outcome::Passed.bit(), steps).unwrap();
+    sim.advance_until(Outcome::Exited | Outcome::Passed, steps).unwrap();
     assert_eq!(sim.outcomes().mask & !Outcome::Detached.bit(), Outcome::Exited.bit(), "step {}", sim.step_count());
     let work = sim.contact().unwrap().work;
     let allowed = f64::max(1e-3, 0.01 * work.abs());

@@ -8,7 +8,7 @@ use fabric_tests::{Buffers, close, small_sheet};
 fn shot(scene: &Scene) -> [f64; 3] {
     let mut memory = Buffers::of(scene);
     let mut sim = memory.sim(scene);
-    sim.advance_until(Outcome::Exited.bit() | Outcome::Arrested.bit(), 50_000).unwrap();
+    sim.advance_until(Outcome::Exited | Outcome::Arrested, 50_000).unwrap();
     assert!(sim.outcomes().mask & Outcome::Exited.bit() != 0);
     assert!(sim.energy().unwrap().residual.abs() < 1e-2 * sim.contact().unwrap().work);
     let contact = sim.contact().unwrap();
