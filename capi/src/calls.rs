@@ -91,18 +91,24 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 pub unsafe extern "C" fn fk_scene_fill(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
     let mut fill = || {
         let part = Part::of(&mut scene, struct_size)?;
-        let preset = match preset {
-            FK_PRESET_SHEET_3IN_SPHERE => Scene::sheet_3in_sphere(),
-            FK_PRESET_SHEET_10IN_CYLINDER => Scene::sheet_10in_cylinder(),
-            FK_PRESET_TURBINE_DISC_SECTOR => Scene::turbine_disc_sector(),
-            other => return Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
-        };
-        let mut scene = fk_scene::of(&preset);
+        let (mut preset, mut scene) = (scene_of(preset), fk_scene::EMPTY);
+        scene.fill(preset.as_mut().map_err(|error| *error)?);
         scene.words[0] = struct_size;
-        part.put(scene);
+        part.put(&scene);
         Ok(())
     };
     status(fill())
+}
+
+/// The scene of a preset. Not inlined: it must not add to the stack of what is done with it.
+#[inline(never)]
+fn scene_of(preset: u32) -> Result<Scene, Error> {
+    match preset {
+        FK_PRESET_SHEET_3IN_SPHERE => Ok(Scene::sheet_3in_sphere()),
+        FK_PRESET_SHEET_10IN_CYLINDER => Ok(Scene::sheet_10in_cylinder()),
+        FK_PRESET_TURBINE_DISC_SECTOR => Ok(Scene::turbine_disc_sector()),
+        other => Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
+    }
 }
 
 /// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
@@ -192,7 +198,7 @@ fn telling(mut fault: Output<fk_fault>, size: u64, work: impl FnOnce() -> Result
 /// Writes why a call was refused. Not inlined: the structure must not add to the stack of the call itself.
 #[inline(never)]
 fn put_fault(part: Part<'_, fk_fault>, error: &Error) {
-    part.put(fk_fault::of(error));
+    part.put(&fk_fault::of(error));
 }
 
 /// Runs a call that changes the simulation; after a failure it repeats the failure.
@@ -248,7 +254,7 @@ fn get_even_failed<T: Structure>(sim: ToLookAt, mut out: Output<T>, size: u64, w
 
 /// Writes a structure as far as the host's goes.
 fn put<T: Structure>(out: &mut Output<T>, size: u64, value: T) -> Result<(), Error> {
-    Part::of(out, size)?.put(value);
+    Part::of(out, size)?.put(&value);
     Ok(())
 }
 
@@ -657,7 +663,7 @@ mod tests {
             }
         }
         for scene in [scene, Scene::sheet_3in_sphere(), Scene::turbine_disc_sector()] {
-            let structure = fk_scene::of(&scene);
+            let structure = fk_scene::of(scene);
             assert_eq!(structure.words[0] as usize, size_of::<fk_scene>());
             assert_eq!(fk_scene::scene(&structure.words), Ok(scene));
         }
@@ -667,7 +673,7 @@ mod tests {
     fn what_an_older_scene_lacks_is_the_default() {
         let mut wanted = Scene::sheet_10in_cylinder();
         (wanted.sheet.nodes_x, wanted.sheet.nodes_y) = (105, 105);
-        let words = fk_scene::of(&Scene::sheet_3in_sphere()).words;
+        let words = fk_scene::of(Scene::sheet_3in_sphere()).words;
         assert_eq!(fk_scene::scene(&words[..3]), Ok(wanted));
     }
 
@@ -736,7 +742,7 @@ mod tests {
             assert!(sim.contact().unwrap().work > 0.0, "{name}");
             printed += &std::format!("{name} {:016x}\n", sim.digest());
 
-            let structure = fk_scene::of(&scene);
+            let structure = fk_scene::of(scene);
             let (mut bytes, mut handle, mut digest) = (0, core::ptr::null_mut(), 0);
             // SAFETY: structures, numbers and block of this test; the block is as long as asked for.
             unsafe {

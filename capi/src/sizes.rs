@@ -114,8 +114,8 @@ impl<'h, T: Structure> Part<'h, T> {
     }
 
     /// Writes a structure as far as the host's goes.
-    pub(crate) fn put(self, value: T) {
-        let (from, to) = ((&raw const value).cast::<u8>(), self.place.pointer().cast::<u8>());
+    pub(crate) fn put(self, value: &T) {
+        let (from, to) = ((&raw const *value).cast::<u8>(), self.place.pointer().cast::<u8>());
         // SAFETY: not null and aligned; the host vouches for `size` bytes, which are at most those of T. They are only written.
         unsafe { core::ptr::copy_nonoverlapping(from, to, self.size) };
     }
@@ -145,7 +145,7 @@ mod tests {
         // SAFETY: the structure of this function, at least as long as any size that is known.
         let (given, mut place) = unsafe { (Input::given(&raw const host), Output::given(&raw mut host)) };
         let read = read(&given, size);
-        (read, Part::of(&mut place, size).map(|part| part.put(news)).map(|()| host))
+        (read, Part::of(&mut place, size).map(|part| part.put(&news)).map(|()| host))
     }
 
     #[test]

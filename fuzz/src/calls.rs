@@ -83,7 +83,7 @@ fn structure<T: Copy>(bytes: &mut Bytes, value: T) -> Given<T> {
 
 /// A scene, which says its size itself.
 fn scene_structure(bytes: &mut Bytes, scene: &Scene) -> Given<fk_scene> {
-    let given = structure(bytes, fk_scene::of(scene));
+    let given = structure(bytes, fk_scene::of(*scene));
     if !given.pointer.is_null() {
         // SAFETY: the structure's first word.
         unsafe { given.pointer.cast::<u64>().write_unaligned(given.size) };
@@ -218,7 +218,7 @@ impl Player<'_> {
         let bytes = if bytes.once_in(4) { bytes } else { &mut nothing };
         let given = scene_structure(bytes, &scene);
         let mut size = 0;
-        let sound = fk_scene::of(&scene);
+        let sound = fk_scene::of(scene);
         // SAFETY: structures and numbers of this function; the block is as long as it is said to be.
         unsafe {
             let sized = fk_memory_size(Input::given(&sound), Output::given(&mut size));
@@ -751,13 +751,10 @@ impl Slot {
             return;
         }
         let mut counters: fk_counters = empty();
+        let size = size_of::<fk_counters>() as u64;
         // SAFETY: a live handle and a structure of this function.
-        assert_eq!(
-            unsafe {
-                fk_get_counters(self.to_look_at(), Output::given(&mut counters), size_of::<fk_counters>() as u64)
-            },
-            FK_OK
-        );
+        let got = unsafe { fk_get_counters(self.to_look_at(), Output::given(&mut counters), size) };
+        assert_eq!(got, FK_OK);
         let taken = counters.steps - self.twin.step_count();
         assert_eq!(self.twin.advance(taken), Ok(()), "the steps of the bands, taken one by one");
         if status != FK_OK {

@@ -52,7 +52,7 @@ fn place(name: &str) -> usize {
 
 /// A scene as C gives it: a small sound one with a few words overwritten, or any bytes at all.
 fn given(bytes: &mut Bytes) -> fk_scene {
-    let mut scene = fk_scene::of(&small::scene(bytes));
+    let mut scene = fk_scene::of(small::scene(bytes));
     let edits = match bytes.below(16) {
         0..8 => 0,
         8..12 => 1,

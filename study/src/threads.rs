@@ -96,7 +96,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (31, 31);
         let mut buffers = Buffers::of(&scene).unwrap();
         let mut sim = buffers.sim(&scene).unwrap();
-        let until = Outcome::Exited.bit() | Outcome::Arrested.bit();
+        let until = Outcome::Exited | Outcome::Arrested;
         let mut taken = 0;
         while sim.outcomes().mask & until == 0 {
             taken += advance_until(&mut sim, until, 1000, threads).unwrap().unwrap();

@@ -189,7 +189,7 @@ impl InC {
 }
 
 fn in_c_of(scene: &Scene) -> InC {
-    let structure = fk_scene::of(scene);
+    let structure = fk_scene::of(*scene);
     let (mut bytes, mut sim) = (0, null_mut());
     // SAFETY: structures and numbers of this function; the block is as long as asked for and kept with the handle.
     unsafe {
@@ -214,7 +214,7 @@ fn init(structure: &fk_scene) -> i32 {
 /// What a call in C gives.
 fn in_c(code: Code) -> i32 {
     let sheet = small_sheet(9, 50.0);
-    let plain = fk_scene::of(&sheet);
+    let plain = fk_scene::of(sheet);
     let row = |name| FIELDS.iter().position(|field| field.name == name).expect("a parameter");
     let with = |place: usize, word| {
         let mut structure = plain;
@@ -274,7 +274,7 @@ fn in_c(code: Code) -> i32 {
             | Code::UnboundedFaces
             | Code::ImpossibleMoments
             | Code::NotSymmetric
-            | Code::HoldsNothing => init(&fk_scene::of(&refused_scene(code))),
+            | Code::HoldsNothing => init(&fk_scene::of(refused_scene(code))),
             Code::WrongLength => fk_copy_positions(in_c_of(&sheet).to_look_at(), Output::given([0.0].as_mut_ptr()), 1),
             Code::WrongDrive => follow(&sheet),
             Code::BadPath => follow(&prescribed()),

@@ -3,8 +3,9 @@
 //! Method: the compiler notes the frame of every function (section `.stack_sizes`); the calls come from the disassembly of the
 //! linked library. A frame counts with the return address that the call itself pushes. A function that ends by jumping to
 //! another has given up its own frame by then. Functions of the host (memcpy, memset, memmove, memcmp) are not counted.
-//! Calls through a pointer are of two kinds, and anything else is an error: functions of the host whose address a register
-//! keeps, and the formatting of an error's text, whose callees are listed here. A chain that comes back to itself is an error.
+//! Calls through a pointer are of three kinds, and anything else is an error: functions of the host whose address a register
+//! keeps; the formatting of an error's text, whose callees are listed here; and the loops over the kernel's table of parameters,
+//! each of which may call every function of the table. A chain that comes back to itself is an error.
 
 use crate::tools::output;
 use object::{Object, ObjectSection};
@@ -43,6 +44,14 @@ const POINTERS: [(&str, &[&str]); 4] = [
     ("<core::fmt::Formatter>::pad_integral::write_prefix", &["write_str", "write_char"]),
 ];
 
+/// Who calls through the table of parameters: starts of names.
+const LOOPS: [&str; 4] = [
+    "fabric::fields::check",
+    "fabric::fields::fingerprint_words",
+    "fabric_capi::sizes::read_scene",
+    "<fabric::fields::Field>::word",
+];
+
 /// The deepest chain of every exported `fk_*` function, deepest first.
 pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
     let mut functions = disassembled(library)?;
@@ -52,11 +61,18 @@ pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
             functions.iter().filter(move |(_, f)| f.name == wanted || f.name.ends_with(&format!(">::{wanted}")));
         known.map(|(address, _)| *address).collect::<Vec<_>>()
     };
+    // What the table holds: functions of its module whose address stands in the library's data.
+    let held = slots(library)?;
+    let of_table = |(address, function): &(&u64, &Function)| {
+        function.name.contains("fabric::fields::") && held.values().any(|place| place == *address)
+    };
+    let table: Vec<u64> = functions.iter().filter(of_table).map(|(address, _)| *address).collect();
     let pointers: Vec<(&str, Vec<u64>)> =
         POINTERS.iter().map(|(from, to)| (*from, to.iter().flat_map(|name| named(name)).collect())).collect();
     for function in functions.values_mut().filter(|function| function.pointers) {
         match pointers.iter().find(|(from, _)| *from == function.name) {
             Some((_, to)) => function.calls.extend(to),
+            None if LOOPS.iter().any(|start| function.name.starts_with(start)) => function.calls.extend(&table),
             // Start-up code of the linker: no fk_* function calls it, or its frame would be missing.
             None if function.frame == 0 => {}
             None => return Err(format!("{} calls through a pointer: say in stack.rs what it can be", function.name)),

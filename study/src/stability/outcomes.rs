@@ -101,7 +101,7 @@ fn fly(seed: u64) -> Result<Verdict> {
     if load != [0.0; 3] {
         sim.set_external_load(load, [0.0; 3])?;
     }
-    let mask = Outcome::Arrested.bit() | Outcome::Exited.bit() | Outcome::Passed.bit();
+    let mask = Outcome::Arrested | Outcome::Exited | Outcome::Passed;
     let mut looks = Vec::new();
     while sim.step_count() < sim.outcomes().first_contact.unwrap_or(0) + LIMIT && sim.outcomes().mask & mask == 0 {
         if let Err(failure) = sim.advance(LOOK) {
