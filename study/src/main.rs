@@ -9,6 +9,7 @@ mod event;
 mod machine;
 mod memory;
 mod paper;
+mod picture;
 mod plots;
 mod progress;
 mod report;
@@ -33,13 +34,13 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run one scene: table, history, plots.
+    /// Run one scene: table, history, the sheet at the end.
     Run(run::Options),
     /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
-    /// Every result of the paper from ensembles: figures beside their claims in one report.
+    /// Every result of the paper from ensembles.
     Paper(paper::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),

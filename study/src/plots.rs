@@ -3,7 +3,6 @@
 use crate::Result;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
@@ -45,12 +44,8 @@ pub enum Style {
 /// The scales of the axes.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Axes {
-    /// Both linear.
-    Linear,
     /// Both linear, y from 0.
     FromZero,
-    /// x logarithmic with a tick at every place where the first series has a point, y linear from 0.
-    LogarithmicX,
     /// Both logarithmic; points that are not positive are left out.
     Logarithmic,
 }
@@ -126,22 +121,9 @@ impl Plot<'_> {
                 let mut chart = builder.build_cartesian_2d(x.log_scale(), y.log_scale()).map_err(text)?;
                 self.draw(&mut chart, bottom_top, &power)?;
             }
-            Axes::LogarithmicX => {
-                let ticks: Vec<f64> = self.series.iter().take(1).flat_map(|s| s.points.iter().map(|p| p.0)).collect();
+            Axes::FromZero => {
                 y.include(0.0);
-                let (x, y) = (x.widened_by_factor(1.2), y.widened_above(0.06));
-                let bottom_top = (y.start, y.end);
-                let x = x.log_scale().with_key_points(ticks);
-                let mut chart = builder.build_cartesian_2d(x, y).map_err(text)?;
-                self.draw(&mut chart, bottom_top, &decimal)?;
-            }
-            Axes::Linear | Axes::FromZero => {
-                let y = if self.axes == Axes::FromZero {
-                    y.include(0.0);
-                    y.widened_above(0.06)
-                } else {
-                    y.widened_by_part(0.06)
-                };
+                let y = y.widened_above(0.06);
                 let marked = self
                     .series
                     .iter()
@@ -259,204 +241,6 @@ impl Plot<'_> {
     }
 }
 
-/// The sheet as it lies in space, seen obliquely from above, and its damage over the undeformed grid.
-pub struct SheetPicture<'a> {
-    /// Heading.
-    pub title: &'a str,
-    /// Nodes along x and y.
-    pub nodes: [usize; 2],
-    /// Positions, m, 3 per node.
-    pub positions: &'a [f64],
-    /// alpha of every segment, horizontal ones first.
-    pub damage: &'a [f64],
-    /// Lines on the surface of the projectile, m.
-    pub outline: Vec<Vec<[f64; 3]>>,
-}
-
-impl SheetPicture<'_> {
-    /// Writes both pictures side by side as SVG.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        let root = SVGBackend::new(path, (1260, 640)).into_drawing_area();
-        root.fill(&WHITE).map_err(text)?;
-        let root = root.titled(self.title, (FONT, 22)).map_err(text)?;
-        let (left, right) = root.split_horizontally(640);
-        self.draw_deformed(&left)?;
-        self.draw_damage(&right)?;
-        root.present().map_err(text)
-    }
-
-    /// Every yarn, or as many as can be told apart.
-    fn stride(&self) -> usize {
-        self.nodes[0].max(self.nodes[1]).div_ceil(110)
-    }
-
-    fn draw_deformed(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
-        let point = |node: usize| {
-            let x = &self.positions[3 * node..3 * node + 3];
-            oblique([1e3 * x[0], 1e3 * x[1], 1e3 * x[2]])
-        };
-        let [nx, ny] = self.nodes;
-        let outline: Vec<Vec<(f64, f64)>> =
-            self.outline.iter().map(|line| line.iter().map(|x| oblique(x.map(|x| 1e3 * x))).collect()).collect();
-        let points: Vec<(f64, f64)> = (0..nx * ny).map(point).collect();
-        let (x, y) = frame(&points, &outline);
-        // Debris may be anywhere: what lies outside is left out.
-        let seen = |node: usize| x.contains(&points[node].0) && y.contains(&points[node].1);
-        let joined = |a: usize, b: usize, alpha: f64| if seen(a) && seen(b) { alpha } else { 0.0 };
-        let mut chart = ChartBuilder::on(area)
-            .caption("deformed, oblique view (mm)", (FONT, 16))
-            .margin(10)
-            .x_label_area_size(34)
-            .y_label_area_size(44)
-            .build_cartesian_2d(x.clone(), y.clone())
-            .map_err(text)?;
-        mesh(&mut chart)?;
-        let stride = self.stride();
-        let line = RGBColor(90, 110, 140).mix(0.75).stroke_width(1);
-        let mut draw = |nodes: &mut dyn Iterator<Item = (usize, f64)>| -> Result<()> {
-            for piece in whole_pieces(nodes) {
-                let points: Vec<(f64, f64)> = piece.into_iter().map(|node| points[node]).collect();
-                chart.draw_series(std::iter::once(PathElement::new(points, line))).map_err(text)?;
-            }
-            Ok(())
-        };
-        for j in (0..ny).step_by(stride) {
-            draw(&mut (0..nx).map(|i| {
-                let node = j * nx + i;
-                (node, if i + 1 < nx { joined(node, node + 1, self.horizontal(i, j)) } else { 0.0 })
-            }))?;
-        }
-        for i in (0..nx).step_by(stride) {
-            draw(&mut (0..ny).map(|j| {
-                let node = j * nx + i;
-                (node, if j + 1 < ny { joined(node, node + nx, self.vertical(i, j)) } else { 0.0 })
-            }))?;
-        }
-        let coloured = self
-            .segments()
-            .filter(|&(a, b, alpha)| alpha > 0.0 && alpha < 1.0 && seen(a) && seen(b))
-            .map(|(a, b, alpha)| PathElement::new(vec![points[a], points[b]], damage_colour(alpha).stroke_width(2)));
-        chart.draw_series(coloured).map_err(text)?;
-        let outline = outline.into_iter().map(|line| PathElement::new(line, BLACK.stroke_width(1)));
-        chart.draw_series(outline).map_err(text)?;
-        Ok(())
-    }
-
-    fn draw_damage(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
-        let [nx, ny] = self.nodes;
-        let side = nx.max(ny) as f64;
-        let mut chart = ChartBuilder::on(area)
-            .caption("damage on the undeformed grid (node numbers)", (FONT, 16))
-            .margin(10)
-            .x_label_area_size(34)
-            .y_label_area_size(44)
-            .build_cartesian_2d(-0.5..side - 0.5, -0.5..side - 0.5)
-            .map_err(text)?;
-        mesh(&mut chart)?;
-        let frame = [(0, 0), (nx - 1, 0), (nx - 1, ny - 1), (0, ny - 1), (0, 0)].map(|(x, y)| (x as f64, y as f64));
-        chart.draw_series(std::iter::once(PathElement::new(frame.to_vec(), GREY))).map_err(text)?;
-        let at = |node: usize| ((node % nx) as f64, (node / nx) as f64);
-        let damaged = self.segments().filter(|(_, _, alpha)| *alpha < 1.0);
-        let damaged =
-            damaged.map(|(a, b, alpha)| PathElement::new(vec![at(a), at(b)], damage_colour(alpha).stroke_width(2)));
-        chart.draw_series(damaged).map_err(text)?;
-        for (name, alpha) in [("slightly damaged", 0.95), ("half", 0.5), ("failed", 0.0)] {
-            let line = damage_colour(alpha).stroke_width(3);
-            chart
-                .draw_series(LineSeries::new(std::iter::empty::<(f64, f64)>(), line))
-                .map_err(text)?
-                .label(name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], line));
-        }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font((FONT, 14))
-            .background_style(WHITE.mix(0.88))
-            .border_style(RGBColor(200, 200, 200))
-            .draw()
-            .map_err(text)?;
-        Ok(())
-    }
-
-    fn horizontal(&self, i: usize, j: usize) -> f64 {
-        self.damage[j * (self.nodes[0] - 1) + i]
-    }
-
-    fn vertical(&self, i: usize, j: usize) -> f64 {
-        let [nx, ny] = self.nodes;
-        self.damage[(nx - 1) * ny + j * nx + i]
-    }
-
-    /// Every segment: its two nodes and alpha.
-    fn segments(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        let [nx, ny] = self.nodes;
-        let across = (0..ny).flat_map(move |j| (0..nx - 1).map(move |i| (j * nx + i, j * nx + i + 1)));
-        let along = (0..ny - 1).flat_map(move |j| (0..nx).map(move |i| (j * nx + i, (j + 1) * nx + i)));
-        across.chain(along).zip(self.damage).map(|((a, b), &alpha)| (a, b, alpha))
-    }
-}
-
-/// The parts of a yarn between its failed segments. Items: node and alpha of the segment that follows it.
-fn whole_pieces(nodes: &mut dyn Iterator<Item = (usize, f64)>) -> Vec<Vec<usize>> {
-    let mut pieces = vec![Vec::new()];
-    for (node, alpha) in nodes {
-        if let Some(piece) = pieces.last_mut() {
-            piece.push(node);
-        }
-        if alpha <= 0.0 {
-            pieces.push(Vec::new());
-        }
-    }
-    pieces.retain(|piece| piece.len() > 1);
-    pieces
-}
-
-/// A square window, the same scale along both axes, about nearly all points and all of the outline.
-fn frame(points: &[(f64, f64)], outline: &[Vec<(f64, f64)>]) -> (std::ops::Range<f64>, std::ops::Range<f64>) {
-    let span = |value: fn(&(f64, f64)) -> f64| {
-        let mut sorted: Vec<f64> = points.iter().map(value).collect();
-        sorted.sort_by(f64::total_cmp);
-        let outside = sorted.len() / 200;
-        let mut span = Span::default();
-        sorted[outside..sorted.len() - outside].iter().for_each(|&x| span.include(x));
-        outline.iter().flatten().for_each(|point| span.include(value(point)));
-        span.0.unwrap_or((0.0, 1.0))
-    };
-    let (x, y) = (span(|point| point.0), span(|point| point.1));
-    let half = 0.56 * (x.1 - x.0).max(y.1 - y.0).max(1e-9);
-    let about = |(low, high): (f64, f64)| 0.5 * (low + high) - half..0.5 * (low + high) + half;
-    (about(x), about(y))
-}
-
-/// x to the right, y into the picture, z up.
-fn oblique(x: [f64; 3]) -> (f64, f64) {
-    (x[0] + 0.35 * x[1], 0.5 * x[1] + x[2])
-}
-
-/// Yellow for the first damage, over orange, to dark red for failed.
-fn damage_colour(alpha: f64) -> RGBColor {
-    let mix = |from: f64, to: f64, part: f64| (from + (to - from) * part) as u8;
-    if alpha > 0.5 {
-        let part = (1.0 - alpha) / 0.5;
-        RGBColor(mix(245.0, 240.0, part), mix(200.0, 110.0, part), mix(60.0, 20.0, part))
-    } else {
-        let part = (0.5 - alpha) / 0.5;
-        RGBColor(mix(240.0, 140.0, part), mix(110.0, 0.0, part), mix(20.0, 20.0, part))
-    }
-}
-
-fn mesh(chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<RangedCoordf64, RangedCoordf64>>) -> Result<()> {
-    chart
-        .configure_mesh()
-        .label_style((FONT, 13))
-        .x_label_formatter(&decimal)
-        .y_label_formatter(&decimal)
-        .disable_mesh()
-        .draw()
-        .map_err(text)
-}
-
 /// Least and greatest of some numbers.
 #[derive(Default)]
 struct Span(Option<(f64, f64)>);
@@ -516,12 +300,5 @@ mod tests {
     fn ticks_are_short() {
         assert_eq!([0.1 + 0.2, -0.0, 1500.0, 2.5].map(|x| decimal(&x)), ["0.3", "0", "1500", "2.5"]);
         assert_eq!([0.30000000000000004, 1e-9, 9.999999e-8, 20.0].map(|x| power(&x)), ["0.3", "1e-9", "1e-7", "20"]);
-    }
-
-    #[test]
-    fn a_yarn_falls_apart_at_its_failed_segments() {
-        let alphas = [1.0, 0.0, 0.5, 1.0, 0.0, 1.0];
-        let pieces = whole_pieces(&mut alphas.into_iter().enumerate());
-        assert_eq!(pieces, [vec![0, 1], vec![2, 3, 4]]);
     }
 }

@@ -1,6 +1,7 @@
 //! Printed tables, and numbers in the way they print best.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use std::path::Path;
 
 /// A table with a heading: the first column to the left, the others to the right.
 pub fn table(heading: &[&str]) -> Table {
@@ -15,12 +16,9 @@ pub fn table(heading: &[&str]) -> Table {
     table
 }
 
-/// A table in Markdown.
-pub fn markdown(heading: &[&str], rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let heading: Vec<String> = heading.iter().map(|text| text.to_string()).collect();
-    let below = format!("|{}\n", "---|".repeat(heading.len()));
-    line(&heading) + &below + &rows.iter().map(|row| line(row)).collect::<String>()
+/// Where the numbers of a study are, and what makes a report of them.
+pub fn written(out: &Path, study: &str) -> String {
+    format!("written: {}; report: python3 -m reports {study} {0}", out.display())
 }
 
 /// The middle value; the mean of the two middle ones of an even number. NaN for none.

@@ -1,6 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python_with, run as command, target, top};
+use crate::tools::{Outcome, cargo, python, python_with, run as command, target, top};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -146,15 +146,27 @@ fn stability() -> Outcome {
     Ok(())
 }
 
-/// Every study in its `--smoke` form, written to target/smoke.
+/// Every study in its `--smoke` form, written to target/smoke, and the reports of it.
 fn studies() -> Outcome {
+    command(python()?, &["-m", "unittest", "--quiet", "reports.tests"])?;
     let out = target().join("smoke");
+    let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench", "paper"] {
-        study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
+    for name in ["error-time", "bench"] {
+        study(&[name, "--smoke", "--out", &folder(name)])?;
     }
-    let run = out.join("run");
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &run.to_string_lossy()])
+    study(&["paper", "--smoke", "--vtk", "--out", &folder("paper")])?;
+    report("paper", &folder("paper"))?;
+    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    report("run", &folder("run"))
+}
+
+/// The report of a study, with its generated tables beside its numbers.
+fn report(name: &str, folder: &str) -> Outcome {
+    let docs = format!("{folder}/docs");
+    let arguments = ["-m", "reports", name, folder, "--docs", &docs];
+    // A single run has no table.
+    command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
 }
 
 fn study(arguments: &[&str]) -> Outcome {
