@@ -3,7 +3,7 @@
 import math
 import unittest
 
-from . import claims, page
+from . import claims, front, page
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -68,6 +68,33 @@ class Claims(unittest.TestCase):
         self.assertEqual(verdict(2, 4, 2, 2, 4, 2, 2, 2, 4, 2), AGREES)
         self.assertEqual(verdict(1, 1, 3, 1, 8, 1, 1, 5, 1, 1), DOES_NOT)
         self.assertEqual([verdict(2, 1, 4, 3), verdict()], [CANNOT_BE_TOLD] * 2)
+
+
+class Front(unittest.TestCase):
+    def setting(self, step, cost, absorbed, residual):
+        row = {"family": "Verlet", "dt_over_dt_crit": step, "accepted": step <= 0.5, "default": step == 0.4, "plain": True, "full_network": True}
+        row |= {"toe": False, "runs": 8.0, "node_steps": cost, "cpu_seconds": cost}
+        row |= {name: 1.0 for name in front.MEASURES} | {f"{name}_deviation": 0.0 for name in front.MEASURES}
+        return row | {"absorbed": absorbed, "absorbed_deviation": 0.01, "residual": residual}
+
+    def test_the_front_counts_no_error_below_the_resolution(self):
+        # Reference 1 and deviation 0.01: means of eight runs resolve 0.01.
+        judged = front.Judged([
+            self.setting(0.05, 8.0, 1.0, 0.0), self.setting(0.1, 4.0, 1.001, 0.01), self.setting(0.2, 2.0, 1.004, 0.1),
+            self.setting(0.4, 1.0, 1.02, 1.0), self.setting(0.3, 1.5, 1.03, 0.5), self.setting(0.7, 0.5, 1.0, 0.0),
+        ])
+        self.assertAlmostEqual(judged.resolution["absorbed"], 0.01)
+        on = lambda name: [name in row["fronts"][0] for row in judged.rows]
+        self.assertEqual(on("absorbed"), [False, False, True, True, False, False])
+        # The energy residual tells them apart.
+        self.assertEqual(on("all"), [False, True, True, True, True, False])
+        self.assertEqual([front.marks(row, 0) for row in judged.rows[::5]], ["reference", ""])
+
+    def test_the_choice_is_the_cheapest_that_meets_the_wish(self):
+        judged = front.Judged([self.setting(0.05, 8.0, 1.0, 0.0), self.setting(0.2, 2.0, 1.004, 0.1), self.setting(0.4, 1.0, 1.015, 1.0)])
+        found = {wanted: best and (best[0]["dt_over_dt_crit"], best[1]) for wanted, best in front.choice(judged)}
+        # 0.05: one run at 0.4; 0.01: (0.01^2 - 0.005^2) leaves room for the spread of two runs at 0.2.
+        self.assertEqual((found[0.05], found[0.01], found[0.001]), ((0.4, 1), (0.2, 2), None))
 
 
 class Page(unittest.TestCase):

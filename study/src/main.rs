@@ -16,6 +16,7 @@ mod report;
 mod run;
 mod scene_file;
 mod stability;
+mod table;
 mod threads;
 
 use clap::{Parser, Subcommand};

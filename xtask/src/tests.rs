@@ -155,6 +155,7 @@ fn studies() -> Outcome {
     for name in ["error-time", "bench"] {
         study(&[name, "--smoke", "--out", &folder(name)])?;
     }
+    report("error-time", &folder("error-time"))?;
     study(&["paper", "--smoke", "--vtk", "--out", &folder("paper")])?;
     report("paper", &folder("paper"))?;
     study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
