@@ -89,10 +89,6 @@ def smooth(folder, rows):
     return table([row for row in rows if row["case"] == "no damage"], columns) + f"\nObserved order below 0.45 dt_crit: {'; '.join(parts)}.\n"
 
 
-def closed_forms(folder, rows):
-    return table(rows, [*same(["case", "method", "step", "quantity"], None), ("exact", "exact", "e6"), ("relative error", "relative error", "e1"), ("allowed", "allowed", "e1")], 4)
-
-
 def overshoot_strain(folder, rows):
     profiles = [{key: float(value) for key, value in row.items()} for row in page.rows_of(folder / "overshoot_profile.csv")]
     name = lambda row: f"network, segments in a spacing: {row['segments in a spacing']:.0f}" if row["segments in a spacing"] else "Smith"
@@ -245,7 +241,6 @@ def coupling(folder, rows):
 
 PARTS = {
     "smooth": ("Smooth phase", smooth),
-    "closed_forms": ("Closed forms", closed_forms),
     "overshoot_strain": ("Overshoot: strains of a strip struck across its middle", overshoot_strain),
     "overshoot_breaking": ("Overshoot: velocities that break the strip", overshoot_breaking),
     "pointwise": ("Point by point before the first failure", pointwise),

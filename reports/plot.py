@@ -5,6 +5,7 @@ from typing import NamedTuple
 import matplotlib
 
 matplotlib.use("Agg")
+import matplotlib.patches
 import matplotlib.pyplot
 import matplotlib.ticker
 

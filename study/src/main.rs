@@ -10,7 +10,6 @@ mod machine;
 mod memory;
 mod paper;
 mod picture;
-mod plots;
 mod progress;
 mod report;
 mod run;

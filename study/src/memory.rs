@@ -39,15 +39,6 @@ impl Buffers {
     }
 }
 
-/// What the kernel says against a scene; None if it accepts it.
-pub fn refusal(scene: &Scene) -> Option<Error> {
-    let made = || -> Result<()> {
-        Buffers::of(scene)?.sim(scene)?;
-        Ok(())
-    };
-    made().err().and_then(|error| error.downcast::<Error>().ok()).map(|error| *error)
-}
-
 /// So many zeros, or None if there is no memory for them. They take time and memory only where they are used.
 fn zeros<T: Clone + Default>(count: usize) -> Option<Vec<T>> {
     let mut room = Vec::<T>::new();

@@ -220,10 +220,8 @@ fn write_history(path: &Path, history: &[Sample]) -> Result<()> {
 }
 
 fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64, stepping: String) -> String {
-    let mut table = report::table(&[name, "value"]);
-    let mut row = |what: &str, value: String| {
-        table.add_row(vec![what.to_string(), value]);
-    };
+    let mut rows = Vec::new();
+    let mut row = |what: &str, value: String| rows.push(vec![what.to_string(), value]);
     let vector = |v: [f64; 3], digits: usize| format!("{:.digits$}  {:.digits$}  {:.digits$}", v[0], v[1], v[2]);
     row("nodes, segments", format!("{} x {}, {}", scene.sheet.nodes_x, scene.sheet.nodes_y, summary.segments));
     if scene.symmetry != fabric::Symmetry::default() {
@@ -263,7 +261,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     row("memory", format!("{bytes} bytes, {:.1} per node", bytes as f64 / nodes));
     row("wall time", format!("{wall:.2} s with history and read-outs"));
     row("stepping", stepping);
-    table.to_string()
+    report::table(&[name, "value"], &rows)
 }
 
 /// Shape and the dimensions that it reads.

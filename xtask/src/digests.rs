@@ -3,7 +3,7 @@
 
 use crate::bochs;
 use crate::platforms;
-use crate::tools::{Outcome, output, target, top};
+use crate::tools::{Outcome, first_found, make_folder, output, read, target, top};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
@@ -345,13 +345,6 @@ fn is_bochs(runner: &Runner) -> bool {
 /// Debian does not put it in the path.
 const WINE: [&str; 3] = ["wine64", "wine", "/usr/lib/wine/wine64"];
 
-/// The first program of a list that is here.
-fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
-    programs.iter().copied().find(|program| {
-        Command::new(program).arg("--version").stdin(Stdio::null()).output().is_ok_and(|output| output.status.success())
-    })
-}
-
 /// The linker for WebAssembly: LLVM's, or the one that rustup's compilers have.
 fn wasm_linker() -> Result<Command, String> {
     if let Some(program) = first_found(&["wasm-ld"]) {
@@ -456,7 +449,7 @@ fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
 /// Compiles the C files and links them with the library.
 fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
     let folder = self::target().join("digests").join("programs");
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    make_folder(folder.to_path_buf())?;
     let mut compiler = Command::new(target.compiler[0]);
     compiler
         .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
@@ -556,11 +549,7 @@ pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
 
 /// The pinned digests.
 fn pins() -> Result<Vec<(String, String)>, String> {
-    Ok(lines(&read(&top().join("tests/golden/digests"))?))
-}
-
-fn read(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+    Ok(lines(&read(top().join("tests/golden/digests"))?))
 }
 
 /// Names and digests of the lines of a text.

@@ -1,6 +1,6 @@
 //! `cargo xtask install`: the C and C++ library as other build systems expect to find it.
 
-use crate::tools::{Outcome, output, target, top};
+use crate::tools::{Outcome, make_folder, output, read, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -48,9 +48,9 @@ pub fn into(prefix: &Path) -> Outcome {
         ("fabric_kernel-config-version.cmake", &cmake),
     ] {
         let path = top().join("capi/install").join(format!("{template}.in"));
-        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let text = read(&path)?;
         let text = words.iter().fold(text, |text, (word, value)| text.replace(word, value));
-        make_folder(folder)?;
+        make_folder(folder.into())?;
         std::fs::write(folder.join(template), text).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
@@ -82,14 +82,10 @@ fn soname(library: &Path) -> Result<String, String> {
     name.ok_or(format!("{} has no soname", library.display()))
 }
 
-fn make_folder(folder: &Path) -> Outcome {
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))
-}
-
 /// Copies a file to a place whose folder may not be there yet. What is there is removed first, not written over: a program
 /// that runs with the old library keeps it.
 fn copy(from: &Path, to: &Path) -> Outcome {
-    make_folder(to.parent().unwrap_or(Path::new(".")))?;
+    make_folder(to.parent().unwrap_or(Path::new(".")).into())?;
     let _ = std::fs::remove_file(to);
     std::fs::copy(from, to).map_err(|error| format!("{} to {}: {error}", from.display(), to.display()))?;
     Ok(())

@@ -102,7 +102,7 @@ fn compare(name: &str, kind: AttachmentKind, energy: f64) -> Result<(Vec<Vec<Cel
             Cell::Number(1e6 * one.time()),
             Cell::Number(100.0 * slack(one)?),
         ];
-        row.extend(distances.into_iter().chain([squares, velocity, work]).map(|value| Cell::Number(value)));
+        row.extend(distances.into_iter().chain([squares, velocity, work]).map(Cell::Number));
         if ROWS.contains(&step) {
             rows.push(row);
             last = None;

@@ -99,7 +99,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<()> {
             let [absorbed, velocity] = [impact::ABSORBED, impact::VELOCITY].map(|index| errors(&column(index), size));
             let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::Number(size as f64)];
             row.extend([Cell::Number(size as f64 * cost), Cell::Number(size as f64 * seconds)]);
-            row.extend(absorbed.into_iter().chain(velocity).map(|error| Cell::Number(error)));
+            row.extend(absorbed.into_iter().chain(velocity).map(Cell::Number));
             table.add(row);
             size *= 2;
         }
