@@ -82,15 +82,15 @@ def draw(cells, path):
     for cell in cells:
         # Fast ones at the top.
         x, y = columns.index(cell["fraction"]), rows.index(cell["speed"])
-        hatch = "///" if cell["fraction"] > LIMIT else None
-        axis.add_patch(patches.Rectangle((x, y), 1, 1, facecolor=CLASSES[cell["class"]][1], edgecolor="white", hatch=hatch, linewidth=0))
-        axis.add_patch(patches.Rectangle((x, y), 1, 1, fill=False, edgecolor="white", linewidth=2))
+        axis.add_patch(patches.Rectangle((x, y), 1, 1, facecolor=CLASSES[cell["class"]][1], edgecolor="white", linewidth=2))
         sign = SIGNS.get(cell["outcome"], "")
         if not sign or (sign == "arrested" and cell["failed_segments"]):
             sign = "torn" if cell["failed_segments"] else "whole"
         axis.text(x + 0.5, y + 0.63, percent(cell["energy"]), ha="center", va="center", fontsize=9)
         axis.text(x + 0.5, y + 0.28, sign, ha="center", va="center", fontsize=7)
     allowed = sum(fraction <= LIMIT for fraction in columns)
+    refused = (allowed, 0), len(columns) - allowed, len(rows)
+    axis.add_patch(patches.Rectangle(*refused, fill=False, hatch="///", edgecolor="white", linewidth=0, alpha=0.6))
     axis.axvline(allowed, color="black", linewidth=2.5)
     axis.grid(False)
     axis.set(xlim=(0, len(columns)), ylim=(0, len(rows)), xlabel="dt / dt_crit (refused right of the line)", ylabel="impact velocity (m/s)")
