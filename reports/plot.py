@@ -19,7 +19,7 @@ STYLES = {
     "dots": {"marker": ".", "linestyle": "none", "markersize": 2, "alpha": 0.5},
 }
 matplotlib.rcParams.update({
-    "svg.hashsalt": "fabric", "svg.fonttype": "none", "font.size": 10, "axes.titlesize": 12, "axes.grid": True, "axes.axisbelow": True,
+    "svg.hashsalt": "fabric", "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans"], "font.size": 10, "axes.titlesize": 12, "axes.grid": True, "axes.axisbelow": True,
     "grid.color": "#e3e3e3", "grid.linewidth": 0.8, "axes.edgecolor": "#888888", "legend.frameon": False, "lines.linewidth": 1.7,
     "axes.spines.top": False, "axes.spines.right": False,
 })
