@@ -9,12 +9,13 @@ mod event;
 mod machine;
 mod memory;
 mod paper;
-mod plots;
+mod picture;
 mod progress;
 mod report;
 mod run;
 mod scene_file;
 mod stability;
+mod table;
 mod threads;
 
 use clap::{Parser, Subcommand};
@@ -33,7 +34,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run one scene: table, history, plots.
+    /// Run one scene: table, history, the sheet at the end.
     Run(run::Options),
     /// Print a preset as a scene file with every parameter, its unit and its meaning.
     Scene {
@@ -44,7 +45,7 @@ enum Command {
     ErrorTime(error_time::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
-    /// Every result of the paper from ensembles: figures beside their claims in one report.
+    /// Every result of the paper from ensembles.
     Paper(paper::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),

@@ -37,15 +37,6 @@ impl Buffers {
     }
 }
 
-/// What the kernel says against a scene; None if it accepts it.
-pub fn refusal(scene: &Scene) -> Option<Error> {
-    let made = || -> Result<()> {
-        Buffers::of(scene)?.sim(scene)?;
-        Ok(())
-    };
-    made().err().and_then(|error| error.downcast::<Error>().ok()).map(|error| *error)
-}
-
 /// So many lines, or None if there is no memory for them.
 fn zeros(count: usize) -> Option<Vec<CacheLine>> {
     let mut lines = Vec::new();

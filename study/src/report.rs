@@ -1,26 +1,26 @@
 //! Printed tables, and numbers in the way they print best.
 
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use std::path::Path;
 
 /// A table with a heading: the first column to the left, the others to the right.
-pub fn table(heading: &[&str]) -> Table {
-    let mut table = Table::new();
-    table
-        .load_preset(presets::ASCII_MARKDOWN)
-        .set_content_arrangement(ContentArrangement::Disabled)
-        .set_header(heading);
-    for (index, column) in table.column_iter_mut().enumerate() {
-        column.set_cell_alignment(if index == 0 { CellAlignment::Left } else { CellAlignment::Right });
-    }
-    table
+pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
+    let heading: Vec<String> = heading.iter().map(|text| text.to_string()).collect();
+    let all = || std::iter::once(&heading).chain(rows);
+    let width = |column: usize| all().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..heading.len()).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).enumerate();
+        let cells = cells.map(|(k, (cell, &w))| if k == 0 { format!("{cell:<w$}") } else { format!("{cell:>w$}") });
+        cells.collect::<Vec<_>>().join("  ")
+    };
+    let mut lines: Vec<String> = all().map(line).collect();
+    lines.insert(1, "-".repeat(lines[0].chars().count()));
+    lines.join("\n")
 }
 
-/// A table in Markdown.
-pub fn markdown(heading: &[&str], rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let heading: Vec<String> = heading.iter().map(|text| text.to_string()).collect();
-    let below = format!("|{}\n", "---|".repeat(heading.len()));
-    line(&heading) + &below + &rows.iter().map(|row| line(row)).collect::<String>()
+/// Where the numbers of a study are, and what makes a report of them.
+pub fn written(out: &Path, study: &str) -> String {
+    format!("written: {}; report: python3 -m reports {study} {0}", out.display())
 }
 
 /// The middle value; the mean of the two middle ones of an even number. NaN for none.

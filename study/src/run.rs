@@ -1,14 +1,12 @@
-//! One run of a scene: table, history, plots.
+//! One run of a scene: table, history, and the sheet at the end. `python3 -m reports run` draws them.
 
 use crate::event::{self, Summary};
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
-use crate::plots::{Axes, Mark, Plot, Series, SheetPicture, Style};
 use crate::progress::Progress;
-use crate::{Result, report, scene_file, threads};
+use crate::{Result, picture, report, scene_file, threads};
 use clap::{Args, ValueEnum};
-use fabric::shape::Solid;
-use fabric::{Motion, Outcome, Scene, Sim, StepCheck};
+use fabric::{Outcome, Scene, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +16,7 @@ pub struct Options {
     /// The scene, see study/scenes.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Folder for history.csv, summary.json, summary.txt and the plots [default: target/study/SCENE].
+    /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/study/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Outcomes that end the run.
@@ -34,9 +32,6 @@ pub struct Options {
     /// on cores that are free.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::layout::MAX_BANDS)))]
     threads: u32,
-    /// Write no plots.
-    #[arg(long)]
-    no_plots: bool,
 }
 
 /// An outcome on the command line.
@@ -163,11 +158,10 @@ pub fn run(options: &Options) -> Result<bool> {
     warn(&scene, &sim, &summary);
     std::fs::write(out.join("summary.txt"), text + "\n")?;
     std::fs::write(out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
-    if !options.no_plots {
-        plot_history(&out, &name, &history, &summary)?;
-        plot_sheet(&out.join("sheet.svg"), &name, &sim)?;
-    }
-    println!("written: {}", out.display());
+    picture::keep(&out.join("sheet.bin"), &sim)?;
+    let sheet = picture::describe(&out, "sheet.bin".to_string(), name, &scene)?;
+    std::fs::write(out.join("sheet.json"), serde_json::to_string(&sheet)? + "\n")?;
+    println!("written: {}; plots: python3 -m reports run {0}", out.display());
     Ok(true)
 }
 
@@ -226,10 +220,8 @@ fn write_history(path: &Path, history: &[Sample]) -> Result<()> {
 }
 
 fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64, stepping: String) -> String {
-    let mut table = report::table(&[name, "value"]);
-    let mut row = |what: &str, value: String| {
-        table.add_row(vec![what.to_string(), value]);
-    };
+    let mut rows = Vec::new();
+    let mut row = |what: &str, value: String| rows.push(vec![what.to_string(), value]);
     let vector = |v: [f64; 3], digits: usize| format!("{:.digits$}  {:.digits$}  {:.digits$}", v[0], v[1], v[2]);
     row("nodes, segments", format!("{} x {}, {}", scene.sheet.nodes_x, scene.sheet.nodes_y, summary.segments));
     if scene.symmetry != fabric::Symmetry::default() {
@@ -269,7 +261,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     row("memory", format!("{bytes} bytes, {:.1} per node", bytes as f64 / nodes));
     row("wall time", format!("{wall:.2} s with history and read-outs"));
     row("stepping", stepping);
-    table.to_string()
+    report::table(&[name, "value"], &rows)
 }
 
 /// Shape and the dimensions that it reads.
@@ -323,133 +315,4 @@ fn attachment_name(kind: fabric::AttachmentKind, index: usize) -> &'static str {
         _ => ["side -x", "side +x", "side -y", "side +y"],
     };
     names[index]
-}
-
-fn plot_history(out: &Path, name: &str, history: &[Sample], summary: &Summary) -> Result<()> {
-    let series = |name: &str, value: &dyn Fn(&Sample) -> f64| {
-        let points = history.iter().map(|sample| (1e6 * sample.time_s, value(sample)));
-        Series::new(name, Style::Line, points.collect())
-    };
-    let marks = || {
-        let mark = |latched: &event::Latched| Mark { at: 1e6 * latched.time, name: latched.outcome.to_string() };
-        summary.outcomes.iter().map(mark).collect()
-    };
-    let time = "time (µs)";
-    Plot {
-        title: &format!("{name}: velocity of the projectile"),
-        x: time,
-        y: "velocity (m/s)",
-        axes: Axes::Linear,
-        series: vec![
-            series("along z", &|sample| sample.velocity_z_m_per_s),
-            series("along x", &|sample| sample.velocity_x_m_per_s),
-            series("along y", &|sample| sample.velocity_y_m_per_s),
-        ],
-        marks: marks(),
-    }
-    .write(&out.join("velocity.svg"))?;
-    Plot {
-        title: &format!("{name}: force on the projectile, mean between samples"),
-        x: time,
-        y: "force (N)",
-        axes: Axes::Linear,
-        series: vec![
-            series("against z", &|sample| -sample.force_z_n),
-            series("along x", &|sample| sample.force_x_n),
-            series("along y", &|sample| sample.force_y_n),
-        ],
-        marks: marks(),
-    }
-    .write(&out.join("force.svg"))?;
-    Plot {
-        title: &format!("{name}: where the absorbed energy is"),
-        x: time,
-        y: "energy (J)",
-        axes: Axes::Linear,
-        series: vec![
-            series("absorbed", &|sample| sample.contact_work_j),
-            series("fabric kinetic", &|sample| sample.fabric_kinetic_j),
-            series("strain", &|sample| sample.strain_j),
-            series("dissipated by rupture", &|sample| sample.dissipated_j),
-            series("contact loss", &|sample| sample.contact_loss_j),
-            series("residual", &|sample| sample.energy_residual_j),
-        ],
-        marks: marks(),
-    }
-    .write(&out.join("energies.svg"))
-}
-
-fn plot_sheet(path: &Path, name: &str, sim: &Sim<'_>) -> Result<()> {
-    let mut positions = vec![0.0; 3 * sim.layout().nodes()];
-    sim.copy_positions(&mut positions)?;
-    let mut damage = vec![0.0; sim.layout().segments()];
-    sim.copy_damage(&mut damage)?;
-    let failed = sim.counters().failed_segments;
-    SheetPicture {
-        title: &format!("{name}: sheet at {:.1} µs, {failed} failed segments", 1e6 * sim.time()),
-        nodes: [sim.layout().nodes_x, sim.layout().nodes_y],
-        positions: &positions,
-        damage: &damage,
-        outline: outline(sim.scene(), &sim.projectile()?),
-    }
-    .write(path)
-}
-
-/// Lines that show where the projectile is and how it is turned: three great circles of a sphere; rims and eight generators
-/// of a cylinder, and two half circles over its hemisphere; the edges of a box or a polyhedron.
-pub(crate) fn outline(scene: &Scene, motion: &Motion) -> Vec<Vec<[f64; 3]>> {
-    use std::f64::consts::TAU;
-    let arc = |part: f64, at: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
-        let angles = (0..=48).map(|k| part * TAU * k as f64 / 48.0);
-        angles.map(|angle| at(angle.cos(), angle.sin())).collect()
-    };
-    let rods = |r: f64, bottom: f64, top: f64| {
-        let rims = [bottom, top].map(|z| arc(1.0, &|a, b| [r * a, r * b, z]));
-        let generators: Vec<_> = (0..48).step_by(6).map(|k| vec![rims[0][k], rims[1][k]]).collect();
-        generators.into_iter().chain(rims).collect::<Vec<_>>()
-    };
-    let lines = match Solid::of(&scene.projectile) {
-        Solid::Sphere { radius: r } => vec![
-            arc(1.0, &|a, b| [r * a, r * b, 0.0]),
-            arc(1.0, &|a, b| [r * a, 0.0, r * b]),
-            arc(1.0, &|a, b| [0.0, r * a, r * b]),
-        ],
-        Solid::Cylinder { radius, half_length } => rods(radius, -half_length, half_length),
-        Solid::HemisphericalCylinder { radius: r, shank, nose } => {
-            let mut lines = rods(r, nose - shank, nose);
-            lines.push(arc(0.5, &|a, b| [r * a, 0.0, nose + r * b]));
-            lines.push(arc(0.5, &|a, b| [0.0, r * a, nose + r * b]));
-            lines
-        }
-        Solid::Polyhedron(body) => body.edges().map(|ends| ends.map(Into::into).to_vec()).collect(),
-    };
-    let world = |line: Vec<[f64; 3]>| line.into_iter().map(|x| placed(x, motion)).collect();
-    lines.into_iter().map(world).collect()
-}
-
-/// A point of the body in the world: P + q x q^-1, written as x + 2 w (u x x) + 2 u x (u x x) with q = (w, u).
-pub(crate) fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
-    let [w, ux, uy, uz] = motion.orientation;
-    let cross = |b: [f64; 3]| [uy * b[2] - uz * b[1], uz * b[0] - ux * b[2], ux * b[1] - uy * b[0]];
-    let once = cross(x);
-    let twice = cross(once);
-    [0, 1, 2].map(|k| motion.position[k] + x[k] + 2.0 * (w * once[k] + twice[k]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_quarter_turn_about_z_brings_x_to_y() {
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let motion = Motion {
-            position: [0.0, 0.0, 3.0],
-            velocity: [0.0; 3],
-            orientation: [half, 0.0, 0.0, half],
-            angular_velocity: [0.0; 3],
-        };
-        let point = placed([1.0, 0.0, 0.0], &motion);
-        assert!(event::length([point[0], point[1] - 1.0, point[2] - 3.0]) < 1e-15);
-    }
 }

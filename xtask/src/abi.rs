@@ -1,7 +1,7 @@
 //! The binary interface: the symbols, the layout of every structure on several targets, and a host of an earlier release.
 
-use crate::chosts::{found, prefix};
-use crate::tools::{Outcome, empty_folder, output, run as command, top};
+use crate::chosts::prefix;
+use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
 use std::path::Path;
 
 /// A target, its C and its C++ compiler, and what they need to be told.
@@ -34,7 +34,7 @@ fn symbols() -> Result<usize, String> {
     let mut exported: Vec<_> = listed.lines().filter_map(|line| line.split_whitespace().last()).collect();
     exported.sort_unstable();
     let path = top().join("tests/c/abi/symbols.txt");
-    let committed = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let committed = read(&path)?;
     let committed: Vec<_> = committed.lines().collect();
     let lost: Vec<_> = committed.iter().filter(|name| !exported.contains(name)).collect();
     let new: Vec<_> = exported.iter().filter(|name| !committed.contains(name)).collect();
@@ -66,7 +66,7 @@ fn layouts() -> Result<usize, String> {
 
 /// A host compiled against an earlier release's header, kept with it, runs with the present shared library.
 fn old_host(release: &str) -> Outcome {
-    let folder = empty_folder("hosts/old")?;
+    let folder = emptied(target().join("hosts/old"))?;
     let (program, library) = (folder.join(release), prefix().join("lib"));
     let source = format!("tests/c/abi/{release}");
     let host = format!("{source}/host.c");

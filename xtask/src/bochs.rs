@@ -1,7 +1,7 @@
 //! Bochs, an emulator of x86-64 processors that knows AVX-512. It runs a program that is the whole ROM of a bare machine
 //! (tests/digests/processor.S): no firmware, no boot loader, no operating system.
 
-use crate::tools::{Outcome, finish, target, wait_within};
+use crate::tools::{Outcome, emptied, finish, read, target, wait_within};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -42,17 +42,13 @@ pub fn run(program: &Path) -> Result<String, String> {
         return Err(format!("bochs says: {said}"));
     }
     let printed = folder.join("printed");
-    std::fs::read_to_string(&printed).map_err(|error| format!("{}: {error}", printed.display()))
+    read(&printed)
 }
 
 /// A new folder for a machine, with its configuration and Bochs's input.
 fn folder(name: &str) -> Result<PathBuf, String> {
-    let folder = target().join("digests").join("bochs").join(name);
+    let folder = emptied(target().join("digests").join("bochs").join(name))?;
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).map_err(failed)?;
-    }
-    std::fs::create_dir_all(&folder).map_err(failed)?;
     // A processor that faults without remedy ends Bochs with an error.
     let processor = format!("cpu: model={MODEL}, ips=100000000, reset_on_triple_fault=0\n");
     std::fs::write(folder.join("bochsrc"), processor + MACHINE).map_err(failed)?;

@@ -1,6 +1,6 @@
 //! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
-use crate::tools::{Outcome, empty_folder, output, run as command, target, top};
+use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
 use std::path::{Path, PathBuf};
 
 /// The installed library that the hosts, the examples and the README use.
@@ -12,32 +12,23 @@ pub fn prefix() -> PathBuf {
 const COMPILERS: [([&str; 2], &str, usize); 2] =
     [(["gcc", "g++"], "KINDS=shared static", 8), (["clang", "clang++"], "KINDS=shared", 4)];
 
-/// Whether a program is there; if not it says what is left out.
-pub fn found(program: &str, without: &str) -> bool {
-    let found = std::process::Command::new(program).arg("--version").output().is_ok();
-    if !found {
-        println!("  {program} is not here: {without} left out");
-    }
-    found
-}
-
 /// Installs the library and runs C99, C11, C++17 and C++20 hosts against it, built by a makefile with pkg-config. Each must
 /// print tests/c/digests, which a test of `fabric-capi` compares with the kernel called from Rust.
 pub fn run() -> Outcome {
     crate::install::into(&prefix())?;
     crate::gates::undefined_in_kernel(&prefix().join("lib/libfabric_kernel.so"))?;
-    let wanted = std::fs::read_to_string(top().join("tests/c/digests")).map_err(|e| format!("tests/c/digests: {e}"))?;
+    let wanted = read(top().join("tests/c/digests"))?;
     for ([c, cpp], kinds, expected) in COMPILERS {
         if !found(c, "its C and C++ hosts are") {
             continue;
         }
-        let folder = empty_folder(&format!("hosts/{c}"))?;
+        let folder = emptied(target().join("hosts").join(c))?;
         make(&folder, &[&format!("CC={c}"), &format!("CXX={cpp}"), kinds])?;
         let mut hosts = 0;
         for entry in std::fs::read_dir(&folder).map_err(|error| error.to_string())? {
             let path = entry.map_err(|error| error.to_string())?.path();
             if path.extension().is_some_and(|extension| extension == "digests") {
-                let printed = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
+                let printed = read(&path)?;
                 if printed != wanted {
                     return Err(format!("{} holds other digests than tests/c/digests:\n{printed}", path.display()));
                 }
@@ -57,7 +48,7 @@ pub fn run() -> Outcome {
 /// The C99 and the C++17 host with AddressSanitizer and the checks for undefined behaviour; a short C host under valgrind, which
 /// sees the library too (the long one changes the rounding mode, which valgrind does not know): no complaint, the same digests.
 fn watched(wanted: &str) -> Outcome {
-    let folder = empty_folder("hosts/watched")?;
+    let folder = emptied(target().join("hosts/watched"))?;
     let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
     let include = format!("-I{}", prefix().join("include").display());
     let build = |compiler: &str, source: &str, options: &[&str]| -> Result<PathBuf, String> {

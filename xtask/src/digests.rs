@@ -3,7 +3,7 @@
 
 use crate::bochs;
 use crate::platforms;
-use crate::tools::{Outcome, finish, output, target, top, wait_within};
+use crate::tools::{Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -95,105 +95,33 @@ const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
 const GCC: [&str; 2] = ["gcc", "gcc libc6-dev"];
 const ARM: [&str; 2] = ["arm-none-eabi-gcc", "gcc-arm-none-eabi"];
 
-/// Every target.
+/// Every target: name, library, compiler, options, sources, runner.
+#[rustfmt::skip]
 const TARGETS: [Target; 12] = [
-    Target {
-        name: "x86-64-scalar",
-        library: Library::Choosing,
-        compiler: GCC,
-        options: &["-DINSTRUCTIONS=0"],
-        sources: HOSTED,
-        runner: Runner::Machine,
-    },
-    Target {
-        name: "x86-64-sse2",
-        library: Library::Choosing,
-        compiler: GCC,
-        options: &["-DINSTRUCTIONS=1"],
-        sources: HOSTED,
-        runner: Runner::Machine,
-    },
-    Target {
-        name: "x86-64-avx2",
-        library: Library::Choosing,
-        compiler: GCC,
-        options: &["-DINSTRUCTIONS=2"],
-        sources: HOSTED,
-        runner: Runner::MachineWith("avx2"),
-    },
-    Target {
-        name: "x86-64-avx512",
-        library: Library::Choosing,
-        compiler: GCC,
-        options: &["-DINSTRUCTIONS=3"],
-        sources: HOSTED,
-        runner: Runner::MachineOrBochs("avx512f"),
-    },
-    Target {
-        name: "x86-64-freestanding",
-        library: Library::Shipped,
-        compiler: GCC,
-        options: FREESTANDING,
-        sources: &["tests/digests/freestanding.c", "tests/digests/memory.c"],
-        runner: Runner::Machine,
-    },
-    Target {
-        name: "i686",
-        library: Library::Of("i686-unknown-linux-gnu", ""),
-        compiler: ["i686-linux-gnu-gcc", "gcc-i686-linux-gnu libc6-dev-i386-cross"],
-        options: ROUNDING_UP,
-        sources: HOSTED,
-        runner: Runner::MachineOr(["qemu-i386-static", "qemu-user-static"]),
-    },
-    Target {
-        name: "aarch64",
-        library: Library::Of("aarch64-unknown-linux-gnu", ""),
-        compiler: ["aarch64-linux-gnu-gcc", "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"],
-        options: ROUNDING_UP,
-        sources: HOSTED,
-        runner: Runner::Linux(["qemu-aarch64-static", "qemu-user-static"]),
-    },
-    Target {
-        name: "riscv64",
-        library: Library::Of("riscv64gc-unknown-linux-gnu", ""),
-        compiler: ["riscv64-linux-gnu-gcc", "gcc-riscv64-linux-gnu libc6-dev-riscv64-cross"],
-        options: &["-static", "-no-pie"],
-        sources: HOSTED,
-        runner: Runner::Linux(["qemu-riscv64-static", "qemu-user-static"]),
-    },
-    Target {
-        name: "cortex-m7-soft",
-        library: Library::Of("thumbv7em-none-eabihf", ""),
-        compiler: ARM,
-        options: BOARD_OPTIONS,
-        sources: BOARD,
-        runner: Runner::Board,
-    },
-    Target {
-        name: "cortex-m7-hard",
-        library: Library::Of("thumbv7em-none-eabihf", HARD),
-        compiler: ARM,
-        options: BOARD_OPTIONS,
-        sources: BOARD,
-        runner: Runner::Board,
-    },
-    Target {
-        name: "wasm32",
-        library: Library::Of("wasm32-unknown-unknown", ""),
-        compiler: ["clang", "clang"],
-        options: &["--target=wasm32", "-ffreestanding"],
-        sources: &[],
-        runner: Runner::Node,
-    },
-    Target {
-        name: "win64",
-        library: Library::Of("x86_64-pc-windows-gnu", ""),
-        compiler: ["x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64"],
-        options: &[],
-        sources: HOSTED,
-        runner: Runner::Wine,
-    },
+    one("x86-64-scalar", Library::Choosing, GCC, &["-DINSTRUCTIONS=0"], HOSTED, Runner::Machine),
+    one("x86-64-sse2", Library::Choosing, GCC, &["-DINSTRUCTIONS=1"], HOSTED, Runner::Machine),
+    one("x86-64-avx2", Library::Choosing, GCC, &["-DINSTRUCTIONS=2"], HOSTED, Runner::MachineWith("avx2")),
+    one("x86-64-avx512", Library::Choosing, GCC, &["-DINSTRUCTIONS=3"], HOSTED, Runner::MachineOrBochs("avx512f")),
+    one("x86-64-freestanding", Library::Shipped, GCC, FREESTANDING, &["tests/digests/freestanding.c", "tests/digests/memory.c"], Runner::Machine),
+    one("i686", Library::Of("i686-unknown-linux-gnu", ""), ["i686-linux-gnu-gcc", "gcc-i686-linux-gnu libc6-dev-i386-cross"], ROUNDING_UP, HOSTED, Runner::MachineOr(["qemu-i386-static", "qemu-user-static"])),
+    one("aarch64", Library::Of("aarch64-unknown-linux-gnu", ""), ["aarch64-linux-gnu-gcc", "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"], ROUNDING_UP, HOSTED, Runner::Linux(["qemu-aarch64-static", "qemu-user-static"])),
+    one("riscv64", Library::Of("riscv64gc-unknown-linux-gnu", ""), ["riscv64-linux-gnu-gcc", "gcc-riscv64-linux-gnu libc6-dev-riscv64-cross"], &["-static", "-no-pie"], HOSTED, Runner::Linux(["qemu-riscv64-static", "qemu-user-static"])),
+    one("cortex-m7-soft", Library::Of("thumbv7em-none-eabihf", ""), ARM, BOARD_OPTIONS, BOARD, Runner::Board),
+    one("cortex-m7-hard", Library::Of("thumbv7em-none-eabihf", HARD), ARM, BOARD_OPTIONS, BOARD, Runner::Board),
+    one("wasm32", Library::Of("wasm32-unknown-unknown", ""), ["clang", "clang"], &["--target=wasm32", "-ffreestanding"], &[], Runner::Node),
+    one("win64", Library::Of("x86_64-pc-windows-gnu", ""), ["x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64"], &[], HOSTED, Runner::Wine),
 ];
+
+const fn one(
+    name: &'static str,
+    library: Library,
+    compiler: [&'static str; 2],
+    options: &'static [&'static str],
+    sources: &'static [&'static str],
+    runner: Runner,
+) -> Target {
+    Target { name, library, compiler, options, sources, runner }
+}
 
 /// `cargo xtask test`: some of the targets, those of them that can run here.
 pub fn short() -> Outcome {
@@ -345,13 +273,6 @@ fn is_bochs(runner: &Runner) -> bool {
 /// Debian does not put it in the path.
 const WINE: [&str; 3] = ["wine64", "wine", "/usr/lib/wine/wine64"];
 
-/// The first program of a list that is here.
-fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
-    programs.iter().copied().find(|program| {
-        Command::new(program).arg("--version").stdin(Stdio::null()).output().is_ok_and(|output| output.status.success())
-    })
-}
-
 /// The linker for WebAssembly: LLVM's, or the one that rustup's compilers have.
 fn wasm_linker() -> Result<Command, String> {
     if let Some(program) = first_found(&["wasm-ld"]) {
@@ -447,7 +368,7 @@ fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
 /// Compiles the C files and links them with the library.
 fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
     let folder = self::target().join("digests").join("programs");
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    make_folder(folder.to_path_buf())?;
     let mut compiler = Command::new(target.compiler[0]);
     compiler
         .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
@@ -535,11 +456,7 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
 
 /// The pinned digests.
 fn pins() -> Result<Vec<(String, String)>, String> {
-    Ok(lines(&read(&top().join("tests/golden/digests"))?))
-}
-
-fn read(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+    Ok(lines(&read(top().join("tests/golden/digests"))?))
 }
 
 /// Names and digests of the lines of a text.

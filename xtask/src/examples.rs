@@ -1,13 +1,13 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
-use crate::chosts::{found, prefix};
-use crate::tools::{Outcome, empty_folder, output, run as command, target, top};
+use crate::chosts::prefix;
+use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
 /// and compares the last line that each prints with examples/expected.txt.
 pub fn run() -> Outcome {
-    let folder = empty_folder("examples")?;
+    let folder = emptied(target().join("examples"))?;
     for source in ["CMakeLists.txt", "c", "cpp"] {
         command("cp", &["-r", &format!("examples/{source}"), &folder.to_string_lossy()])?;
     }
@@ -19,7 +19,7 @@ pub fn run() -> Outcome {
         return Err(format!("the examples do not build cleanly:\n{said}"));
     }
     let path = top().join("examples/expected.txt");
-    let expected = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let expected = read(&path)?;
     for line in expected.lines() {
         let (name, wanted) = line.split_once(' ').ok_or(format!("{}: {line}", path.display()))?;
         for program in [name.to_owned(), format!("{name}_static")] {
@@ -42,7 +42,7 @@ pub fn run() -> Outcome {
 /// The example with threads: for any number of them the digest that tests/c/digests holds for the same scene.
 fn threads(build: &Path) -> Outcome {
     let path = top().join("tests/c/digests");
-    let digests = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let digests = read(&path)?;
     let wanted = digests.lines().find_map(|line| line.strip_prefix("small ")).unwrap_or_default();
     for threads in ["1", "2", "3", "5"] {
         let printed = output(build.join("threads"), &[threads])?;
@@ -62,7 +62,7 @@ fn cost() -> Outcome {
     if !found("valgrind", "the instruction count of the C++ header is") {
         return Ok(());
     }
-    let folder = empty_folder("hosts/cost")?;
+    let folder = emptied(target().join("hosts/cost"))?;
     let count = |compiler: &str, standard: &str, source: &str| -> Result<u64, String> {
         let program = folder.join(compiler).to_string_lossy().into_owned();
         let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();

@@ -87,7 +87,7 @@ fn archives(source: &Path, libraries: &[Library], out: &Path) -> Result<[PathBuf
             (format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension), path.clone())
         }));
     }
-    fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    tools::make_folder(out.to_path_buf())?;
     let names = ["fmi2", "fmi3"].map(|name| out.join(format!("{MODEL_IDENTIFIER}-{name}.fmu")));
     for (archive, entries) in names.iter().zip([two, three]) {
         pack(archive, entries)?;

@@ -1,11 +1,8 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer.
 
-use crate::tools::{Outcome, target, top};
-use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
+use crate::tools::{Outcome, emptied, make_folder, target, top};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Options of `cargo xtask fuzz`.
 #[derive(clap::Args)]
@@ -108,58 +105,26 @@ fn finish(command: &mut Command) -> Outcome {
 
 /// Where a campaign keeps what it finds, from run to run.
 fn folder(kind: &str, name: &str) -> Result<PathBuf, String> {
-    let folder = target().join("fuzz").join(kind).join(name);
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(folder)
+    make_folder(target().join("fuzz").join(kind).join(name))
 }
 
-/// One target for some seconds, from the committed corpus and what earlier runs have found.
+/// One target for some seconds, from the committed corpus and what earlier runs have found. libFuzzer stops at the first crash.
 fn campaign(program: &Path, name: &'static str, seconds: u64) -> Result<Run, String> {
     let (corpus, crashes) = (folder("corpus", name)?, folder("crashes", name)?);
     let tally = target().join("fuzz").join(format!("{name}.tally"));
     let _ = std::fs::remove_file(&tally);
+    println!("  {name}: {seconds} s ...");
     let mut command = fuzz(program, &["run"]);
     command.arg(name).arg(&corpus).arg(top().join("fuzz/corpus").join(name)).env("FABRIC_FUZZ_TALLY", &tally);
-    command.args(["--", LONGEST]).args(QUICK).args(["-print_final_stats=1", "-timeout=60"]);
-    command.arg(format!("-max_total_time={seconds}"));
-    command.arg(format!("-artifact_prefix={}/", crashes.display())).stderr(Stdio::piped());
-    let mut child = command.spawn().map_err(|error| format!("cannot start {command:?}: {error}"))?;
-    let lines = child.stderr.take().map(|stream| std::thread::spawn(move || follow(BufReader::new(stream))));
-
-    let start = Instant::now();
-    let mut told = 0;
-    let status = loop {
-        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
-            break status;
-        }
-        std::thread::sleep(Duration::from_millis(200));
-        let now = start.elapsed().as_secs();
-        if now >= told + 10 {
-            told = now;
-            let (deep, all) = counts(&tally);
-            println!("  {name}: {now} of {seconds} s, {all} executions, {} % past the first check", percent(deep, all));
-        }
-    };
-    let (figures, last) = lines.and_then(|thread| thread.join().ok()).unwrap_or_default();
-    let (deep, all) = counts(&tally);
-    let figure = |key: &str| figures.get(key).copied().unwrap_or(0);
-    let run = Run {
-        executions: figure("executions").max(all),
-        // libFuzzer stops at the first.
-        crashes: u64::from(!status.success()),
-    };
-    println!(
-        "  {name}: {} executions in {} s, {} edges, {} % past the first check",
-        run.executions,
-        start.elapsed().as_secs(),
-        figure("coverage"),
-        percent(deep, all)
-    );
+    command.args(["--", LONGEST]).args(QUICK).args(["-verbosity=0", "-timeout=60"]);
+    command.args([format!("-max_total_time={seconds}"), format!("-artifact_prefix={}/", crashes.display())]);
+    let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    let (deep, executions) = counts(&tally);
+    println!("  {name}: {executions} executions, {} % past the first check", percent(deep, executions));
     if !status.success() {
-        println!("{}", last.join("\n"));
         println!("  {name}: BROKEN. The input is in {}: put it into fuzz/regressions/{name}.", crashes.display());
     }
-    Ok(run)
+    Ok(Run { executions, crashes: u64::from(!status.success()) })
 }
 
 /// Inputs past the first check, and all.
@@ -173,42 +138,16 @@ fn percent(part: u64, whole: u64) -> u64 {
     (100 * part + whole / 2).checked_div(whole).unwrap_or(0)
 }
 
-/// Reads what libFuzzer writes: its figures, and its last lines in case it stops on an input.
-fn follow(stream: impl BufRead) -> (BTreeMap<&'static str, u64>, Vec<String>) {
-    let (mut figures, mut last) = (BTreeMap::new(), Vec::new());
-    for line in stream.lines().map_while(Result::ok) {
-        let mut words = line.split_whitespace().skip_while(|&word| word != "cov:").skip(1);
-        if let Some(coverage) = words.next().and_then(|word| word.parse().ok()) {
-            figures.insert("coverage", coverage);
-        }
-        if let Some(number) = line.strip_prefix("stat::number_of_executed_units:") {
-            figures.insert("executions", number.trim().parse().unwrap_or(0));
-        }
-        if !line.starts_with('#') {
-            last.push(line);
-            if last.len() > 60 {
-                last.remove(0);
-            }
-        }
-    }
-    (figures, last)
-}
-
 /// Replaces a committed corpus by the smallest inputs that reach the same edges.
 fn minimise(program: &Path, name: &str) -> Outcome {
     let (found, small) = (folder("corpus", name)?, folder("small", name)?);
     let committed = top().join("fuzz/corpus").join(name);
-    let clear = |folder: &Path| {
-        std::fs::remove_dir_all(folder)
-            .and_then(|()| std::fs::create_dir_all(folder))
-            .map_err(|error| format!("{}: {error}", folder.display()))
-    };
-    clear(&small)?;
+    emptied(small.clone())?;
     let mut command = fuzz(program, &["run"]);
     command.arg(name).args([&small, &found, &committed]);
     command.args(["--", LONGEST, "-set_cover_merge=1", "-use_counters=0"]);
     finish(command.stderr(Stdio::null()))?;
-    clear(&committed)?;
+    emptied(committed.clone())?;
     let files = std::fs::read_dir(&small).map_err(|error| format!("{}: {error}", small.display()))?;
     let (mut count, mut bytes) = (0, 0);
     for file in files.flatten() {

@@ -40,7 +40,7 @@ fn read(path: &Path) -> Result<String, String> {
 fn header() -> Result<String, String> {
     let source = |name: &str| top().join("capi/src").join(name);
     let types = read(&source("types.rs"))?;
-    let shown = empty_folder("header")?.join("shown.rs");
+    let shown = emptied(target().join("header"))?.join("shown.rs");
     let calls = with_plain_pointers(&read(&source("calls.rs"))?);
     std::fs::write(&shown, calls + &read_outs(&types)?).map_err(|error| format!("{}: {error}", shown.display()))?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;

@@ -1,6 +1,6 @@
 //! `cargo xtask install`: the C and C++ library as other build systems expect to find it.
 
-use crate::tools::{Outcome, output, target, top};
+use crate::tools::{Outcome, make_folder, output, read, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -22,7 +22,7 @@ pub fn run(options: &Options) -> Outcome {
 pub fn archive() -> Outcome {
     let target_name = output("rustc", &["--print", "host-tuple"])?;
     let name = format!("fabric_kernel-{}-{}", env!("CARGO_PKG_VERSION"), target_name.trim());
-    let folder = crate::tools::empty_folder("archive")?;
+    let folder = emptied(target().join("archive"))?;
     into(&folder.join(&name))?;
     let file = folder.join(format!("{name}.tar.gz"));
     let fixed =
@@ -64,9 +64,9 @@ pub fn into(prefix: &Path) -> Outcome {
         ("fabric_kernel-config-version.cmake", &cmake),
     ] {
         let path = top().join("capi/install").join(format!("{template}.in"));
-        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let text = read(&path)?;
         let text = words.iter().fold(text, |text, (word, value)| text.replace(word, value));
-        make_folder(folder)?;
+        make_folder(folder.into())?;
         std::fs::write(folder.join(template), text).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
@@ -98,14 +98,10 @@ fn soname(library: &Path) -> Result<String, String> {
     name.ok_or(format!("{} has no soname", library.display()))
 }
 
-fn make_folder(folder: &Path) -> Outcome {
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))
-}
-
 /// Copies a file to a place whose folder may not be there yet. What is there is removed first, not written over: a program
 /// that runs with the old library keeps it.
 fn copy(from: &Path, to: &Path) -> Outcome {
-    make_folder(to.parent().unwrap_or(Path::new(".")))?;
+    make_folder(to.parent().unwrap_or(Path::new(".")).into())?;
     let _ = std::fs::remove_file(to);
     std::fs::copy(from, to).map_err(|error| format!("{} to {}: {error}", from.display(), to.display()))?;
     Ok(())

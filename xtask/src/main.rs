@@ -48,7 +48,7 @@ enum Command {
     Header,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
     Digests(digests::Options),
-    /// Measure ns per node-step, parts and peers, and write docs/performance.md (with `--docs docs`).
+    /// Measure ns per node-step, parts and peers; `python3 -m reports bench` compares them with the goals.
     Bench(tests::BenchOptions),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),

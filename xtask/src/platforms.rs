@@ -296,7 +296,7 @@ pub fn reproduced(libraries: &[Library], targets: Targets) -> Result<(PathBuf, V
     for name in output("git", &["ls-files", "--cached", "--others", "--exclude-standard"])?.lines() {
         let (from, to) = (tools::top().join(name), copy.join(name));
         let folder = to.parent().unwrap_or(&copy);
-        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        tools::make_folder(folder.to_path_buf())?;
         std::fs::copy(&from, &to).map_err(|error| format!("{}: {error}", from.display()))?;
     }
     let again = build(&copy, &elsewhere.join("target"), targets)?;

@@ -2,13 +2,13 @@
 //! example is a doctest of `fabric-tests`.)
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, empty_folder, output, python, run as command, top};
+use crate::tools::{Outcome, emptied, output, python, read, run as command, target, top};
 use std::path::Path;
 
 /// Compiles and runs the C and C++ blocks, goes through docs/embedding.md, runs the Python block. Needs the installed library.
 pub fn run() -> Outcome {
-    let text = read("README.md")?;
-    let folder = empty_folder("readme")?;
+    let text = read(top().join("README.md"))?;
+    let folder = emptied(target().join("readme"))?;
     let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
     let include = format!("-I{}", prefix().join("include").display());
     for (compiler, standard, language) in [("cc", "-std=c99", "c"), ("c++", "-std=c++17", "cpp")] {
@@ -25,8 +25,8 @@ pub fn run() -> Outcome {
 
 /// The C++ program of docs/embedding.md with its CMake project; it must print what the page says.
 fn embedding() -> Outcome {
-    let text = read("docs/embedding.md")?;
-    let folder = empty_folder("embedding")?;
+    let text = read(top().join("docs/embedding.md"))?;
+    let folder = emptied(target().join("embedding"))?;
     save(&text, "cpp", &folder.join("impact.cpp"))?;
     save(&text, "cmake", &folder.join("CMakeLists.txt"))?;
     let (here, build) = (folder.to_string_lossy(), folder.join("build"));
@@ -37,10 +37,6 @@ fn embedding() -> Outcome {
     print!("{printed}");
     let said = block(&text, "text").unwrap_or_default();
     if printed.trim() == said { Ok(()) } else { Err(format!("docs/embedding.md says the program prints\n{said}")) }
-}
-
-fn read(page: &str) -> Result<String, String> {
-    std::fs::read_to_string(top().join(page)).map_err(|error| format!("{page}: {error}"))
 }
 
 /// Writes the first block of a language to a file; its path.

@@ -1,6 +1,6 @@
 //! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the host in Python.
 
-use crate::tools::{Outcome, output, python, run as command, target, top};
+use crate::tools::{Outcome, make_folder, output, python, run as command, target, top};
 use crate::{chosts, fmu, install, platforms};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ pub fn run(options: &Options) -> Outcome {
     let python = python()?;
     fmu::run(&fmu::Options::default())?;
     let out = target().join("rotorburst");
-    std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    make_folder(out.to_path_buf())?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
     let host = host(&out)?;
     let package = package(&python, &out, &shield)?;

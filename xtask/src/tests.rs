@@ -1,6 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python_with, run as command, target, top};
+use crate::tools::{Outcome, cargo, python, python_with, run as command, target, top};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -54,7 +54,7 @@ const VERIFY: &[Step] = &[
         cargo(&["test", "--quiet", "--package", "fabric-tests", "--test", "physics", "--", "--ignored"])
     }),
     ("error against run time", || study(&["error-time"])),
-    ("stability, and its page", stability),
+    ("stability, and its table", stability),
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
@@ -104,7 +104,7 @@ pub fn verify() -> Outcome {
 /// Options of `cargo xtask bench`.
 #[derive(clap::Args)]
 pub struct BenchOptions {
-    /// Handed to the benchmark: --quick, --only NAME, --json FILE, --docs DIR ... (`-- --help` lists them).
+    /// Handed to the benchmark: --quick, --only NAME, --out DIR ... (`-- --help` lists them).
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "OPTIONS")]
     options: Vec<String>,
 }
@@ -143,30 +143,45 @@ fn fmu_cases() -> String {
     target().join("fmu").join("stability.json").to_string_lossy().into_owned()
 }
 
-/// The whole stability study, its rows through both FMUs, and its page as it is committed.
+/// The whole stability study, its rows through both FMUs, and its table and map as they are committed.
 fn stability() -> Outcome {
-    let docs = target().join("docs");
-    study(&["stability", "--docs", &docs.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
+    let out = target().join("study/stability");
+    study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
-    for name in ["stability.md", "images/stability_map.svg"] {
+    report("stability", &out.to_string_lossy())?;
+    for name in ["tables/stability.md", "images/stability_map.svg"] {
         let read =
             |path: std::path::PathBuf| std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));
-        if read(docs.join(name))? != read(top().join("docs").join(name))? {
-            return Err(format!("docs/{name} is not what the study writes: run `fabric-study stability --docs docs`"));
+        if read(out.join("docs").join(name))? != read(top().join("docs").join(name))? {
+            let command = "fabric-study stability; python3 -m reports stability --docs docs";
+            return Err(format!("docs/{name} is not what the study gives: {command}"));
         }
     }
     Ok(())
 }
 
-/// Every study in its `--smoke` form, written to target/smoke.
+/// Every study in its `--smoke` form, written to target/smoke, and the reports of it.
 fn studies() -> Outcome {
+    command(python()?, &["-m", "unittest", "--quiet", "reports.tests"])?;
     let out = target().join("smoke");
+    let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
+    report("stability", &folder("stability"))?;
     for name in ["error-time", "bench", "paper"] {
-        study(&[name, "--smoke", "--out", &out.join(name).to_string_lossy()])?;
+        let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
+        study(if name == "paper" { &arguments } else { &arguments[..4] })?;
+        report(name, &folder(name))?;
     }
-    let run = out.join("run");
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &run.to_string_lossy()])
+    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    report("run", &folder("run"))
+}
+
+/// The report of a study, with its generated tables beside its numbers.
+fn report(name: &str, folder: &str) -> Outcome {
+    let docs = format!("{folder}/docs");
+    let arguments = ["-m", "reports", name, folder, "--docs", &docs];
+    // A single run has no table.
+    command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
 }
 
 fn study(arguments: &[&str]) -> Outcome {

@@ -50,6 +50,42 @@ pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Resul
     }
 }
 
+/// The text of a file.
+pub fn read(path: impl AsRef<Path>) -> Result<String, String> {
+    let path = path.as_ref();
+    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// A folder, made if need be.
+pub fn make_folder(folder: PathBuf) -> Result<PathBuf, String> {
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(folder)
+}
+
+/// The same with nothing in it.
+pub fn emptied(folder: PathBuf) -> Result<PathBuf, String> {
+    let _ = std::fs::remove_dir_all(&folder);
+    make_folder(folder)
+}
+
+/// The first program of a list that is here.
+pub fn first_found<'p>(programs: &[&'p str]) -> Option<&'p str> {
+    let there = |program: &&str| {
+        let answer = Command::new(program).arg("--version").stdin(std::process::Stdio::null()).output();
+        answer.is_ok_and(|output| output.status.success())
+    };
+    programs.iter().copied().find(there)
+}
+
+/// Whether a program is there; if not it says what is left out.
+pub fn found(program: &str, without: &str) -> bool {
+    let found = first_found(&[program]).is_some();
+    if !found {
+        println!("  {program} is not here: {without} left out");
+    }
+    found
+}
+
 /// The Python of the project's virtual environment, which is made and filled from `requirements.txt` if need be.
 pub fn python() -> Result<PathBuf, String> {
     python_with("requirements.txt")
@@ -74,14 +110,6 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     }
     Ok(python)
-}
-
-/// An empty folder under the target folder.
-pub fn empty_folder(name: &str) -> Result<PathBuf, String> {
-    let folder = target().join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(folder)
 }
 
 /// Runs a program to its end; what it says is the error if it fails.

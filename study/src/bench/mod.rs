@@ -1,4 +1,5 @@
-//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers; docs/performance.md.
+//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers. `python3 -m reports bench`
+//! compares it with the goals and writes the tables of docs/performance.md.
 //!
 //! One node-step is one node advanced by one step, with its two segments. Two cases come first. "sweep": a moving sheet
 //! without a projectile, nothing tracked: the hot pass alone. "run": the preset sphere at 300 m/s on four held sides, taken up
@@ -11,7 +12,6 @@
 
 mod callgrind;
 mod fmu;
-mod page;
 mod parts;
 mod peers;
 mod ports;
@@ -21,12 +21,13 @@ mod sheets;
 
 pub use sheets::throw;
 
+use crate::Result;
 use crate::machine::{self, Wall};
 use crate::progress::Progress;
-use crate::{Result, report};
+use crate::report::{table, written};
 use clap::Args;
 use fabric::{InstructionSet, Scene};
-use rows::Report;
+use rows::{Figure, Report};
 use sheets::{Effort, THREADS, Way};
 use std::path::PathBuf;
 
@@ -40,15 +41,9 @@ pub struct Options {
     /// Small sheets, very few rounds, and of the peers only plain C: does it work?
     #[arg(long)]
     smoke: bool,
-    /// Write everything as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Folder for bench.json, as with the other studies.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Write performance.md and its plot into this folder.
-    #[arg(long, value_name = "DIR", conflicts_with = "only")]
-    docs: Option<PathBuf>,
+    /// Folder for bench.json.
+    #[arg(long, value_name = "DIR", default_value = "target/study/bench")]
+    out: PathBuf,
     /// Only the groups whose name contains this ("sweep 350", "run", "fmu", ...; `--only list` prints them).
     #[arg(long, value_name = "NAME", default_value = "")]
     only: String,
@@ -177,6 +172,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let progress = Progress::new("bench", pieces as u64);
     let mut report = Report {
         machine: machine::processor(),
+        widest: InstructionSet::widest().name(),
         clock: machine::CLOCK_NAME,
         load_at_start: machine::load(),
         load_at_end: None,
@@ -195,18 +191,10 @@ pub fn run(options: &Options) -> Result<bool> {
     report.seconds = wall.seconds();
 
     print(&report);
-    let text = serde_json::to_string_pretty(&report)? + "\n";
-    if let Some(path) = &options.json {
-        std::fs::write(path, &text).map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    if let Some(folder) = &options.out {
-        std::fs::create_dir_all(folder)?;
-        std::fs::write(folder.join("bench.json"), &text)?;
-    }
-    if let Some(folder) = &options.docs {
-        page::write(&report, folder)?;
-        println!("written: {}", folder.join("performance.md").display());
-    }
+    let out = &options.out;
+    std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    std::fs::write(out.join("bench.json"), serde_json::to_string_pretty(&report)? + "\n")?;
+    println!("{}", written(out, "bench"));
     Ok(report.different_bits().is_empty())
 }
 
@@ -257,10 +245,10 @@ fn print(report: &Report) {
         load(report.load_at_end)
     );
     let heading = ["case", "nodes", "instructions", "threads", "ns/node-step", "median", "x the kernel's", "digest"];
-    let mut table = report::table(&heading);
+    let mut rows = Vec::new();
     for row in &report.rows {
         let number = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.2}"));
-        table.add_row(vec![
+        rows.push(vec![
             row.case.clone(),
             format!("{0} x {0}", row.size),
             row.instruction_set.clone(),
@@ -271,28 +259,23 @@ fn print(report: &Report) {
             row.digest.clone().unwrap_or("-".to_string()),
         ]);
     }
-    if !report.rows.is_empty() {
-        println!("{table}");
+    if !rows.is_empty() {
+        println!("{}", table(&heading, &rows));
     }
     if !report.figures.is_empty() {
-        let mut table = report::table(&["figure", "value", "unit"]);
-        for figure in &report.figures {
-            table.add_row(vec![figure.name.clone(), page::figures(figure.value), figure.unit.to_string()]);
-        }
-        println!("{table}");
+        let row = |figure: &Figure| vec![figure.name.clone(), figures(figure.value), figure.unit.to_string()];
+        println!("{}", table(&["figure", "value", "unit"], &report.figures.iter().map(row).collect::<Vec<_>>()));
     }
     report.missing.iter().for_each(|missing| println!("not measured: {missing}"));
-    let goals = page::goals(report);
-    if goals.iter().any(|goal| goal.value.is_some()) {
-        let mut table = report::table(&["goal", "at", "measured", ""]);
-        for goal in goals.iter().filter(|goal| goal.value.is_some()) {
-            table.add_row(vec![goal.what.clone(), goal.limit(), goal.measured(), goal.verdict().to_string()]);
-        }
-        println!("{table}");
-    }
     match report.different_bits() {
         none if none.is_empty() => println!("every way to step gave the same bits"),
         some => some.iter().for_each(|row| println!("DIFFERENT BITS: {row}")),
     }
     println!("measured in {:.0} s", report.seconds);
+}
+
+/// Three significant figures, and all digits before the point.
+fn figures(value: f64) -> String {
+    let digits = 2 - value.abs().max(1e-9).log10().floor() as i32;
+    format!("{value:.*}", digits.clamp(0, 4) as usize)
 }

@@ -117,10 +117,10 @@ pub fn rest(size: u32, effort: Effort, progress: &Progress, report: &mut Report)
 }
 
 /// `contact_capacity` for tight memory under the 10 in preset: 1.6 times the nodes that wrap its cylinder (docs/embedding.md).
-pub const TIGHT_CAPACITY: u32 = 7250;
+const TIGHT_CAPACITY: u32 = 7250;
 
 /// Name of the figure of a sheet's memory.
-pub fn memory_name(kind: &str, capacity: u32) -> String {
+fn memory_name(kind: &str, capacity: u32) -> String {
     let places = if capacity == 0 { "a place for every node".into() } else { format!("contact_capacity {capacity}") };
     format!("memory, 350 x 350, {kind}, {places}")
 }

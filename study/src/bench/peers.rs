@@ -220,6 +220,7 @@ pub fn measure(size: u32, few: bool, effort: Effort, progress: &Progress, report
             ns_per_node_step: Some(statistics::least(&peer.times)),
             median: Some(statistics::median(&peer.times)),
             deflection: Some(peer.deflection),
+            differs: Some(peer.peer.differs),
             times_slower: Some(statistics::median(&ratios)),
             ..Row::empty(&format!("peers: {}", peer.peer.name), size, "compiled", 1)
         });

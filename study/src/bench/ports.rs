@@ -62,11 +62,6 @@ pub fn measure(report: &mut Report) {
     for (set, width) in InstructionSet::ALL.into_iter().zip([2, 2, 4, 8]).filter(|(set, _)| set.available()) {
         let rate = rate(set, width);
         report.figure("ports", format!("additions, {}", set.name()), rate, "10^9/s");
-        report.figure("ports", bound_name(set.name()), ADDITIONS / rate, "ns per node-step");
+        report.figure("ports", format!("add-port bound, {}", set.name()), ADDITIONS / rate, "ns per node-step");
     }
-}
-
-/// Name of the bound of a set.
-pub fn bound_name(set: &str) -> String {
-    format!("add-port bound, {set}")
 }

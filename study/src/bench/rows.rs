@@ -24,6 +24,8 @@ pub struct Row {
     /// Nodes in contact and failed segments at the end; None for peers.
     pub contacts: Option<u64>,
     pub failed_segments: Option<u64>,
+    /// Peers: how it differs from the kernel.
+    pub differs: Option<&'static str>,
     /// Peers: median over the rounds of the peer's time over the kernel's in the same round.
     pub times_slower: Option<f64>,
 }
@@ -42,6 +44,7 @@ impl Row {
             deflection: None,
             contacts: None,
             failed_segments: None,
+            differs: None,
             times_slower: None,
         }
     }
@@ -65,6 +68,8 @@ pub struct Figure {
 pub struct Report {
     /// Processor.
     pub machine: String,
+    /// The widest instruction set of the machine.
+    pub widest: &'static str,
     /// What clock timed the kernel.
     pub clock: &'static str,
     /// Mean number of running processes over the last minute, before and after.
@@ -84,22 +89,6 @@ impl Report {
     /// Adds a figure.
     pub fn figure(&mut self, group: &'static str, name: impl Into<String>, value: f64, unit: &'static str) {
         self.figures.push(Figure { group, name: name.into(), value, unit });
-    }
-
-    /// The least time of a row, ns per node-step.
-    pub fn time(&self, case: &str, size: u32, instruction_set: &str, threads: u32) -> Option<f64> {
-        self.rows
-            .iter()
-            .find(|row| {
-                (row.case.as_str(), row.size, row.instruction_set.as_str(), row.threads)
-                    == (case, size, instruction_set, threads)
-            })?
-            .ns_per_node_step
-    }
-
-    /// The value of a figure.
-    pub fn value(&self, name: &str) -> Option<f64> {
-        self.figures.iter().find(|figure| figure.name == name).map(|figure| figure.value)
     }
 
     /// Cases and sizes whose rows do not all have the same digest.
@@ -128,6 +117,7 @@ mod tests {
         let rows = vec![row("x", Some("1")), row("y", None), row("z", Some("1"))];
         let mut report = Report {
             machine: String::new(),
+            widest: "",
             clock: "",
             load_at_start: None,
             load_at_end: None,

@@ -13,8 +13,7 @@
 //! Measures: the velocity at 50 us, before any segment fails, against the integrated run, deterministic; the absorbed energy of
 //! the ensemble; the interface energy error, which is what the host's sphere lost less the work done on the fabric.
 
-use super::document::Document;
-use super::{Cell, Effort, Table, impact, plot_errors};
+use super::{Cell, Effort, Table, impact};
 use crate::event::{kinetic_energy, mask_of};
 use crate::machine::Clock;
 use crate::memory::Buffers;
@@ -96,7 +95,7 @@ struct Row {
 }
 
 /// Measures, prints, writes.
-pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
+pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let (runs, exchanges): (usize, &[u64]) = match effort {
         Effort::Smoke => (1, &EXCHANGES[4..]),
         Effort::Quick => (2, &EXCHANGES[2..]),
@@ -135,40 +134,35 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         "scheme",
         "H s",
         "runs",
+        "ended",
         "V(50 us) error m/s",
         "interface energy error % of KE0",
         "absorbed J",
+        "absorbed: standard error",
         "velocity m/s",
+        "velocity: standard error",
         "peak N",
         "node-steps",
         "CPU s",
     ]);
     for row in &rows {
-        let spread = |[mean, error]: [f64; 2]| Cell::Number(mean, format!("{mean:.3} ± {error:.3}"));
-        let runs =
-            if row.ended == row.runs { row.runs.to_string() } else { format!("{} of {} end", row.ended, row.runs) };
         table.add(vec![
             Cell::text(&*row.name),
-            if row.exchange > 0.0 { Cell::power(row.exchange, 0) } else { Cell::text("") },
-            Cell::text(runs),
-            Cell::power(row.early - integrated.early, 2),
-            Cell::power(100.0 * row.interface, 1),
-            spread(row.absorbed),
-            spread(row.velocity),
-            Cell::plain(row.peak, 1),
-            Cell::power(row.node_steps, 2),
-            Cell::plain(row.seconds, 2),
+            if row.exchange > 0.0 { Cell::Number(row.exchange) } else { Cell::text("") },
+            Cell::Number(row.runs as f64),
+            Cell::Number(row.ended as f64),
+            Cell::Number(row.early - integrated.early),
+            Cell::Number(100.0 * row.interface),
+            Cell::Number(row.absorbed[0]),
+            Cell::Number(row.absorbed[1]),
+            Cell::Number(row.velocity[0]),
+            Cell::Number(row.velocity[1]),
+            Cell::Number(row.peak),
+            Cell::Number(row.node_steps),
+            Cell::Number(row.seconds),
         ]);
     }
-    println!(
-        "\nschemes: the force a host applies (mean: of the step; inst: the last one), the body's path within a step (C1: continuous \
-         velocity; jump) and where it leads (acc: with the acceleration; vel: with the velocity alone)"
-    );
-    println!("\nHost-driven coupling: {} J, four sides, uniform, dt = {DT:e} s; mean ± standard error", impact::ENERGY);
-    println!("{}", table.text());
-    table.write_csv(&out.join("coupling.csv"))?;
-    plot(&rows, out)?;
-    document.coupling(&table);
+    table.write(&out.join("coupling.csv"))?;
     Ok(())
 }
 
@@ -321,49 +315,4 @@ fn sum_up(of: Option<(Scheme, u64)>, runs: &[&Run]) -> Row {
         runs: runs.len(),
         ended: runs.iter().filter(|run| run.ended).count(),
     }
-}
-
-fn plot(rows: &[Row], out: &Path) -> Result<()> {
-    let Some((integrated, rows)) = rows.split_first() else { return Ok(()) };
-    let shown = |names: &[&str], value: &dyn Fn(&Row) -> f64| -> Vec<(String, Vec<(f64, f64)>)> {
-        names
-            .iter()
-            .map(|name| {
-                let own = rows.iter().filter(|row| row.name == *name);
-                (name.to_string(), own.map(|row| (row.exchange, value(row))).collect())
-            })
-            .collect()
-    };
-    let names: Vec<&str> = SCHEMES.iter().map(|scheme| scheme.name).collect();
-    let early = |row: &Row| (row.early - integrated.early).abs();
-    let interface = |row: &Row| 100.0 * row.interface.abs();
-    let absorbed = |row: &Row| 100.0 * (row.absorbed[0] / integrated.absorbed[0] - 1.0).abs();
-    let floor = 200.0 * std::f64::consts::SQRT_2 * integrated.absorbed[1] / integrated.absorbed[0];
-    let x = "communication step H (s)";
-    let title = "Host-driven sphere, 40 J";
-    for (part, names) in [("", &names[..6]), ("_more", &[&names[..2], &names[8..]].concat()[..])] {
-        let file = |measure: &str| out.join(format!("coupling{part}_{measure}.svg"));
-        plot_errors(
-            &file("velocity"),
-            &format!("{title}: error of the velocity at 50 us"),
-            [x, "error (m/s)"],
-            shown(names, &early),
-            &[],
-        )?;
-        plot_errors(
-            &file("interface"),
-            &format!("{title}: energy lost between host and fabric"),
-            [x, "interface energy error (% of KE0)"],
-            shown(names, &interface),
-            &[],
-        )?;
-        plot_errors(
-            &file("absorbed"),
-            &format!("{title}: error of the absorbed energy"),
-            [x, "error of the mean (%)"],
-            shown(names, &absorbed),
-            &[("resolution of the means", floor)],
-        )?;
-    }
-    Ok(())
 }

@@ -8,9 +8,7 @@
 //! reference is at 0.1 dt_crit.
 
 use super::coarse::coarsened;
-use super::document::Document;
-use super::front::{self, Judged};
-use super::{Cell, Effort, Table, node_steps, plot_errors, theta, with_step};
+use super::{Cell, Effort, Table, node_steps, theta, with_step};
 use crate::event::mask_of;
 use crate::machine::Clock;
 use crate::memory::Buffers;
@@ -30,35 +28,14 @@ const TOE: f64 = 0.02;
 /// Time after which a run is given up, s.
 const LONGEST: f64 = 2e-3;
 
-/// What is read off an impact.
-pub struct Measure {
-    /// Name for tables.
-    pub name: &'static str,
-    /// File name of its plots.
-    pub file: &'static str,
-}
-
-const fn measure(name: &'static str, file: &'static str) -> Measure {
-    Measure { name, file }
-}
-
 /// Number of measures.
-pub const COUNT: usize = 6;
+const COUNT: usize = 6;
 /// Index of the absorbed energy.
 pub const ABSORBED: usize = 0;
 /// Index of the residual velocity.
 pub const VELOCITY: usize = 1;
-/// Index of the energy residual, whose true value is 0; the errors of all others are relative to the reference.
-pub const RESIDUAL: usize = 5;
-/// All measures, in J, m/s, N, us, % of the segments, % of KE0.
-pub const MEASURES: [Measure; COUNT] = [
-    measure("absorbed energy", "absorbed"),
-    measure("residual velocity", "velocity"),
-    measure("peak force", "force"),
-    measure("exit time", "exit"),
-    measure("failed segments", "failed"),
-    measure("energy residual", "residual"),
-];
+/// All measures, in J, m/s, N, us, % of the segments, % of KE0, as columns are called.
+const MEASURES: [&str; COUNT] = ["absorbed", "velocity", "force", "exit", "failed", "residual"];
 
 /// One impact: attachment and yarn.
 #[derive(Clone, Copy)]
@@ -361,195 +338,48 @@ fn settings(index: usize, effort: Effort) -> Vec<(Setting, usize)> {
     settings
 }
 
-/// Measures, prints, writes.
-pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
+/// Measures and writes.
+pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let cases: &[Case] = match effort {
         Effort::Smoke => &CASES[..1],
         Effort::Quick => &[CASES[0], CASES[1], CASES[2]],
         Effort::Full => &CASES,
     };
-    let jobs: Vec<(usize, Setting, usize)> = (0..cases.len())
-        .flat_map(|index| settings(index, effort).into_iter().map(move |(setting, runs)| (index, setting, runs)))
+    let jobs: Vec<(Case, Setting, usize)> = (0..cases.len())
+        .flat_map(|index| settings(index, effort).into_iter().map(move |(setting, runs)| (cases[index], setting, runs)))
         .collect();
-    let flat: Vec<(Case, Setting, usize)> =
-        jobs.iter().map(|&(index, setting, runs)| (cases[index], setting, runs)).collect();
-    let mut ensembles = ensembles("whole impacts", &flat, effort)?.into_iter();
-    let nodes = if effort == Effort::Smoke { 41 } else { 105 };
-    let mut csv = csv_table();
-    println!(
-        "\nfront: on the Pareto front of cost and the error of A absorbed energy, V velocity, P peak force, X exit time, F failed \
-         segments, E energy residual; * of all together"
-    );
-    if effort == Effort::Smoke {
-        println!("--smoke: two runs of a small sheet. A check that everything works, not a result");
-    }
-    for (index, case) in cases.iter().enumerate() {
-        let count = jobs.iter().filter(|(of, ..)| *of == index).count();
-        let judged = front::judge(ensembles.by_ref().take(count).collect());
-        println!("\n{ENERGY} J, {}, {nodes} x {nodes} nodes: mean ± standard error", case.name);
-        let table = shown(&judged);
-        println!("{}", table.text());
-        println!("{}", front::verdict(&judged));
-        let choice = front::choice(&judged);
-        println!("{}", choice.text());
-        for ensemble in &judged.rows {
-            csv.add(csv_row(case, ensemble));
-        }
-        plot(case, &judged, out)?;
-        document.impact(case, &table, &front::verdict(&judged), &choice);
-    }
-    csv.write_csv(&out.join("impact.csv"))
-}
-
-/// The table that is printed.
-fn shown(judged: &Judged) -> Table {
-    let mut table = Table::new(&[
-        "setting",
-        "dt/dt_crit",
-        "runs",
-        "node-steps",
-        "CPU s",
-        "absorbed J",
-        "error %",
-        "velocity m/s",
-        "error %",
-        "peak N",
-        "error %",
-        "exit us",
-        "failed %",
-        "energy residual % of KE0",
-        "front by node-steps",
-        "by seconds",
-    ]);
-    for row in &judged.rows {
-        let of = &row.ensemble;
-        let value = |index: usize, digits: usize| {
-            let error = of.deviation[index] / (of.runs as f64).sqrt();
-            let text =
-                if of.runs == 0 { "-".into() } else { format!("{:.digits$} ± {error:.digits$}", of.mean[index]) };
-            Cell::Number(of.mean[index], text)
-        };
-        // An error that cannot be told from 0 is shown with the least that could be.
-        let error = |index: usize| {
-            let (error, floor) = (100.0 * row.error[index], 100.0 * row.resolution[index]);
-            let text = if error.is_nan() {
-                "-".to_string()
-            } else if error < floor {
-                format!("< {floor:.2}")
-            } else {
-                format!("{error:.2}")
-            };
-            Cell::Number(error, text)
-        };
-        let mut name = of.setting.family();
-        if of.setting.is_default() {
-            name += " (default)";
-        }
-        if !of.setting.accepted() {
-            name += " (refused)";
-        }
-        if let Some(trouble) = of.trouble.first() {
-            name += &format!(" [{} x {trouble}]", of.trouble.len());
-        }
-        table.add(vec![
-            Cell::text(name),
-            Cell::plain(of.setting.step, 2),
-            Cell::plain(of.runs as f64, 0),
-            Cell::power(of.node_steps, 2),
-            Cell::plain(of.seconds, 3),
-            value(0, 3),
-            error(0),
-            value(1, 3),
-            error(1),
-            value(2, 1),
-            error(2),
-            value(3, 1),
-            value(4, 2),
-            value(RESIDUAL, 4),
-            Cell::text(row.marks(0)),
-            Cell::text(row.marks(1)),
-        ]);
-    }
-    table
-}
-
-fn csv_table() -> Table {
-    let mut table = Table::new(&[
+    let mut heading = vec![
         "case",
+        "file",
         "family",
         "dt_over_dt_crit",
         "accepted",
         "default",
+        "plain",
+        "full_network",
+        "toe",
         "runs",
         "node_steps",
         "cpu_seconds",
         "trouble",
-    ]);
-    for measure in &MEASURES {
-        let columns = ["mean", "standard_error", "error", "resolution"];
-        table.heading.extend(columns.map(|what| format!("{}_{what}", measure.file)));
-        table.heading.extend(front::NAMES.map(|front| format!("{}_front_{front}", measure.file)));
-    }
-    table.heading.extend(front::NAMES.map(|front| format!("all_front_{front}")));
-    table
-}
-
-fn csv_row(case: &Case, row: &front::Row) -> Vec<Cell> {
-    let of = &row.ensemble;
-    let number = |value: f64| Cell::Number(value, String::new());
-    let mut cells = vec![
-        Cell::text(case.name),
-        Cell::text(of.setting.family()),
-        number(of.setting.step),
-        Cell::text(of.setting.accepted().to_string()),
-        Cell::text(of.setting.is_default().to_string()),
-        number(of.runs as f64),
-        number(of.node_steps),
-        number(of.seconds),
-        Cell::text(of.trouble.join(" ")),
     ];
-    for index in 0..COUNT {
-        cells.extend([of.mean[index], of.deviation[index] / (of.runs as f64).sqrt()].map(number));
-        cells.extend([row.error[index], row.resolution[index]].map(number));
-        cells.extend(row.fronts.iter().map(|front| Cell::text(front.each[index].to_string())));
+    let columns: Vec<String> =
+        MEASURES.iter().flat_map(|name| [name.to_string(), format!("{name}_deviation")]).collect();
+    heading.extend(columns.iter().map(String::as_str));
+    let mut table = Table::new(&heading);
+    for ((case, ..), of) in jobs.iter().zip(ensembles("whole impacts", &jobs, effort)?) {
+        let setting = of.setting;
+        let plain = setting == Setting::verlet(setting.step);
+        let mut row = vec![Cell::text(case.name), Cell::text(case.file), Cell::text(setting.family())];
+        row.push(Cell::Number(setting.step));
+        let is = [setting.accepted(), setting.is_default(), plain, setting.network == Network::Full, setting.toe > 0.0];
+        row.extend(is.map(|is| Cell::text(is.to_string())));
+        row.extend([of.runs as f64, of.node_steps, of.seconds].map(Cell::Number));
+        row.push(Cell::text(of.trouble.join(" ")));
+        row.extend(
+            of.mean.iter().zip(&of.deviation).flat_map(|(mean, deviation)| [*mean, *deviation].map(Cell::Number)),
+        );
+        table.add(row);
     }
-    cells.extend(row.fronts.iter().map(|front| Cell::text(front.all.to_string())));
-    cells
-}
-
-fn plot(case: &Case, judged: &Judged, out: &Path) -> Result<()> {
-    for (index, measure) in MEASURES.iter().enumerate() {
-        for (clock, axis, cost, by) in [
-            ("steps", "node-steps of one run (force evaluations)", (|of| of.node_steps) as fn(&Ensemble) -> f64, 0),
-            ("seconds", "processor time of one run (s)", |of| of.seconds, 1),
-        ] {
-            let mut lines: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
-            for row in judged.rows.iter().filter(|row| !row.reference) {
-                let name = row.ensemble.setting.family();
-                let point = (cost(&row.ensemble), 100.0 * row.error[index]);
-                match lines.iter_mut().find(|(known, _)| *known == name) {
-                    Some((_, points)) => points.push(point),
-                    None => lines.push((name, vec![point])),
-                }
-            }
-            let marked = |which: &dyn Fn(&front::Row) -> bool| -> Vec<(f64, f64)> {
-                let chosen = judged.rows.iter().filter(|row| which(row));
-                let mut points: Vec<_> = chosen.map(|row| (cost(&row.ensemble), 100.0 * row.error[index])).collect();
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                points
-            };
-            lines.insert(0, (super::FRONT.to_string(), marked(&|row| row.fronts[by].each[index])));
-            lines.push(("default".to_string(), marked(&|row| row.ensemble.setting.is_default())));
-            let title = format!("{ENERGY} J, {}: error of the {}", case.name, measure.name);
-            let path = out.join(format!("{}_{}_{clock}.svg", case.file, measure.file));
-            let label = if index == RESIDUAL { "energy residual (% of KE0)" } else { "error of the mean (%)" };
-            let levels: &[(&str, f64)] = &[
-                ("chaos floor, one run", 100.0 * judged.floor[index]),
-                ("resolution of the means", 100.0 * judged.resolution[index]),
-            ];
-            let levels = if index == RESIDUAL { &levels[..1] } else { levels };
-            plot_errors(&path, &title, [axis, label], lines, levels)?;
-        }
-    }
-    Ok(())
+    table.write(&out.join("impact.csv"))
 }

@@ -7,7 +7,6 @@
 //! A segment has no stiffness below its rest length, so a node between slack segments is held by nothing, and contact and the
 //! return of tension come at slightly other times: there differences grow. How much of the sheet is slack stands beside them.
 
-use super::document::Document;
 use super::impact::ROUNDING;
 use super::{Cell, Effort, Table};
 use crate::Result;
@@ -99,11 +98,11 @@ fn compare(name: &str, kind: AttachmentKind, energy: f64) -> Result<(Vec<Vec<Cel
         sound &= step > ROWS[0] || distances.iter().all(|largest| *largest < TOLERANCE);
         let mut row = vec![
             Cell::text(format!("{name}, {energy} J")),
-            Cell::plain(step as f64, 0),
-            Cell::plain(1e6 * one.time(), 1),
-            Cell::plain(100.0 * slack(one)?, 0),
+            Cell::Number(step as f64),
+            Cell::Number(1e6 * one.time()),
+            Cell::Number(100.0 * slack(one)?),
         ];
-        row.extend(distances.into_iter().chain([squares, velocity, work]).map(|value| Cell::power(value, 1)));
+        row.extend(distances.into_iter().chain([squares, velocity, work]).map(Cell::Number));
         if ROWS.contains(&step) {
             rows.push(row);
             last = None;
@@ -116,7 +115,7 @@ fn compare(name: &str, kind: AttachmentKind, energy: f64) -> Result<(Vec<Vec<Cel
 }
 
 /// False if the runs are apart before the sheet's edge can matter.
-pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<bool> {
+pub fn run(effort: Effort, out: &Path) -> Result<bool> {
     let energies: &[f64] = if effort == Effort::Full { &[5.0, 10.0, 40.0] } else { &[40.0] };
     let held = if effort == Effort::Smoke { &HELD[..1] } else { &HELD };
     let scenes: Vec<_> = held.iter().flat_map(|held| energies.iter().map(move |energy| (held, *energy))).collect();
@@ -141,12 +140,9 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<bool> 
         rows.into_iter().for_each(|row| table.add(row));
         sound &= good;
     }
-    println!("\nPoint by point before the first failure, at the default step");
-    println!("{}", table.text());
-    table.write_csv(&out.join("pointwise.csv"))?;
+    table.write(&out.join("pointwise.csv"))?;
     if !sound {
         println!("at step {} nodes are apart by more than {TOLERANCE:e} h: NOT as it must be", ROWS[0]);
     }
-    document.pointwise(&table);
     Ok(sound)
 }

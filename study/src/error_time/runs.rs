@@ -5,9 +5,8 @@
 //! Stochastic yarn: runs with different seeds, which is what a user of the scatter takes. The error of a mean of n is predicted
 //! as the deviation over sqrt(n), and observed as the spread of the means of disjoint groups of n.
 
-use super::document::Document;
-use super::impact::{CASES, Case, ENERGY, MEASURES, Setting};
-use super::{Cell, Effort, Table, impact, plot_errors};
+use super::impact::{CASES, Case, Setting};
+use super::{Cell, Effort, Table, impact};
 use crate::progress::Progress;
 use crate::{Result, report};
 use fabric::scene::STEP_DEFAULT_FRACTION;
@@ -23,7 +22,7 @@ enum Differs {
 }
 
 /// Measures, prints, writes.
-pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
+pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let [rounding, nudge] = [impact::ROUNDING, 1e-6].map(Differs::Velocity);
     let cases: Vec<(Case, usize, Differs)> = match effort {
         Effort::Smoke => vec![(CASES[0], 4, rounding)],
@@ -47,23 +46,22 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
         "node-steps in all",
         "CPU s in all",
         "absorbed: standard error %",
-        "observed %",
+        "absorbed: observed %",
         "velocity: standard error %",
-        "observed %",
+        "velocity: observed %",
     ]);
-    let mut lines: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
     let mut summary = Table::new(&[
         "case",
         "what differs",
         "runs",
         "absorbed J",
-        "deviation %",
+        "absorbed J: deviation %",
         "velocity m/s",
-        "deviation %",
+        "velocity m/s: deviation %",
         "peak N",
-        "deviation %",
+        "peak N: deviation %",
         "failed %",
-        "deviation %",
+        "failed %: deviation %",
     ]);
     for (case, count, differs) in &cases {
         let setting = Setting::verlet(STEP_DEFAULT_FRACTION);
@@ -89,34 +87,26 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<()> {
             Differs::Velocity(part) => format!("V0 by {part:e}"),
             Differs::Seed => "seed".to_string(),
         };
-        let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::plain(good.len() as f64, 0)];
-        for (index, digits) in [(0, 3), (1, 3), (2, 1), (4, 2)] {
+        let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::Number(good.len() as f64)];
+        for index in [0, 1, 2, 4] {
             let (mean, deviation) = (report::mean(&column(index)), report::deviation(&column(index)));
-            row.push(Cell::plain(mean, digits));
-            row.push(Cell::plain(100.0 * deviation / mean, 3));
+            row.push(Cell::Number(mean));
+            row.push(Cell::Number(100.0 * deviation / mean));
         }
         summary.add(row);
-        let mut points = Vec::new();
         let mut size = 1;
         while size <= good.len() {
             let [absorbed, velocity] = [impact::ABSORBED, impact::VELOCITY].map(|index| errors(&column(index), size));
-            points.push((size as f64 * cost, absorbed[0]));
-            let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::plain(size as f64, 0)];
-            row.extend([Cell::power(size as f64 * cost, 2), Cell::plain(size as f64 * seconds, 2)]);
-            row.extend(absorbed.into_iter().chain(velocity).map(|error| Cell::plain(error, 3)));
+            let mut row = vec![Cell::text(case.name), Cell::text(&*differs), Cell::Number(size as f64)];
+            row.extend([Cell::Number(size as f64 * cost), Cell::Number(size as f64 * seconds)]);
+            row.extend(absorbed.into_iter().chain(velocity).map(Cell::Number));
             table.add(row);
             size *= 2;
         }
-        lines.push((format!("{}, {differs}", case.name), points));
     }
     progress.finish();
-    println!("\nNumber of runs in a mean: {ENERGY} J, default step");
-    println!("{}\n{}", summary.text(), table.text());
-    table.write_csv(&out.join("runs.csv"))?;
-    let title = format!("{ENERGY} J: statistical error of the mean {}", MEASURES[impact::ABSORBED].name);
-    let axes = ["node-steps of all runs together", "standard error of the mean (%)"];
-    plot_errors(&out.join("runs_absorbed_steps.svg"), &title, axes, lines, &[])?;
-    document.runs(&summary);
+    summary.write(&out.join("runs_summary.csv"))?;
+    table.write(&out.join("runs.csv"))?;
     Ok(())
 }
 

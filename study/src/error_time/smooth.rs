@@ -3,8 +3,7 @@
 //! A flat 21 x 21 sheet on four held sides is thrown along z; there is no contact. Both integrators solve the same equations,
 //! so both are compared with the same run: velocity Verlet at dt_crit/256.
 
-use super::document::Document;
-use super::{Cell, Effort, Table, integrator_name, node_steps, plot_errors, theta, with_step};
+use super::{Cell, Effort, Table, integrator_name, node_steps, theta, with_step};
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
@@ -69,7 +68,7 @@ impl Row {
 }
 
 /// False if an order is not 2.
-pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<bool> {
+pub fn run(effort: Effort, out: &Path) -> Result<bool> {
     let rows = rows(effort)?;
     let mut table = Table::new(&[
         "case",
@@ -84,27 +83,23 @@ pub fn run(effort: Effort, out: &Path, document: &mut Document) -> Result<bool> 
         "order of energy",
     ]);
     for row in &rows {
-        let order = |k: usize| row.orders.map_or(Cell::text(""), |orders| Cell::plain(orders[k], 3));
+        let order = |k: usize| row.orders.map_or(Cell::text(""), |orders| Cell::Number(orders[k]));
         table.add(vec![
             Cell::text(row.case),
             Cell::text(integrator_name(row.integrator)),
-            Cell::plain(row.dt_over_dt_crit, 4),
-            Cell::Number(row.steps as f64, row.steps.to_string()),
-            Cell::power(row.node_steps, 2),
-            Cell::plain(1e3 * row.seconds, 3),
-            Cell::power(row.position, 3),
+            Cell::Number(row.dt_over_dt_crit),
+            Cell::Number(row.steps as f64),
+            Cell::Number(row.node_steps),
+            Cell::Number(1e3 * row.seconds),
+            Cell::Number(row.position),
             order(0),
-            Cell::power(row.energy, 2),
+            Cell::Number(row.energy),
             order(1),
         ]);
     }
-    println!("\nSmooth phase: largest position error against dt_crit/256 (21 x 21 nodes, four sides, no contact)");
-    println!("{}", table.text());
-    table.write_csv(&out.join("smooth.csv"))?;
+    table.write(&out.join("smooth.csv"))?;
     let (verdict, sound) = verdict(&rows);
     println!("{verdict}");
-    plot(&rows, out)?;
-    document.smooth(&rows.iter().filter(|row| row.case == CASES[0].name).map(summary).collect::<Vec<_>>(), &verdict);
     Ok(sound)
 }
 
@@ -204,45 +199,4 @@ fn verdict(rows: &[Row]) -> (String, bool) {
         }
     }
     (format!("observed order below {ASYMPTOTIC} dt_crit: {}", sentences.join("; ")), sound)
-}
-
-fn plot(rows: &[Row], out: &Path) -> Result<()> {
-    for (case, file) in CASES.iter().zip(["smooth", "smooth_damage"]) {
-        for (quantity, label, value) in [
-            ("position", "largest position error (m)", (|row| row.position) as fn(&Row) -> f64),
-            ("energy", "energy error over the initial energy", |row| row.energy),
-        ] {
-            for (clock, axis, cost) in [
-                ("steps", "node-steps (force evaluations)", (|row| row.node_steps) as fn(&Row) -> f64),
-                ("seconds", "processor time (s)", |row| row.seconds),
-            ] {
-                let mut lines: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
-                for row in rows.iter().filter(|row| row.case == case.name) {
-                    let name = integrator_name(row.integrator);
-                    if lines.last().is_none_or(|(last, _)| *last != name) {
-                        lines.push((name, Vec::new()));
-                    }
-                    if let Some((_, points)) = lines.last_mut() {
-                        points.push((cost(row), value(row)));
-                    }
-                }
-                let title = format!("Smooth phase, {}: 0.7 to 1/32 dt_crit", case.name);
-                let path = out.join(format!("{file}_{quantity}_{clock}.svg"));
-                plot_errors(&path, &title, [axis, label], lines, &[])?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// What the document shows of a row.
-fn summary(row: &Row) -> Vec<Cell> {
-    vec![
-        Cell::text(integrator_name(row.integrator)),
-        Cell::plain(row.dt_over_dt_crit, 3),
-        Cell::power(row.node_steps, 2),
-        Cell::power(row.position, 2),
-        row.orders.map_or(Cell::text(""), |orders| Cell::plain(orders[0], 2)),
-        Cell::power(row.energy, 1),
-    ]
 }

@@ -1,17 +1,16 @@
 //! The runs: each is done once and kept as a line of runs.jsonl, keyed by what it computes.
 
 use super::plan::{Effort, LARGE_QUICK_STEPS, Point, Sheet, Yarn};
-use super::sheets;
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
-use crate::{Result, event, report};
+use crate::{Result, event, picture};
 use fabric::fields::FIELDS;
 use fabric::snapshot::Hash;
 use fabric::{AttachmentKind, Outcome, Scene, Sim, Symmetry};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -124,70 +123,6 @@ pub struct Record {
     pub history: Vec<Sample>,
 }
 
-/// A way to read a number off a run, with its name.
-pub type Reading = (&'static str, fn(&Record) -> f64);
-
-impl Record {
-    /// Energy absorbed when the last contact lost its supports; at the end if it never did.
-    pub fn at_detached(&self) -> f64 {
-        self.detached.map_or(self.absorbed, |(_, work)| work)
-    }
-
-    /// Energy dissipated by rupture when the last contact lost its supports; at the end if it never did, J.
-    pub fn dissipated_at_detached(&self) -> f64 {
-        self.sampled_at_detached(|sample| sample.dissipated)
-    }
-
-    /// The same at the end, J.
-    pub fn dissipated(&self) -> f64 {
-        self.history.last().map_or(0.0, |sample| sample.dissipated)
-    }
-
-    /// Strain energy and dissipated energy when the last contact lost its supports; at the end if it never did, J.
-    pub fn yarn_work_at_detached(&self) -> f64 {
-        self.sampled_at_detached(|sample| sample.strain + sample.dissipated)
-    }
-
-    /// Largest sampled sum of strain energy and dissipated energy, J.
-    pub fn largest_yarn_work(&self) -> f64 {
-        self.history.iter().map(|sample| sample.strain + sample.dissipated).fold(0.0, f64::max)
-    }
-
-    /// Kinetic energy that the projectile keeps, J.
-    pub fn left(&self) -> f64 {
-        self.energy - self.absorbed
-    }
-
-    /// Part of the failed segments that lie near an attachment; NaN if none failed.
-    pub fn share_at_attachments(&self) -> f64 {
-        self.failed_at.0 as f64 / self.failed as f64
-    }
-
-    /// Part of the failed segments that lie near the centre; NaN if none failed.
-    pub fn share_at_centre(&self) -> f64 {
-        self.failed_at.1 as f64 / self.failed as f64
-    }
-
-    /// Energy absorbed at a time, s; at the end if the run was over before.
-    pub fn at_time(&self, time: f64) -> f64 {
-        self.sampled(time, |sample| sample.lost).unwrap_or(self.absorbed)
-    }
-
-    /// A sampled number when the last contact lost its supports; at the end if it never did.
-    fn sampled_at_detached(&self, value: fn(&Sample) -> f64) -> f64 {
-        let detached = self.detached.and_then(|(time, _)| self.sampled(time, value));
-        detached.unwrap_or_else(|| self.history.last().map_or(0.0, value))
-    }
-
-    /// A sampled number at a time, s; none if the run was over before.
-    fn sampled(&self, time: f64, value: fn(&Sample) -> f64) -> Option<f64> {
-        let after = self.history.iter().position(|sample| sample.t >= time)?;
-        let b = &self.history[after];
-        let Some(a) = after.checked_sub(1).map(|before| &self.history[before]) else { return Some(value(b)) };
-        Some(value(a) + (value(b) - value(a)) * (time - a.t) / (b.t - a.t))
-    }
-}
-
 impl Point {
     /// Run k of this ensemble.
     pub fn job(&self, effort: Effort, k: u64, pictures: &'static [f64]) -> Job {
@@ -266,12 +201,12 @@ impl Job {
             if let Some(&&time) = pictures.peek()
                 && sim.time() >= time
             {
-                sheets::keep(out, &self.key(), time, &sim)?;
+                picture::keep(&out.join(picture_file(&self.key(), time)), &sim)?;
                 pictures.next();
             }
         }
         for &time in pictures {
-            sheets::keep(out, &self.key(), time, &sim)?;
+            picture::keep(&out.join(picture_file(&self.key(), time)), &sim)?;
         }
         let first_failure = onset.close(&sim)?;
         let (failed_at, failed_corners) = if whole { failed_at(&sim)? } else { ((0, 0), 0) };
@@ -305,7 +240,7 @@ impl Job {
 
     /// Whether all pictures of this run are there.
     pub fn has_pictures(&self, out: &Path) -> bool {
-        self.pictures.iter().all(|&time| sheets::path(out, &self.key(), time).exists())
+        self.pictures.iter().all(|&time| out.join(picture_file(&self.key(), time)).exists())
     }
 }
 
@@ -538,6 +473,11 @@ pub fn path_of_runs(out: &Path) -> PathBuf {
     out.join("runs.jsonl")
 }
 
+/// The file of a run's sheet at a time, from the folder of the results.
+pub fn picture_file(key: &str, time: f64) -> String {
+    format!("sheets/{key}_{:.0}us.bin", 1e6 * time)
+}
+
 /// Reads the kept runs. A last line that was cut off is dropped; a line of another version is ignored by its key.
 fn read(path: &Path) -> Result<HashMap<String, Record>> {
     let text = match std::fs::read_to_string(path) {
@@ -563,6 +503,7 @@ impl Runs {
     /// Does what is missing among `jobs`, on all cores, and keeps it in `out`; nothing with `only_kept`.
     pub fn complete(out: &Path, effort: Effort, jobs: Vec<Job>, only_kept: bool) -> Result<Runs> {
         let path = path_of_runs(out);
+        std::fs::create_dir_all(out.join("sheets"))?;
         let known = read(&path)?;
         // A job may be wanted by several figures; the first that asks for pictures has come first.
         let mut seen = std::collections::HashSet::new();
@@ -614,45 +555,10 @@ impl Runs {
         Ok(Runs { records, effort, kept: there.len(), done: missing.len(), missing: left_out })
     }
 
-    /// The runs of a point, in the order of their numbers; those not asked for are missing.
-    pub fn of(&self, point: &Point) -> Vec<&Record> {
-        (0..point.runs).filter_map(|k| self.records.get(&point.job(self.effort, k, &[]).key())).collect()
-    }
-
-    /// One number of every run of a point.
-    pub fn values(&self, point: &Point, value: impl Fn(&Record) -> f64) -> Vec<f64> {
-        self.of(point).into_iter().map(value).collect()
-    }
-
-    /// How many runs are missing, in words.
-    pub fn lacking(&self) -> String {
-        let wanted = self.kept + self.done + self.missing;
-        format!("Of {wanted} runs {} have not been done; points without runs are left out.", self.missing)
-    }
-
-    /// Processor time of all runs, s.
-    pub fn cpu(&self) -> f64 {
-        self.records.values().map(|record| record.cpu).fold(0.0, |sum, cpu| sum + cpu)
-    }
-
-    /// Points with runs that the step limit ended, with their number, sorted.
-    pub fn timeouts(&self) -> Vec<String> {
-        let mut counts = BTreeMap::new();
-        for record in self.records.values().filter(|record| record.timeout) {
-            let point = record.name.rsplit_once(", run ").map_or(record.name.as_str(), |(point, _)| point);
-            *counts.entry(point).or_insert(0) += 1;
-        }
-        counts.into_iter().map(|(point, count)| format!("{point} ({count})")).collect()
-    }
-
-    /// Median over all runs of the part of the impact energy by which the balance does not close.
-    pub fn median_audit(&self) -> f64 {
-        report::median(&self.records.values().map(|record| record.audit.abs()).collect::<Vec<_>>())
-    }
-
-    /// Largest part of the impact energy by which a balance does not close.
-    pub fn worst_audit(&self) -> f64 {
-        self.records.values().map(|record| record.audit.abs()).fold(0.0, f64::max)
+    /// The keys of a point's runs, in the order of their numbers; those not asked for are missing.
+    pub fn keys(&self, point: &Point) -> Vec<String> {
+        let keys = (0..point.runs).map(|k| point.job(self.effort, k, &[]).key());
+        keys.filter(|key| self.records.contains_key(key)).collect()
     }
 }
 
@@ -695,33 +601,6 @@ mod tests {
     fn results_version_goes_with_the_numbers() {
         let record = jobs()[0].run(&std::env::temp_dir()).unwrap();
         assert_eq!((RESULTS_VERSION, record.absorbed), (3, 4.279345472050326));
-    }
-
-    #[test]
-    fn readings_between_samples() {
-        let mut record = jobs()[0].run(&std::env::temp_dir()).unwrap();
-        let sample = |t: f64, lost: f64| Sample { t, lost, kinetic: 0.0, strain: 0.0, dissipated: 0.0, loss: 0.0 };
-        record.history = vec![sample(0.0, 0.0), sample(1.0, 4.0), sample(2.0, 5.0)];
-        (record.absorbed, record.detached) = (5.5, None);
-        assert_eq!([0.0, 0.5, 1.5, 3.0].map(|t| record.at_time(t)), [0.0, 2.0, 4.5, 5.5]);
-        assert_eq!(record.at_detached(), 5.5);
-        record.detached = Some((1.0, 4.0));
-        assert_eq!(record.at_detached(), 4.0);
-    }
-
-    #[test]
-    fn dissipated_energy_when_detached_and_at_the_end() {
-        let mut record = jobs()[0].run(&std::env::temp_dir()).unwrap();
-        let sample =
-            |t: f64, dissipated: f64| Sample { t, lost: 0.0, kinetic: 0.0, strain: 2.0, dissipated, loss: 0.0 };
-        record.history = vec![sample(0.0, 0.0), sample(1.0, 1.0), sample(2.0, 5.0)];
-        record.detached = Some((1.5, 4.0));
-        assert_eq!(
-            (record.dissipated_at_detached(), record.yarn_work_at_detached(), record.dissipated()),
-            (3.0, 5.0, 5.0)
-        );
-        record.detached = None;
-        assert_eq!((record.dissipated_at_detached(), record.yarn_work_at_detached()), (5.0, 7.0));
     }
 
     #[test]

@@ -26,6 +26,16 @@ pub enum Sheet {
     Large,
 }
 
+impl Sheet {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Sheet::Small => "3 in, sphere",
+            Sheet::Large => "10 in, cylinder",
+        }
+    }
+}
+
 /// Yarn of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Yarn {
@@ -210,6 +220,59 @@ pub fn large(effort: Effort, attachment: AttachmentKind, velocity: f64) -> Point
         impact,
         runs: effort.runs(Sheet::Large),
     }
+}
+
+/// Points of Figs 14 to 20: the 3 in sheet with one yarn.
+pub fn small_points(effort: Effort, yarn: Yarn) -> Vec<Point> {
+    let points = |attachment| effort.energies().iter().map(move |&energy| small(effort, attachment, yarn, energy));
+    ATTACHMENTS.into_iter().flat_map(points).collect()
+}
+
+/// Points on how failure begins in mirror-symmetric clamped sheets.
+pub fn mirrored_points(effort: Effort) -> Vec<Point> {
+    let points = |attachment| HISTORY_ENERGIES.map(|energy| small(effort, attachment, Yarn::Symmetric, energy));
+    [AttachmentKind::TwoSides, AttachmentKind::FourSides].into_iter().flat_map(points).collect()
+}
+
+/// Points of Fig 13: the 10 in sheet.
+pub fn large_points(effort: Effort) -> Vec<Point> {
+    let points = |attachment| effort.velocities().iter().map(move |&velocity| large(effort, attachment, velocity));
+    ATTACHMENTS.into_iter().flat_map(points).collect()
+}
+
+/// Points of Figs 10 and 12: one run for each attachment.
+pub fn picture_points(effort: Effort) -> Vec<Point> {
+    ATTACHMENTS.map(|attachment| Point { runs: 1, ..large(effort, attachment, PICTURE_VELOCITY) }).to_vec()
+}
+
+/// Times of the pictures of a sheet, s. Those held at their corners tear later.
+pub fn picture_times(effort: Effort, attachment: AttachmentKind) -> &'static [f64] {
+    match (effort, attachment) {
+        (Effort::Smoke, _) => &[5e-6, 10e-6, 20e-6],
+        (_, AttachmentKind::FourCorners) => &[200e-6, 600e-6, 1000e-6],
+        _ => &[150e-6, 250e-6, 350e-6],
+    }
+}
+
+/// Impact energies of the map for the washers that are not the preset ones, J.
+const OTHER_ENERGIES: [f64; 2] = [10.0, 15.0];
+
+/// Every ensemble of the map: all energies for the preset washers, which alone are tried with one draw per yarn too; the two
+/// energies about the limit for the others.
+pub fn map_points(effort: Effort) -> Vec<Point> {
+    let mut points = Vec::new();
+    for washer in 0..effort.washers() {
+        let all = effort.map_energies().iter().copied();
+        let energies: Vec<f64> =
+            all.filter(|energy| washer == 0 || effort != Effort::Full || OTHER_ENERGIES.contains(energy)).collect();
+        for yarn in [Yarn::Stochastic, Yarn::Uniform, Yarn::Symmetric, Yarn::Woven] {
+            if yarn != Yarn::Woven || (effort != Effort::Quick && washer == 0) {
+                let point = |&energy| Point { washer, ..small(effort, AttachmentKind::FourCorners, yarn, energy) };
+                points.extend(energies.iter().map(point));
+            }
+        }
+    }
+    points
 }
 
 /// Name of an attachment.

@@ -4,7 +4,6 @@
 //! describe (mirror planes, theta rule, polyhedra, motion given by hand) has no such case.
 
 use crate::Result;
-use crate::memory;
 use fabric::{Draw, Error, Integrator, RotationRule, Scene, Shape, Sim, StepCheck, Symmetry, TimeStep, math};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -58,23 +57,6 @@ pub fn case(sim: &mut Sim<'_>, force: [f64; 3], steps: u64) -> Result<Option<Fmu
         Expected::Runs { h: sim.time(), outputs: outputs(sim)? }
     };
     Ok(Some(FmuCase { values, force, outcome }))
-}
-
-/// The case of a scene that must be refused with this error.
-pub fn refusal(scene: &Scene, error: &Error) -> Option<FmuCase> {
-    let dt = match scene.time_step {
-        TimeStep { fraction: 0.4, seconds: 0.0 } => 2e-8,
-        TimeStep { seconds: 0.0, .. } => return None,
-        TimeStep { seconds, .. } => seconds,
-    };
-    // The FMU's own step may be refused where a fraction of the limit is not, and the other way round.
-    let scene = seconds(scene, dt);
-    let again = memory::refusal(&scene)?;
-    let outcome = Expected::Refused { text: again.text().to_string() };
-    (again.field == error.field && again.code == error.code)
-        .then(|| values(&scene, dt))
-        .flatten()
-        .map(|values| FmuCase { values, force: [0.0; 3], outcome })
 }
 
 fn seconds(scene: &Scene, dt: f64) -> Scene {
