@@ -60,7 +60,7 @@ def parameter_rows(results):
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "
          f"{body['drag_coefficient']:g}); spin {options['spin']:g} rad/s about the axis, tilt {options['tilt']:g} degrees"),
-        ("Coupling", f"FMI 2.0 co-simulation, mode host_driven: FMU first, host second, step-mean force and torque; "
+        ("Coupling", f"FMI 2.0 co-simulation, drive prescribed: FMU first, host second, step-mean force and torque; "
          f"communication step {1e6 * options['step']:g} µs, internal step 0.02 µs"),
     ]  # fmt: skip
 

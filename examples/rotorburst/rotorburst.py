@@ -166,7 +166,7 @@ def main():
             "preset": preset,
             "attachment.kind": ATTACHMENTS[arguments.attachment],
             "seed": arguments.seed,
-            "dt": INTERNAL_STEP,
+            "time_step.seconds": INTERNAL_STEP,
             "projectile.mass": body.mass,
         },
     )

@@ -1,11 +1,11 @@
 //! What every exported function does first: check the instance, its phase and the host's arrays, and set the floating-point
 //! environment.
 
-use crate::instance::{Instance, MOST_ELEMENTS, Phase};
+use crate::instance::{Instance, Phase};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
 use crate::state::Saved;
-use crate::table::{Kind, TIME_REFERENCE, TOKEN, Variable};
+use crate::table::{self, Kind, MOST_ELEMENTS, TIME_REFERENCE, Variable};
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;
 use core::ptr::{self, NonNull};
@@ -82,7 +82,7 @@ pub(crate) fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance
         log.say(Category::Error, "instanceName: missing");
         return None;
     }
-    if token.get().is_none_or(|token| token.to_bytes() != TOKEN) {
+    if token.get().is_none_or(|token| token.to_bytes() != table::token()) {
         log.say(Category::Error, "token: the model description and the library are of different builds");
         return None;
     }
@@ -209,8 +209,8 @@ fn fits(version: Version, variable: &Variable, kind: Kind) -> bool {
 /// The variable a reference means and which of its elements: first and count.
 fn find(version: Version, reference: u32, kind: Kind) -> Option<(&'static Variable, usize, usize)> {
     let (variable, first, count) = match version {
-        Version::Two => crate::table::element(reference).map(|(variable, element)| (variable, element, 1))?,
-        Version::Three => crate::table::whole(reference).map(|variable| (variable, 0, variable.size()))?,
+        Version::Two => table::element(reference).map(|(variable, element)| (variable, element, 1))?,
+        Version::Three => table::whole(reference).map(|variable| (variable, 0, variable.size()))?,
     };
     fits(version, variable, kind).then_some((variable, first, count))
 }

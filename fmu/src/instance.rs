@@ -1,14 +1,14 @@
 //! One FMU instance: what both versions of the interface do.
 //!
 //! Time is a count of ticks of the constant internal step: a communication step from t to t + h ends at tick
-//! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in mode `integrated`.
+//! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in drive `free`.
 
 use crate::coupling::{self, Refusal, Times};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::state::States;
-use crate::table::{Id, VARIABLES, Variable};
+use crate::table::{Id, MOST_ELEMENTS, Variable};
 use core::fmt::Write;
 use fabric::outcome::{Outcome, TEST_INTERVAL};
 use fabric::projectile::{Body, Inertia};
@@ -99,7 +99,7 @@ impl Kept {
 
     /// The scene as it was when initialisation ended.
     pub fn scene(&self) -> fabric::Scene {
-        let mut scene = self.parameters.scene();
+        let mut scene = *self.parameters.scene();
         let body = &mut scene.projectile;
         body.position = self.start.position;
         body.velocity = self.start.velocity;
@@ -289,7 +289,7 @@ impl Instance {
     pub fn restored(&mut self, kept: &Kept) {
         self.kept = *kept;
         self.cache = Cache::default();
-        self.log.level = self.kept.parameters.scalar(Id::LogLevel) as u8;
+        self.log.level = self.kept.parameters.log_level();
     }
 
     // ---- Variables ------------------------------------------------------------------------------------------------
@@ -297,7 +297,7 @@ impl Instance {
     /// All elements of a variable.
     pub fn get(&mut self, variable: &Variable, values: &mut [f64; MOST_ELEMENTS]) -> Status {
         if !variable.role.is_output() {
-            copy(values, self.kept.parameters.get(variable.id));
+            self.kept.parameters.get(variable, values);
             return Status::Ok;
         }
         match self.output(variable.id, values) {
@@ -330,7 +330,7 @@ impl Instance {
 
     /// Sets one element; asked before with [`Instance::may_set`].
     pub fn set(&mut self, variable: &Variable, element: usize, value: f64) {
-        self.kept.parameters.set(variable.id, element, value);
+        self.kept.parameters.set(variable, element, value);
         if variable.id == Id::LogLevel {
             self.log.level = value as u8;
         }
@@ -341,11 +341,12 @@ impl Instance {
         let kept = &self.kept;
         let Some(Running { sim, .. }) = &mut self.running else {
             // Before the simulation exists: the body as the host gave it, and nothing has happened.
+            let body = &kept.parameters.scene().projectile;
             match id {
-                Id::StatePosition => copy(values, kept.parameters.get(Id::Position)),
-                Id::StateVelocity => copy(values, kept.parameters.get(Id::Velocity)),
-                Id::StateOrientation => copy(values, kept.parameters.get(Id::Orientation)),
-                Id::StateAngularVelocity => copy(values, kept.parameters.get(Id::AngularVelocity)),
+                Id::StatePosition => copy(values, &body.position),
+                Id::StateVelocity => copy(values, &body.velocity),
+                Id::StateOrientation => copy(values, &body.orientation),
+                Id::StateAngularVelocity => copy(values, &body.angular_velocity),
                 Id::TimeFirstContact | Id::TimeEvent => copy(values, &[-1.0]),
                 Id::MaxStretch => copy(values, &[1.0]),
                 _ => {}
@@ -413,7 +414,7 @@ impl Instance {
 
         let mut status = Status::Ok;
         let mut path = None;
-        if self.kept.parameters.host_driven() {
+        if self.kept.parameters.prescribed() {
             // Also a step of no ticks refuses bad input.
             match coupling::plan(&self.kept.parameters, sim, &times, ticks, self.kept.force_expected) {
                 Ok(plan) => {
@@ -480,10 +481,9 @@ impl Instance {
             self.kept.force_expected = over(before.0, after.0, ticks as f64 * dt);
         }
         let parameters = &self.kept.parameters;
-        let mass = parameters.scalar(Id::Mass);
-        if parameters.host_driven() && mass > 0.0 {
-            let solid = Solid::of(&parameters.scene().projectile);
-            let inertia = Inertia::of(&solid, mass, true);
+        let body = &parameters.scene().projectile;
+        if parameters.prescribed() && body.mass > 0.0 {
+            let inertia = Inertia::of(&Solid::of(body), body.mass, true);
             let kinetic = |motion: &Motion| Body::of(motion).kinetic_energy(&inertia);
             self.kept.interface_residual = kinetic(&self.kept.start) - kinetic(&parameters.motion()) - before.2;
         }
@@ -491,9 +491,8 @@ impl Instance {
 
     /// The internal steps of one communication step.
     fn advance(&mut self, path: Option<Path>, ticks: u64, early: Early) -> Result<StepEnd, Status> {
-        let stop_on_event = self.kept.parameters.flag(Id::StopOnEvent);
-        let force = self.kept.parameters.vector(Id::ExternalForce);
-        let torque = self.kept.parameters.vector(Id::ExternalTorque);
+        let stop_on_event = self.kept.parameters.stop_on_event();
+        let (force, torque) = (self.kept.parameters.force, self.kept.parameters.torque);
         let Some(Running { sim, .. }) = &mut self.running else {
             return Err(Status::Error);
         };
@@ -570,19 +569,6 @@ impl Instance {
 }
 
 type Sums = ([f64; 3], [f64; 3], f64, u64);
-
-/// Most elements of one variable.
-pub const MOST_ELEMENTS: usize = {
-    let mut most = 0;
-    let mut k = 0;
-    while k < VARIABLES.len() {
-        if VARIABLES[k].size() > most {
-            most = VARIABLES[k].size();
-        }
-        k += 1;
-    }
-    most
-};
 
 /// Above this a tick count is no longer exact.
 const MOST_TICKS: f64 = (1_u64 << 52) as f64;

@@ -26,7 +26,8 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// The presets by name.
-const PRESETS: [(&str, fn() -> Scene); 3] = [
+type Preset = (&'static str, fn() -> Scene);
+const PRESETS: [Preset; 3] = [
     ("sheet_3in_sphere", Scene::sheet_3in_sphere),
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder),
     ("turbine_disc_sector", Scene::turbine_disc_sector),

@@ -81,10 +81,10 @@ pub fn goals(report: &Report) -> Vec<Goal> {
         add(name.clone(), report.value(&name), false, limit, "bytes per node");
     }
     for (version, limit) in [("FMI 2.0", 2.0), ("FMI 3.0", 3.0)] {
-        for mode in ["integrated", "host-driven"] {
-            let name = format!("{version}, {mode}: doStep beyond stepping");
+        for drive in ["free", "prescribed"] {
+            let name = format!("{version}, {drive}: doStep beyond stepping");
             add(name.clone(), report.value(&name), false, limit, "us");
-            let name = format!("{version}, {mode}: get of a force");
+            let name = format!("{version}, {drive}: get of a force");
             add(name.clone(), report.value(&name), false, 1.0, "us");
         }
     }

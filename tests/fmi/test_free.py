@@ -1,4 +1,4 @@
-"""Mode integrated: the same bits whatever the version, the step size and the neighbours."""
+"""Drive free: the same bits whatever the version, the step size and the neighbours."""
 
 import unittest
 
