@@ -780,7 +780,7 @@ mod tests {
             FK_NOT_CONVERGED,
         ];
         assert_eq!(numbers.as_slice(), Code::ALL.map(Code::number).as_slice());
-        assert_eq!(FK_MAX_BANDS, fabric::bands::MAX_BANDS);
+        assert_eq!(FK_MAX_BANDS, fabric::layout::MAX_BANDS);
     }
 
     /// The preset with one choice after another made differently from it.

@@ -3,8 +3,8 @@
 use crate::table::{DEFAULT_DT, Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use core::slice::from_mut;
 use fabric::fields::FIELDS;
+use fabric::pose::into_body;
 use fabric::pose::{self, Vector};
-use fabric::projectile::into_body;
 use fabric::shape::Solid;
 use fabric::{Drive, Motion, Scene};
 

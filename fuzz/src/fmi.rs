@@ -10,9 +10,10 @@ use fabric_fmu::door::{Handle, Text};
 use fabric_fmu::fmi2::*;
 use fabric_fmu::fmi3::*;
 use fabric_fmu::instance::Instance;
+use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;
 use fabric_fmu::parameters::Parameters;
-use fabric_fmu::state::Saved;
+
 use fabric_fmu::table::{self, Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use fabric_fmu::{Input, Output};
 use std::ffi::{CString, c_char, c_int, c_void};

@@ -7,7 +7,7 @@ from host import OK, ERROR, SMALL, FOUR_SIDES, Host
 END = 4e-5  # s; the sheet is torn by then
 
 
-class Integrated(unittest.TestCase):
+class Free(unittest.TestCase):
     def test_both_versions_give_the_same_bits(self):
         results = []
         for version in (2, 3):

@@ -48,7 +48,7 @@ def driven(values, h, end, version=2, exact=False):
     return rows, host
 
 
-class HostDriven(unittest.TestCase):
+class Prescribed(unittest.TestCase):
     def compare(self, joule, dt, end, until):
         """Largest errors of velocity over V0 and of work over KE0 by step size, at common times."""
         speed = math.sqrt(2.0 * joule / MASS)
