@@ -681,6 +681,7 @@ impl fk_scene {
                 draw,
             },
             projectile: Projectile {
+                sector: Scene::sheet_3in_sphere().projectile.sector,
                 shape,
                 radius: self.projectile_radius,
                 length: self.projectile_length,

@@ -7,6 +7,7 @@ use crate::kept::Saved;
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
 use crate::table::{self, Kind, MOST_ELEMENTS, TIME_REFERENCE, Variable};
+use crate::token;
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;
 use core::ptr::{self, NonNull};
@@ -83,7 +84,7 @@ pub(crate) fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance
         log.say(Category::Error, "instanceName: missing");
         return None;
     }
-    if token.get().is_none_or(|token| token.to_bytes() != table::token()) {
+    if token.get().is_none_or(|token| token.to_bytes() != token::text()) {
         log.say(Category::Error, "token: the model description and the library are of different builds");
         return None;
     }

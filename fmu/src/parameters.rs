@@ -241,6 +241,16 @@ mod tests {
     }
 
     #[test]
+    fn start_values_lie_in_their_ranges() {
+        let (mut starts, mut values) = (Parameters::default(), [0.0; MOST_ELEMENTS]);
+        for variable in VARIABLES.iter().filter(|variable| !variable.role.is_output()) {
+            starts.get(variable, &mut values);
+            let [least, greatest] = variable.limits();
+            assert!(values[..variable.size()].iter().all(|&x| least <= x && x <= greatest), "{}", variable.name);
+        }
+    }
+
+    #[test]
     fn a_preset_leaves_what_the_host_has_set() {
         let mut parameters = Parameters::default();
         set(&mut parameters, "sheet.spacing", 0, 1e-3);

@@ -6,7 +6,7 @@
 use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
 use crate::log::Status;
-use crate::table::token_hash;
+use crate::token;
 use fabric::Sim;
 use fabric::fields::{FIELDS, SLOTS};
 use fabric::snapshot::Hash;
@@ -111,7 +111,7 @@ impl Instance {
             }
             word
         };
-        for word in [MAGIC, FORMAT, token_hash(), total as u64] {
+        for word in [MAGIC, FORMAT, token::hash(), total as u64] {
             write(word);
         }
         visit(&mut kept, &mut write);
@@ -138,7 +138,7 @@ impl Instance {
         if header[0] != Some(MAGIC) || header[3] != Some(bytes.len() as u64) {
             return Err(self.refuse(malformed));
         }
-        if header[1] != Some(FORMAT) || header[2] != Some(token_hash()) {
+        if header[1] != Some(FORMAT) || header[2] != Some(token::hash()) {
             return Err(self.refuse("serialized state: of another version"));
         }
         let mut hash = Hash::default();

@@ -1,13 +1,12 @@
-//! The variables: one table from which getters, setters, both model descriptions and the token come.
+//! The variables: one table from which getters, setters and both model descriptions come.
 //!
 //! The scene's parameters are the rows of the kernel's table ([`fabric::fields::FIELDS`]), with its names, value references, ranges
 //! and meanings. Listed here is only what the FMU adds: inputs beside the body's motion, settings of the FMU itself, and outputs.
-//! Start values are those of [`crate::parameters::Parameters::default`].
+//! Start values are those of `Parameters::default`.
 //!
 //! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
 //! table's reference; in FMI 2.0 its elements have that reference and the following ones, row by row.
 
-use crate::parameters::Parameters;
 use fabric::fields::{
     ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
 };
@@ -275,6 +274,7 @@ pub const UNITS: &[Unit] = &[
     unit("m/s", [0, 1, -1, 0], &[]),
     unit("m/s2", [0, 1, -2, 0], &[]),
     unit("m2", [0, 2, 0, 0], &[("mm2", 1e6)]),
+    unit("rad", [0, 0, 0, 1], &[("deg", 180.0 / core::f64::consts::PI)]),
     unit("rad/s", [0, 0, -1, 1], &[("deg/s", 180.0 / core::f64::consts::PI)]),
     unit("s", [0, 0, 1, 0], &[("us", 1e6)]),
 ];
@@ -489,48 +489,6 @@ pub const MOST_ELEMENTS: usize = {
 /// Value reference of FMI 3.0's `time`.
 pub const TIME_REFERENCE: u32 = 0;
 
-/// A hash of the table (names, references, types, roles, sizes and start values) and of the kernel's version and image format:
-/// a library and a model description of different builds refuse each other.
-pub fn token_hash() -> u64 {
-    let (mut hash, mut starts) = (0xcbf2_9ce4_8422_2325, Parameters::default());
-    let mut take =
-        |bytes: &[u8]| bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
-    take(fabric::VERSION.as_bytes());
-    take(&fabric::snapshot::FORMAT.to_le_bytes());
-    for variable in &VARIABLES {
-        take(variable.name.as_bytes());
-        take(&variable.reference.to_le_bytes());
-        if let Some(quantity) = variable.quantity {
-            take(quantity.name.as_bytes());
-            take(quantity.unit.as_bytes());
-        }
-        let kind = match variable.kind {
-            Kind::Real => 0,
-            Kind::Integer => 1,
-            Kind::Boolean => 2,
-            Kind::Choice(_) => 3,
-        };
-        take(&[kind, variable.role as u8, variable.size() as u8]);
-        if !variable.role.is_output() {
-            let mut values = [0.0; MOST_ELEMENTS];
-            starts.get(variable, &mut values);
-            values.iter().take(variable.size()).for_each(|start| take(&start.to_bits().to_le_bytes()));
-        }
-    }
-    hash
-}
-
-/// The token as a text: guid of FMI 2.0, instantiationToken of FMI 3.0.
-pub fn token() -> [u8; 28] {
-    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", token_hash());
-    for place in token.iter_mut().skip(14).take(13).rev() {
-        let digit = (rest & 15) as u8;
-        *place = if digit < 10 { b'0' + digit } else { b'a' + digit - 10 };
-        rest >>= 4;
-    }
-    token
-}
-
 /// The row of a name.
 pub fn variable(name: &str) -> Option<&'static Variable> {
     VARIABLES.iter().find(|variable| variable.name == name)
@@ -570,16 +528,6 @@ mod tests {
     }
 
     #[test]
-    fn start_values_lie_in_their_ranges() {
-        let (mut starts, mut values) = (Parameters::default(), [0.0; MOST_ELEMENTS]);
-        for variable in VARIABLES.iter().filter(|variable| !variable.role.is_output()) {
-            starts.get(variable, &mut values);
-            let [least, greatest] = variable.limits();
-            assert!(values[..variable.size()].iter().all(|&x| least <= x && x <= greatest), "{}", variable.name);
-        }
-    }
-
-    #[test]
     fn the_motion_of_the_body_is_an_input_and_nothing_else_of_the_scene() {
         let inputs = VARIABLES.iter().filter(|variable| variable.field().is_some() && variable.role == Role::Input);
         let names: std::vec::Vec<_> = inputs.map(|variable| variable.name).collect();
@@ -598,11 +546,5 @@ mod tests {
         // A type's name means one thing.
         let types: std::vec::Vec<_> = quantities().map(|q| q.name).chain(choices().map(|c| c.name)).collect();
         assert_eq!(types.iter().collect::<HashSet<_>>().len(), types.len());
-    }
-
-    #[test]
-    fn token_is_readable() {
-        assert!(std::format!("{:016x}", token_hash()).ends_with(core::str::from_utf8(&token()[14..27]).unwrap()));
-        assert!(core::str::from_utf8(&token()).unwrap().starts_with("{FabricShield-"));
     }
 }

@@ -159,7 +159,7 @@ impl Player<'_> {
     /// A new instance, with a small sheet.
     fn instantiate(&mut self) {
         let odd = self.bytes.below(32);
-        let mut token = table::token().to_vec();
+        let mut token = fabric_fmu::token::text().to_vec();
         if odd == 28 {
             token[20] ^= 1;
         }
@@ -170,7 +170,7 @@ impl Player<'_> {
         for attempt in [true, false].into_iter().filter(|&attempt| refused || !attempt) {
             let odd = if attempt { odd } else { 0 };
             let name = if attempt { name } else { c"fuzz".as_ptr() };
-            let sound = CString::new(table::token()).unwrap_or_default();
+            let sound = CString::new(fabric_fmu::token::text()).unwrap_or_default();
             let token = if attempt { token.as_ptr() } else { sound.as_ptr() };
             // FMI 2.0's functions: no logger, whose arguments vary, and nothing else that is used.
             let callbacks = [null_mut::<c_void>(); 5];

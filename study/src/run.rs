@@ -279,6 +279,12 @@ fn projectile(body: &fabric::Projectile) -> String {
         fabric::Shape::Sphere => format!("sphere, radius {} mm", millimetres(body.radius)),
         fabric::Shape::Box => format!("box, {} mm", body.size.map(millimetres).join(" x ")),
         fabric::Shape::Polyhedron => format!("polyhedron of {} faces", body.faces.in_use().len()),
+        fabric::Shape::DiscSector => {
+            let fabric::scene::Sector { inner_radius, outer_radius, angle, thickness } = body.sector;
+            let [inner, outer, thickness] = [inner_radius, outer_radius, thickness].map(millimetres);
+            let degrees = report::shortest(angle.to_degrees());
+            format!("disc sector, radii {inner} and {outer} mm, {degrees} degrees, {thickness} mm thick")
+        }
         fabric::Shape::Cylinder | fabric::Shape::HemisphericalCylinder => {
             let name = if body.shape == fabric::Shape::Cylinder { "cylinder" } else { "hemispherical cylinder" };
             format!("{name}, radius {}, length {} mm", millimetres(body.radius), millimetres(body.length))

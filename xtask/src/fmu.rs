@@ -147,7 +147,7 @@ fn number(kind: Kind, value: f64) -> String {
 }
 
 fn token() -> String {
-    String::from_utf8_lossy(&table::token()).into_owned()
+    String::from_utf8_lossy(&fabric_fmu::token::text()).into_owned()
 }
 
 /// Start values of an input or parameter, one text per element; none of an output.
