@@ -30,9 +30,9 @@ def read():
         if kind == "text":
             texts[int(words[0])] = line.split(maxsplit=2)[2]
         elif kind == "set":
-            bases.setdefault(words[0], []).append((words[1], number(words[3])))
+            bases.setdefault(words[0], []).append((words[1], number(words[2])))
         elif kind == "case":
-            base, name, _, bits, code, field = words
+            base, name, bits, code, field = words
             cases.append((base, name, number(bits), int(code), field))
     return texts, bases, cases
 

@@ -10,7 +10,7 @@ NAN, INF = float("nan"), float("inf")
 
 # Parameters that must be refused, and what the log names. Each is put on top of SMALL.
 REFUSED = [
-    ({"time_step.seconds": 0.0}, "time_step.seconds"),
+    ({"time_step.seconds": 0.0, "time_step.fraction": 0.6}, "time_step.fraction"),
     ({"time_step.seconds": -1e-8}, "time_step.seconds"),
     ({"time_step.seconds": NAN}, "time_step.seconds"),
     ({"time_step.seconds": INF}, "time_step.seconds"),
@@ -42,7 +42,8 @@ REFUSED = [
     ({"projectile.shape": 1, "projectile.length": 0.0}, "projectile.length"),
     ({"projectile.shape": 2, "projectile.length": 6e-3}, "projectile.length"),  # shorter than its hemisphere
     ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),
-    ({"projectile.shape": 4}, "projectile.faces.count"),
+    ({"projectile.shape": 4}, "projectile.moments"),
+    ({"projectile.shape": 5, "projectile.sector.angle": 3.2}, "projectile.sector.angle"),
     ({"projectile.shape": 9}, "projectile.shape"),
     ({"projectile.moments": [-1.0, 0.0, 0.0]}, "projectile.moments"),
     ({"integrator.kind": 1, "step_after_failure": 1}, "step_after_failure"),
