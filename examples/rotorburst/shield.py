@@ -8,6 +8,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 PRESCRIBED = 1
+DISC_SECTOR = 5
 FLIGHT, CONTACT, ARRESTED, DETACHED, EXITED, PASSED, FAULTED = range(7)
 STATUS = ["flight", "contact", "arrested", "detached", "exited", "passed", "faulted"]
 ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2}
