@@ -1,4 +1,4 @@
-"""One fabric shield: an instance of the FMU (FMI 2.0, mode host_driven) behind names, through FMPy's low-level interface."""
+"""One fabric shield: an instance of the FMU (FMI 2.0, drive prescribed) behind names, through FMPy's low-level interface."""
 
 import shutil
 import tempfile
@@ -7,7 +7,7 @@ import fmpy
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-INTEGRATED, HOST_DRIVEN = range(2)
+FREE, PRESCRIBED = range(2)
 SHEET_3IN_SPHERE = 1
 FLIGHT, CONTACT, ARRESTED, DETACHED, EXITED, PASSED, FAULTED = range(7)
 

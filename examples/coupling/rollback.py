@@ -6,14 +6,14 @@ parallel    both sides step at once: the body moves under the force of the step 
 sequential  the shield steps first: the body moves under the force of the same step
 rollback    the step is made twice: its first pass tells the acceleration, then the shield goes back and steps again with it
 
-The case is the 3 in sheet, four sides held, sphere, 40 J. The reference is the FMU itself in mode `integrated`.
+The case is the 3 in sheet, four sides held, sphere, 40 J. The reference is the FMU itself in drive `free`.
 """
 
 import math
 import sys
 
 from sphere import MASS, RADIUS, Body
-from driven_shield import HOST_DRIVEN, INTEGRATED, SHEET_3IN_SPHERE, Shield
+from driven_shield import FREE, PRESCRIBED, SHEET_3IN_SPHERE, Shield
 
 SPEED = math.sqrt(2.0 * 40.0 / MASS)  # m/s
 START = [0.0, 0.0, -RADIUS - 1e-5]
@@ -42,8 +42,8 @@ def rollback(shield, body, t, h, memory):
 def run(archive, h, scheme, end=END):
     """Speed at EARLY, m/s, and at the end the energy that the body lost and the shield's account of it, J."""
     values = {"preset": SHEET_3IN_SPHERE, "projectile.position": START, "projectile.velocity": [0.0, 0.0, SPEED]}
-    shield = Shield(archive, {**values, "mode": HOST_DRIVEN if scheme else INTEGRATED})
-    body, memory, early = Body(START, [0.0, 0.0, SPEED]), {"dt": shield.get("dt")}, None
+    shield = Shield(archive, {**values, "drive": PRESCRIBED if scheme else FREE})
+    body, memory, early = Body(START, [0.0, 0.0, SPEED]), {"dt": shield.get("time_step.seconds")}, None
     for k in range(round(end / h)):
         if scheme:
             scheme(shield, body, k * h, h, memory)

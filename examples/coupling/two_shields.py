@@ -11,7 +11,7 @@ import math
 import sys
 
 from sphere import MASS, RADIUS, Body
-from driven_shield import ARRESTED, EXITED, HOST_DRIVEN, PASSED, SHEET_3IN_SPHERE, Shield
+from driven_shield import ARRESTED, EXITED, PRESCRIBED, PASSED, SHEET_3IN_SPHERE, Shield
 
 SPEED = 250.0  # m/s
 H = 5e-7  # s
@@ -27,11 +27,11 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
     """The books after the flight: a dictionary of numbers, and one of lists with an entry per shield."""
     body = Body([0.0, 0.0, -RADIUS - 1e-4], [0.0, 0.0, speed])
     common = {
-        "preset": SHEET_3IN_SPHERE, "mode": HOST_DRIVEN, "projectile.mass": 0.0,
+        "preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0,
         "projectile.position": body.position, "projectile.velocity": body.velocity,
     }  # fmt: skip
     shields = [Shield(archive, {**common, **sheet}) for sheet in sheets]
-    dt, energy, force = shields[0].get("dt"), body.kinetic_energy(), [0.0] * 3
+    dt, energy, force = shields[0].get("time_step.seconds"), body.kinetic_energy(), [0.0] * 3
     for k in range(round(end / h)):
         expected = [f / MASS for f in force]  # the last sum of forces; a shield by itself knows only its own
         forces = [shield.step(k * h, h, body, expected) for shield in shields]

@@ -25,12 +25,75 @@ class Body:
     drag_coefficient: float  # of the frontal area pi radius^2
 
     @property
+    def frontal_area(self):
+        """m2."""
+        return math.pi * self.radius**2
+
+    @property
     def moments(self):
         """Principal moments of inertia, kg m2."""
         if self.shape == "sphere":
             return np.full(3, 0.4 * self.mass * self.radius**2)
         across = self.mass * (3.0 * self.radius**2 + self.length**2) / 12.0
         return np.array([across, across, 0.5 * self.mass * self.radius**2])
+
+    @property
+    def start(self):
+        """Orientation at the launch, before the tilt: axis along the flight."""
+        return np.array([1.0, 0.0, 0.0, 0.0])
+
+    def support(self, direction):
+        """How far the body reaches from its centre of mass along a unit direction in body axes, m."""
+        if self.shape == "sphere":
+            return self.radius
+        along = min(abs(direction[2]), 1.0)
+        return 0.5 * self.length * along + self.radius * math.sqrt(1.0 - along**2)
+
+
+@dataclasses.dataclass(frozen=True)
+class DiscSector:
+    """A sector of a turbine disc: body x outward along its middle, body z along the disc's axis; the shield's shape of that name."""
+
+    inner_radius: float  # m, of the bore
+    outer_radius: float  # m, of the rim
+    angle: float  # rad
+    thickness: float  # m
+    mass: float  # kg
+    drag_coefficient: float  # of the area of the rim seen from ahead
+    shape: str = "disc sector"
+
+    @property
+    def frontal_area(self):
+        """m2."""
+        return 2.0 * self.outer_radius * math.sin(0.5 * self.angle) * self.thickness
+
+    @property
+    def corners(self):
+        """Of the cross-section, counter-clockwise about its centre of mass, m: eight chords are the rim, one is the bore."""
+        turns = np.concatenate([[0.5, -0.5], np.linspace(-0.5, 0.5, 9)]) * self.angle
+        radii = np.array([self.inner_radius] * 2 + [self.outer_radius] * 9)
+        corners = radii[:, None] * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        a, b = corners, np.roll(corners, -1, axis=0)
+        twice_area = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+        return corners - ((a + b) * twice_area[:, None]).sum(axis=0) / (3.0 * twice_area.sum())
+
+    @property
+    def moments(self):
+        """Principal moments of inertia of the homogeneous prism, kg m2, by sums over the edges of its cross-section."""
+        a, b = self.corners, np.roll(self.corners, -1, axis=0)
+        twice_area = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+        xx, yy = ((a * a + a * b + b * b) * twice_area[:, None]).sum(axis=0) / (6.0 * twice_area.sum())
+        zz = self.thickness**2 / 12.0
+        return self.mass * np.array([yy + zz, xx + zz, xx + yy])
+
+    @property
+    def start(self):
+        """Orientation at the launch, before the tilt: the rim ahead, the disc's axis along y."""
+        return np.array([0.5, -0.5, -0.5, -0.5])
+
+    def support(self, direction):
+        """How far the body reaches from its centre of mass along a unit direction in body axes, m."""
+        return float(max(self.corners @ direction[:2])) + 0.5 * self.thickness * abs(direction[2])
 
 
 @dataclasses.dataclass
@@ -45,8 +108,8 @@ class Fragment:
 
     @staticmethod
     def launched(body, distance, speed, spin=0.0, tilt=0.0):
-        """Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, axis tilted by `tilt`, rad."""
-        orientation = exponential(np.array([tilt, 0.0, 0.0]))
+        """Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, all tilted by `tilt`, rad."""
+        orientation = product(exponential(np.array([tilt, 0.0, 0.0])), body.start)
         fragment = Fragment(body, np.zeros(3), np.array([0.0, 0.0, speed]), orientation, np.zeros(3))
         fragment.position[2] = -distance - fragment.reach()
         fragment.angular_momentum = fragment.axis() * body.moments[2] * spin
@@ -58,10 +121,7 @@ class Fragment:
 
     def reach(self):
         """How far the front is ahead of the centre of mass along z, m."""
-        if self.body.shape == "sphere":
-            return self.body.radius
-        along = min(abs(self.axis()[2]), 1.0)
-        return 0.5 * self.body.length * along + self.body.radius * math.sqrt(1.0 - along**2)
+        return self.body.support(rotation(self.orientation)[2])
 
     def front(self):
         """z of the foremost point, m."""
@@ -84,8 +144,7 @@ class Fragment:
 
     def own_force(self):
         """Gravity and quadratic drag, N. Lift and the drag of a tumbling body are left out."""
-        area = math.pi * self.body.radius**2
-        drag = -0.5 * AIR_DENSITY * self.body.drag_coefficient * area * np.linalg.norm(self.velocity) * self.velocity
+        drag = -0.5 * AIR_DENSITY * self.body.drag_coefficient * self.body.frontal_area * np.linalg.norm(self.velocity) * self.velocity
         return self.body.mass * GRAVITY + drag
 
     def step(self, h, own, force=ZERO, torque=ZERO, tick=0.0):

@@ -208,14 +208,26 @@ def is_before(points, picture, body):
     away = points - picture["position"]
     if body["shape"] == "sphere":
         return away @ EYE > 0.0
+    if body["shape"] == "disc sector":
+        turn = rotation(picture["orientation"])
+        ahead = max((np.array(body["corners"]) @ turn[:, :2].T)[:, 2])
+        return (away[..., 2] > ahead - 5e-4) | (away[..., 1] < 0.0)
     nose = away @ rotation(picture["orientation"])[:, 2] > 0.5 * body["length"] - 5e-4
     return nose | (away[..., 1] < 0.0)
 
 
 def fragment_faces(picture, body):
-    """Outline of the fragment as polygons in space, with colours: a sphere's disc, or a cylinder's side and ends."""
+    """Outline of the fragment as polygons in space, with colours, the farthest first: a sphere's disc, a cylinder's side and ends, a prism's faces."""
     circle = np.linspace(0.0, 2.0 * np.pi, 73)
-    centre, radius = picture["position"], body["radius"]
+    centre = picture["position"]
+    if body["shape"] == "disc sector":
+        turn = rotation(picture["orientation"])
+        rim, half = np.array(body["corners"]) @ turn[:, :2].T, 0.5 * body["thickness"] * turn[:, 2]
+        near, far = centre + rim + half, centre + rim - half
+        sides = [np.array([near[k - 1], near[k], far[k], far[k - 1]]) for k in range(len(rim))]
+        faces = sorted([near, far, *sides], key=lambda face: face.mean(axis=0) @ EYE)
+        return [(face, "#d1d5db" if len(face) > 4 else "#9ca3af") for face in faces]
+    radius = body["radius"]
     if body["shape"] == "sphere":
         up = np.array([0.0, np.sin(VIEW), np.cos(VIEW)])
         ring = np.outer(np.cos(circle), [1.0, 0.0, 0.0]) + np.outer(np.sin(circle), up)

@@ -11,6 +11,7 @@ import json
 import pathlib
 import sys
 
+import numpy as np
 import plots
 from books import result_rows
 
@@ -51,16 +52,20 @@ def table(rows, numbers=(), header=None):
 def parameter_rows(results):
     """What was simulated."""
     options, body = results["options"], results["body"]
-    size = f"{1e3 * body['radius']:.2f} mm radius"
+    if body["shape"] == "disc sector":
+        size = f"{np.degrees(body['angle']):.0f} degrees, radii {1e3 * body['inner_radius']:g} and {1e3 * body['outer_radius']:g} mm, "
+        size += f"{1e3 * body['thickness']:g} mm thick"
+    else:
+        size = f"{1e3 * body['radius']:.2f} mm radius"
     if body["shape"] == "cylinder":
         size += f", {1e3 * body['length']:.1f} mm long, flat ends"
     return [
-        ("Sheet", f"{options['case'].replace('in', ' in')}, {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
+        ("Sheet", f"{'3 in' if options['case'] == '3in' else '10 in'}, {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
          f"segments, held at {options['attachment'].replace('_', ' ')}, stochastic yarn, seed {options['seed']}"),
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "
          f"{body['drag_coefficient']:g}); spin {options['spin']:g} rad/s about the axis, tilt {options['tilt']:g} degrees"),
-        ("Coupling", f"FMI 2.0 co-simulation, mode host_driven: FMU first, host second, step-mean force and torque; "
+        ("Coupling", f"FMI 2.0 co-simulation, drive prescribed: FMU first, host second, step-mean force and torque; "
          f"communication step {1e6 * options['step']:g} µs, internal step 0.02 µs"),
     ]  # fmt: skip
 
@@ -109,7 +114,7 @@ def main():
         "<h2>The event</h2>",
         '<div class="pair">',
         figure(folder / "velocity.png", "Velocity of the fragment."),
-        figure(folder / "force.png", "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: "
+        figure(folder / "force.png", "Force on the fragment against its flight. A flat end or a rim sweeps up its nodes within the first step: "
                "an impulse, whose mean force depends on the time over which it is taken."),
         figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."),
         figure(folder / "failed_segments.png", "Yarn segments that have lost all stiffness."),

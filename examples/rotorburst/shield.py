@@ -1,4 +1,4 @@
-"""The fabric shield as an FMU (FMI 2.0, mode host_driven), through FMPy's low-level interface."""
+"""The fabric shield as an FMU (FMI 2.0, drive prescribed), through FMPy's low-level interface."""
 
 import shutil
 import tempfile
@@ -7,7 +7,8 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-HOST_DRIVEN = 1
+PRESCRIBED = 1
+DISC_SECTOR = 5
 FLIGHT, CONTACT, ARRESTED, DETACHED, EXITED, PASSED, FAULTED = range(7)
 STATUS = ["flight", "contact", "arrested", "detached", "exited", "passed", "faulted"]
 ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2}
@@ -41,7 +42,7 @@ class Shield:
         )
         self._fmu.instantiate()
         setters = {"Real": self._fmu.setReal, "Boolean": self._fmu.setBoolean}
-        for name, value in {"mode": HOST_DRIVEN, **parameters}.items():
+        for name, value in {"drive": PRESCRIBED, **parameters}.items():
             variable = self._variables[name]
             setters.get(variable.type, self._fmu.setInteger)([variable.valueReference], [value])
 

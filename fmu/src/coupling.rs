@@ -1,4 +1,4 @@
-//! Mode `host_driven`: where the projectile should be at the end of a communication step.
+//! Drive `prescribed`: where the projectile should be at the end of a communication step.
 //!
 //! Method: the host's pose at the communication point is carried on with its velocity, angular velocity and acceleration to the
 //! time of the step's last tick. The acceleration is the host's if it gives one, else last mean force over mass, else 0. The kernel
@@ -6,7 +6,6 @@
 //! Reference: docs/model.md, "Prescribed projectile"; M. Arnold, in: Co-simulation (2010).
 
 use crate::parameters::Parameters;
-use crate::table::Id;
 use fabric::path::exponential;
 use fabric::pose::{self, Vector};
 use fabric::shape::Solid;
@@ -60,9 +59,9 @@ pub fn finite(field: &'static str, values: &[f64]) -> Result<(), Refusal> {
 pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f64; 3]) -> Result<Plan, Refusal> {
     let host = inputs.motion();
     let normalised = check_inputs(&host)?;
-    let given = inputs.vector(Id::Acceleration);
+    let given = inputs.acceleration;
     finite("projectile.acceleration", &given)?;
-    let mass = inputs.scalar(Id::Mass);
+    let mass = inputs.scene().projectile.mass;
     let acceleration = if given != [0.0; 3] {
         given
     } else if mass > 0.0 {
@@ -73,7 +72,7 @@ pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f
 
     let fabric = sim.projectile().map_err(|_| ("", "the simulation has failed"))?;
     let expected = carried(&host, acceleration, times.now);
-    let off = distance(&expected, &fabric, inputs) / inputs.scalar(Id::Spacing);
+    let off = distance(&expected, &fabric, inputs) / inputs.scene().sheet.spacing;
     if off.is_nan() || off > REFUSE {
         return Err(("projectile.position", "more than one node spacing away from where the fabric has the body"));
     }

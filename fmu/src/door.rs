@@ -1,12 +1,13 @@
 //! What every exported function does first: check the instance, its phase and the host's arrays, and set the floating-point
 //! environment.
 
-use crate::instance::{Instance, MOST_ELEMENTS};
+use crate::instance::Instance;
 use crate::kept::Phase;
 use crate::kept::Saved;
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
-use crate::table::{Kind, TIME_REFERENCE, TOKEN, Variable};
+use crate::table::{self, Kind, MOST_ELEMENTS, TIME_REFERENCE, Variable};
+use crate::token;
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;
 use core::ptr::{self, NonNull};
@@ -83,7 +84,7 @@ pub(crate) fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance
         log.say(Category::Error, "instanceName: missing");
         return None;
     }
-    if token.get().is_none_or(|token| token.to_bytes() != TOKEN) {
+    if token.get().is_none_or(|token| token.to_bytes() != token::text()) {
         log.say(Category::Error, "token: the model description and the library are of different builds");
         return None;
     }
@@ -210,8 +211,8 @@ fn fits(version: Version, variable: &Variable, kind: Kind) -> bool {
 /// The variable a reference means and which of its elements: first and count.
 fn find(version: Version, reference: u32, kind: Kind) -> Option<(&'static Variable, usize, usize)> {
     let (variable, first, count) = match version {
-        Version::Two => crate::table::element(reference).map(|(variable, element)| (variable, element, 1))?,
-        Version::Three => crate::table::whole(reference).map(|variable| (variable, 0, variable.size()))?,
+        Version::Two => table::element(reference).map(|(variable, element)| (variable, element, 1))?,
+        Version::Three => table::whole(reference).map(|variable| (variable, 0, variable.size()))?,
     };
     fits(version, variable, kind).then_some((variable, first, count))
 }

@@ -14,7 +14,7 @@ use crate::kept::Phase;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger2, Status};
 use crate::memory::Owned;
-use crate::table::{Id, Kind};
+use crate::table::Kind;
 use core::ffi::{c_char, c_int, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -274,7 +274,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
     enter(c, "fmi2DoStep", Phase::Step as u32, |instance| {
-        let stop = instance.kept.parameters.flag(Id::StopOnEvent);
+        let stop = instance.kept.parameters.stop_on_event();
         let end = instance.do_step(t, h, if stop { Early::ToStop } else { Early::No });
         if end.terminate { Status::Discard } else { end.status }
     })

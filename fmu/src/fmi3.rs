@@ -15,7 +15,7 @@ use crate::kept::Phase;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::memory::Owned;
-use crate::table::{CHOICES, Id, Kind, whole};
+use crate::table::{Kind, PRESET, whole};
 use core::ffi::{c_char, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -316,7 +316,7 @@ pub unsafe extern "C" fn fmi3SetBoolean(
 }
 
 /// Any enumeration: all are read and written alike.
-const ENUMERATION: Kind = Kind::Choice(CHOICES[0]);
+const ENUMERATION: Kind = Kind::Choice(&PRESET);
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
@@ -384,7 +384,7 @@ pub unsafe extern "C" fn fmi3DoStep(
         let early = match (instance.early_return_allowed, instance.event_mode_used) {
             (false, _) => Early::No,
             (true, true) => Early::AtEvents,
-            (true, false) if instance.kept.parameters.flag(Id::StopOnEvent) => Early::ToStop,
+            (true, false) if instance.kept.parameters.stop_on_event() => Early::ToStop,
             (true, false) => Early::No,
         };
         let end = instance.do_step(t, h, early);

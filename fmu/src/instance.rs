@@ -1,20 +1,20 @@
 //! One FMU instance: what both versions of the interface do.
 //!
 //! Time is a count of ticks of the constant internal step: a communication step from t to t + h ends at tick
-//! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in mode `integrated`.
+//! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in drive `free`.
 
 use crate::coupling::{self, Refusal, Times};
 use crate::kept::{Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
 use crate::parameters::Parameters;
-use crate::table::{Id, VARIABLES, Variable};
+use crate::table::{Id, MOST_ELEMENTS, Variable};
 use core::fmt::Write;
-use fabric::Outcome;
 use fabric::outcome::TEST_INTERVAL;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
 use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Sim, math};
+use fabric::{Outcome, OutcomeSet};
 
 /// What is computed by a pass over the sheet, kept until the next step.
 #[derive(Clone, Copy, Default)]
@@ -35,7 +35,7 @@ impl Running {
     /// Memory and simulation for a scene.
     pub fn new(scene: &fabric::Scene) -> Result<Running, Trouble> {
         let layout = Layout::of(scene).map_err(Trouble::Refused)?;
-        let mut block = Block::new(layout.reals(), layout.words()).ok_or(Trouble::OutOfMemory(layout.bytes()))?;
+        let mut block = Block::new(layout.lines()).ok_or(Trouble::OutOfMemory(layout.bytes()))?;
         // SAFETY: carved once; `Running` keeps the block as long as the simulation, which is dropped before it.
         let memory = unsafe { block.carve() };
         let sim = Sim::new(scene, memory).map_err(Trouble::Refused)?;
@@ -196,7 +196,7 @@ impl Instance {
     pub fn restored(&mut self, kept: &Kept) {
         self.kept = *kept;
         self.cache = Cache::default();
-        self.log.level = self.kept.parameters.scalar(Id::LogLevel) as u8;
+        self.log.level = self.kept.parameters.log_level();
     }
 
     // ---- Variables ------------------------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ impl Instance {
     /// All elements of a variable.
     pub fn get(&mut self, variable: &Variable, values: &mut [f64; MOST_ELEMENTS]) -> Status {
         if !variable.role.is_output() {
-            copy(values, self.kept.parameters.get(variable.id));
+            self.kept.parameters.get(variable, values);
             return Status::Ok;
         }
         match self.output(variable.id, values) {
@@ -237,7 +237,7 @@ impl Instance {
 
     /// Sets one element; asked before with [`Instance::may_set`].
     pub fn set(&mut self, variable: &Variable, element: usize, value: f64) {
-        self.kept.parameters.set(variable.id, element, value);
+        self.kept.parameters.set(variable, element, value);
         if variable.id == Id::LogLevel {
             self.log.level = value as u8;
         }
@@ -248,11 +248,12 @@ impl Instance {
         let kept = &self.kept;
         let Some(Running { sim, .. }) = &mut self.running else {
             // Before the simulation exists: the body as the host gave it, and nothing has happened.
+            let body = &kept.parameters.scene().projectile;
             match id {
-                Id::StatePosition => copy(values, kept.parameters.get(Id::Position)),
-                Id::StateVelocity => copy(values, kept.parameters.get(Id::Velocity)),
-                Id::StateOrientation => copy(values, kept.parameters.get(Id::Orientation)),
-                Id::StateAngularVelocity => copy(values, kept.parameters.get(Id::AngularVelocity)),
+                Id::StatePosition => copy(values, &body.position),
+                Id::StateVelocity => copy(values, &body.velocity),
+                Id::StateOrientation => copy(values, &body.orientation),
+                Id::StateAngularVelocity => copy(values, &body.angular_velocity),
                 Id::TimeFirstContact | Id::TimeEvent => copy(values, &[-1.0]),
                 Id::MaxStretch => copy(values, &[1.0]),
                 _ => {}
@@ -320,7 +321,7 @@ impl Instance {
 
         let mut status = Status::Ok;
         let mut path = None;
-        if self.kept.parameters.host_driven() {
+        if self.kept.parameters.prescribed() {
             // Also a step of no ticks refuses bad input.
             match coupling::plan(&self.kept.parameters, sim, &times, ticks, self.kept.force_expected) {
                 Ok(plan) => {
@@ -387,10 +388,9 @@ impl Instance {
             self.kept.force_expected = over(before.0, after.0, ticks as f64 * dt);
         }
         let parameters = &self.kept.parameters;
-        let mass = parameters.scalar(Id::Mass);
-        if parameters.host_driven() && mass > 0.0 {
-            let solid = Solid::of(&parameters.scene().projectile);
-            let inertia = Inertia::of(&solid, mass, true);
+        let body = &parameters.scene().projectile;
+        if parameters.prescribed() && body.mass > 0.0 {
+            let inertia = Inertia::of(&Solid::of(body), body.mass, true);
             let kinetic = |motion: &Motion| Body::of(motion).kinetic_energy(&inertia);
             self.kept.interface_residual = kinetic(&self.kept.start) - kinetic(&parameters.motion()) - before.2;
         }
@@ -398,9 +398,8 @@ impl Instance {
 
     /// The internal steps of one communication step.
     fn advance(&mut self, path: Option<Path>, ticks: u64, early: Early) -> Result<StepEnd, Status> {
-        let stop_on_event = self.kept.parameters.flag(Id::StopOnEvent);
-        let force = self.kept.parameters.vector(Id::ExternalForce);
-        let torque = self.kept.parameters.vector(Id::ExternalTorque);
+        let stop_on_event = self.kept.parameters.stop_on_event();
+        let (force, torque) = (self.kept.parameters.force, self.kept.parameters.torque);
         let Some(Running { sim, .. }) = &mut self.running else {
             return Err(Status::Error);
         };
@@ -434,7 +433,7 @@ impl Instance {
                 return Err(self.refuse_error(Category::Error, &error));
             }
             let outcomes = sim.outcomes();
-            outcome_came = outcomes.mask & !mask != 0;
+            outcome_came = outcomes.mask != mask;
             contact_came = outcomes.first_contact.is_some() && contact.is_none();
             let stop = match early {
                 Early::No => false,
@@ -455,7 +454,7 @@ impl Instance {
         })
     }
 
-    fn tell_events(&self, mask_before: u32, contact_came: bool) {
+    fn tell_events(&self, before: OutcomeSet, contact_came: bool) {
         let Some(Running { sim, .. }) = &self.running else { return };
         let outcomes = sim.outcomes();
         let tell = |name: &str, step: u64| {
@@ -468,7 +467,7 @@ impl Instance {
         }
         for (outcome, latch) in Outcome::ALL.iter().zip(outcomes.latched) {
             if let Some(latch) = latch
-                && mask_before & outcome.bit() == 0
+                && !before.has(*outcome)
             {
                 tell(outcome.name(), latch.step);
             }
@@ -477,19 +476,6 @@ impl Instance {
 }
 
 type Sums = ([f64; 3], [f64; 3], f64, u64);
-
-/// Most elements of one variable.
-pub const MOST_ELEMENTS: usize = {
-    let mut most = 0;
-    let mut k = 0;
-    while k < VARIABLES.len() {
-        if VARIABLES[k].size() > most {
-            most = VARIABLES[k].size();
-        }
-        k += 1;
-    }
-    most
-};
 
 /// Above this a tick count is no longer exact.
 const MOST_TICKS: f64 = (1_u64 << 52) as f64;

@@ -91,7 +91,7 @@ impl Default for Kept {
 impl Kept {
     /// The scene as it was when initialisation ended.
     pub fn scene(&self) -> fabric::Scene {
-        let mut scene = self.parameters.scene();
+        let mut scene = *self.parameters.scene();
         let body = &mut scene.projectile;
         body.position = self.start.position;
         body.velocity = self.start.velocity;

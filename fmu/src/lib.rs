@@ -1,6 +1,6 @@
 //! The FMU: FMI 2.0 and 3.0 co-simulation over the fabric kernel.
 //!
-//! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and the token.
+//! One table of variables ([`table::VARIABLES`]) gives the getters, the setters, both model descriptions and the [`token`].
 //! One [`instance::Instance`] does the work; [`fmi2`] and [`fmi3`] are thin doors to it, one C function each.
 //!
 //! What a host hands over nothing here can check: null is refused, all else is as the host says. So the exported functions are
@@ -26,6 +26,7 @@ mod memory;
 pub mod parameters;
 pub mod state;
 pub mod table;
+pub mod token;
 
 pub use fabric_host::{Input, Output};
 

@@ -3,6 +3,7 @@
 use core::ffi::c_void;
 use core::ops::{Deref, DerefMut};
 use core::ptr::NonNull;
+use fabric::CacheLine;
 
 unsafe extern "C" {
     safe fn calloc(count: usize, size: usize) -> *mut c_void;
@@ -88,32 +89,26 @@ impl<T> Drop for Owned<T> {
 pub struct Block {
     /// All of it behind a value of no size that has the alignment of a number.
     bytes: Owned<[f64; 0]>,
-    reals: usize,
-    words: usize,
+    lines: usize,
 }
 
 impl Block {
-    /// Memory for so many numbers and integers, or None.
-    pub fn new(reals: usize, words: usize) -> Option<Block> {
-        let bytes = reals.checked_mul(8)?.checked_add(words.checked_mul(4)?)?;
-        Some(Block { bytes: Owned::new([], bytes)?, reals, words })
+    /// Memory for so many lines, or None.
+    pub fn new(lines: usize) -> Option<Block> {
+        // One line more: where the first starts is found in carve().
+        let bytes = lines.checked_add(1)?.checked_mul(size_of::<CacheLine>())?;
+        Some(Block { bytes: Owned::new([], bytes)?, lines })
     }
 
     /// The block as a simulation's memory.
     ///
     /// # Safety
     /// Called once per block, and the block outlives what is returned.
-    pub unsafe fn carve(&mut self) -> fabric::Memory<'static> {
-        let reals = self.bytes.pointer().cast::<f64>();
-        // SAFETY: the block holds `reals` numbers and behind them `words` integers, zeroed and aligned by calloc; the two
-        // parts do not overlap, and the caller promises to hold no others.
-        unsafe {
-            let words = reals.add(self.reals).cast::<u32>();
-            fabric::Memory {
-                reals: core::slice::from_raw_parts_mut(reals, self.reals),
-                words: core::slice::from_raw_parts_mut(words, self.words),
-            }
-        }
+    pub unsafe fn carve(&mut self) -> &'static mut [CacheLine] {
+        let start = self.bytes.pointer().cast::<u8>();
+        let skip = start.align_offset(align_of::<CacheLine>()).min(size_of::<CacheLine>());
+        // SAFETY: the block holds a line more than these, zeroed by calloc, and the caller promises to hold no others.
+        unsafe { core::slice::from_raw_parts_mut(start.add(skip).cast::<CacheLine>(), self.lines) }
     }
 }
 

@@ -6,16 +6,17 @@
 use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
 use crate::log::Status;
-use crate::table::{COUNT, SLOTS, TOKEN_HASH};
+use crate::token;
 use fabric::Sim;
+use fabric::fields::{FIELDS, SLOTS};
 use fabric::snapshot::Hash;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
 /// Version of the bytes' meaning.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 const HEADER_WORDS: usize = 4;
 /// Words of `Kept` (tested against the traversal).
-const KEPT_WORDS: usize = SLOTS + COUNT + 1 + 13 + 3 + 1 + 9 + 1;
+const KEPT_WORDS: usize = 1 + SLOTS + FIELDS.len() + 12 + 13 + 3 + 9 + 1 + 1;
 const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
 
 impl Instance {
@@ -110,7 +111,7 @@ impl Instance {
             }
             word
         };
-        for word in [MAGIC, FORMAT, TOKEN_HASH, total as u64] {
+        for word in [MAGIC, FORMAT, token::hash(), total as u64] {
             write(word);
         }
         visit(&mut kept, &mut write);
@@ -137,7 +138,7 @@ impl Instance {
         if header[0] != Some(MAGIC) || header[3] != Some(bytes.len() as u64) {
             return Err(self.refuse(malformed));
         }
-        if header[1] != Some(FORMAT) || header[2] != Some(TOKEN_HASH) {
+        if header[1] != Some(FORMAT) || header[2] != Some(token::hash()) {
             return Err(self.refuse("serialized state: of another version"));
         }
         let mut hash = Hash::default();
@@ -164,7 +165,9 @@ fn visit(kept: &mut Kept, word: &mut impl FnMut(u64) -> u64) -> bool {
     let number = word(kept.phase as u32 as u64);
     let Some(phase) = Phase::ALL.into_iter().find(|&phase| phase as u32 as u64 == number) else { return false };
     kept.phase = phase;
-    kept.parameters.visit(word);
+    if !kept.parameters.visit(word) {
+        return false;
+    }
     let mut real = |value: &mut f64| *value = f64::from_bits(word(value.to_bits()));
     let start = &mut kept.start;
     start.position.iter_mut().for_each(&mut real);

@@ -1,52 +1,28 @@
-//! The variables: one table from which getters, setters, both model descriptions and the token come.
+//! The variables: one table from which getters, setters and both model descriptions come.
+//!
+//! The scene's parameters are the rows of the kernel's table ([`fabric::fields::FIELDS`]), with its names, value references, ranges
+//! and meanings. Listed here is only what the FMU adds: inputs beside the body's motion, settings of the FMU itself, and outputs.
+//! Start values are those of `Parameters::default`.
 //!
 //! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
 //! table's reference; in FMI 2.0 its elements have that reference and the following ones, row by row.
 
-/// Names a variable in code. `VARIABLES[id as usize]` is its row.
+use fabric::fields::{
+    ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
+};
+
+/// Names a variable in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // described in the table
-#[repr(usize)]
 pub enum Id {
+    /// A row of the kernel's table, by its number.
+    Scene(usize),
     // Inputs.
-    Position,
-    Velocity,
-    Orientation,
-    AngularVelocity,
     Acceleration,
     ExternalForce,
     ExternalTorque,
-    // Parameters.
-    Mode,
+    // Settings.
     Preset,
-    Shape,
-    Radius,
-    Length,
-    Mass,
-    Size,
-    NodesX,
-    NodesY,
-    Spacing,
-    NodeMass,
-    YarnArea,
-    Plies,
-    SheetPosition,
-    SheetOrientation,
-    AttachmentKind,
-    DiscInset,
-    DiscRadius,
-    ModulusMean,
-    ModulusSd,
-    DamageSlope,
-    DamageIntercept,
-    DamageSd,
-    CriticalStretch,
-    AlphaFail,
-    Stochastic,
-    Seed,
-    Dt,
-    ForceWindow,
-    TrackDetachment,
     StopOnEvent,
     LogLevel,
     // Outputs.
@@ -78,15 +54,6 @@ pub enum Id {
     Status,
     TimeFirstContact,
     TimeEvent,
-}
-
-/// A choice among named numbers 0, 1, 2, ...
-#[derive(Debug, PartialEq)]
-pub struct Choice {
-    /// Name of the type.
-    pub name: &'static str,
-    /// Name and meaning of each number.
-    pub items: &'static [(&'static str, &'static str)],
 }
 
 /// Type of a variable: Real/Float64, Integer/Int32, Boolean or Enumeration.
@@ -138,14 +105,14 @@ pub struct Variable {
     pub shape: &'static [usize],
     /// What kind of number a Real is; None for the other types.
     pub quantity: Option<&'static Quantity>,
-    /// Start values of inputs and parameters, one per element; empty for outputs.
-    pub start: &'static [f64],
-    /// Least and greatest value, if they are not those of the quantity.
-    pub range: Option<[f64; 2]>,
+    /// Greatest value of a setting of the FMU's own; its least is 0.
+    pub greatest: f64,
     /// Typical size, if it is not that of the quantity; 0 otherwise.
     pub nominal: f64,
     /// Meaning.
     pub description: &'static str,
+    /// What the FMU adds to it.
+    pub note: &'static str,
 }
 
 impl Variable {
@@ -160,13 +127,23 @@ impl Variable {
         size
     }
 
-    /// Least and greatest value: the variable's own, or those of its quantity or choice.
+    /// The row of the kernel's table, if it is one of the scene's.
+    pub fn field(&self) -> Option<&'static Field> {
+        if let Id::Scene(row) = self.id { FIELDS.get(row) } else { None }
+    }
+
+    /// Least and greatest value: those of the kernel's table as far as the type and the quantity have them, or the FMU's own.
     pub fn limits(&self) -> [f64; 2] {
-        match (self.range, self.quantity, self.kind) {
-            (Some(range), _, _) => range,
-            (None, Some(quantity), _) => [quantity.least, f64::INFINITY],
-            (None, None, Kind::Choice(choice)) => [0.0, choice.items.len() as f64 - 1.0],
-            (None, None, _) => [f64::NEG_INFINITY, f64::INFINITY],
+        let [least, greatest] = match (self.field(), self.kind) {
+            (Some(field), _) => field.limits(),
+            (None, Kind::Choice(choice)) => [0.0, choice.items.len() as f64 - 1.0],
+            (None, Kind::Integer) => [0.0, self.greatest],
+            (None, _) => [f64::NEG_INFINITY, f64::INFINITY],
+        };
+        match (self.kind, self.quantity) {
+            (Kind::Integer, _) if greatest > LARGEST => [least, LARGEST],
+            (_, Some(quantity)) if least < quantity.least => [quantity.least, greatest],
+            _ => [least, greatest],
         }
     }
 
@@ -175,8 +152,8 @@ impl Variable {
         self
     }
 
-    const fn range(mut self, least: f64, greatest: f64) -> Variable {
-        self.range = Some([least, greatest]);
+    const fn up_to(mut self, greatest: f64) -> Variable {
+        self.greatest = greatest;
         self
     }
 
@@ -190,25 +167,21 @@ type Text = &'static str;
 type OfQuantity = &'static Quantity;
 
 const fn row(id: Id, name: Text, reference: u32, kind: Kind, role: Role, description: Text) -> Variable {
-    let (shape, quantity, start): (&[usize], _, &[f64]) = (&[], None, &[]);
-    Variable { id, name, reference, kind, role, shape, quantity, start, range: None, nominal: 0.0, description }
+    let (shape, quantity): (&[usize], _) = (&[], None);
+    let (greatest, nominal, note) = (LARGEST, 0.0, "");
+    Variable { id, name, reference, kind, role, shape, quantity, greatest, nominal, description, note }
 }
 
-const fn input(id: Id, name: Text, reference: u32, of: OfQuantity, start: &'static [f64], about: Text) -> Variable {
-    let shape: &[usize] = if start.len() == 4 { &[4] } else { &[3] };
-    Variable { quantity: Some(of), start, shape, ..row(id, name, reference, Kind::Real, Role::Input, about) }
+const fn input(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
+    Variable { quantity: Some(of), shape: &[3], ..row(id, name, reference, Kind::Real, Role::Input, about) }
 }
 
-const fn real(id: Id, name: Text, reference: u32, of: OfQuantity, start: &'static [f64], about: Text) -> Variable {
-    Variable { quantity: Some(of), start, ..row(id, name, reference, Kind::Real, Role::Fixed, about) }
+const fn parameter(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
+    row(id, name, reference, kind, Role::Fixed, about)
 }
 
-const fn parameter(id: Id, name: Text, reference: u32, kind: Kind, start: &'static [f64], about: Text) -> Variable {
-    Variable { start, ..row(id, name, reference, kind, Role::Fixed, about) }
-}
-
-const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, start: &'static [f64], about: Text) -> Variable {
-    Variable { start, ..row(id, name, reference, kind, Role::Tunable, about) }
+const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
+    row(id, name, reference, kind, Role::Tunable, about)
 }
 
 const fn output(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
@@ -223,14 +196,28 @@ const fn time(id: Id, name: Text, reference: u32, about: Text) -> Variable {
     Variable { quantity: Some(&TIME), ..row(id, name, reference, Kind::Real, Role::Discrete, about) }
 }
 
-/// Who moves the projectile.
-pub const MODE: Choice = Choice {
-    name: "Mode",
-    items: &[
-        ("integrated", "the FMU moves the projectile under contact and the external load"),
-        ("host_driven", "the host moves the projectile; the FMU gives force, impulse and work"),
-    ],
-};
+/// References below this are those of continuous inputs: of the scene's parameters the body's motion.
+const FIRST_FIXED: u32 = 200;
+
+/// The variable of a row of the kernel's table.
+const fn of_scene(number: usize) -> Variable {
+    let field = &FIELDS[number];
+    let kind = match field.place {
+        Place::Reals(..) => Kind::Real,
+        Place::Count(_) | Place::Seed(_) => Kind::Integer,
+        Place::Flag(_) => Kind::Boolean,
+        Place::Choice(choice, ..) => Kind::Choice(choice),
+    };
+    let (role, note) = match field.place {
+        _ if field.fmi < FIRST_FIXED => {
+            (Role::Input, ". Drive free reads it when initialisation ends; drive prescribed at every step")
+        }
+        Place::Seed(_) => (Role::Fixed, ". In the FMU at most 2^31 - 1"),
+        _ => (Role::Fixed, ""),
+    };
+    let known = row(Id::Scene(number), field.name, field.fmi, kind, role, field.about);
+    Variable { quantity: field.quantity, shape: field.shape(), note, ..known }
+}
 
 /// Where parameters come from that the host does not set.
 pub const PRESET: Choice = Choice {
@@ -239,28 +226,7 @@ pub const PRESET: Choice = Choice {
         ("sheet_10in_cylinder", "10 in sheet of 350 x 350 nodes, two sides held, 37 g flat-ended cylinder"),
         ("sheet_3in_sphere", "3 in sheet of 105 x 105 nodes, four sides held, 8.4 g sphere"),
         ("custom", "the start values of the parameters themselves"),
-    ],
-};
-
-/// The projectile's form.
-pub const SHAPE: Choice = Choice {
-    name: "Shape",
-    items: &[
-        ("sphere", "sphere; feels no torque"),
-        ("cylinder", "flat-ended cylinder along the body's z axis"),
-        ("hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end"),
-        ("box", "box with its edges along the body's axes"),
-    ],
-};
-
-/// Which nodes are held.
-pub const ATTACHMENT: Choice = Choice {
-    name: "AttachmentKind",
-    items: &[
-        ("two_sides", "first and last column (left and right)"),
-        ("four_sides", "the whole edge"),
-        ("four_corners", "discs near the four corners"),
-        ("free", "nothing"),
+        ("turbine_disc_sector", "10 in sheet, four sides held, a third of a small turbine disc, rim first"),
     ],
 };
 
@@ -277,9 +243,6 @@ pub const STATUS: Choice = Choice {
         ("faulted", "the computation cannot go on: see the log; reset or restore a state"),
     ],
 };
-
-/// The choices, for the type definitions.
-pub const CHOICES: &[&Choice] = &[&MODE, &PRESET, &SHAPE, &ATTACHMENT, &STATUS];
 
 /// A unit in terms of kg, m, s and rad, with the display units hosts may offer (name and factor).
 pub struct Unit {
@@ -306,77 +269,38 @@ pub const UNITS: &[Unit] = &[
     unit("N.s", [1, 1, -1, 0], &[]),
     unit("Pa", [1, -1, -2, 0], &[("GPa", 1e-9)]),
     unit("kg", [1, 0, 0, 0], &[("g", 1e3)]),
+    unit("kg.m2", [1, 2, 0, 0], &[]),
     unit("m", [0, 1, 0, 0], &[("mm", 1e3)]),
     unit("m/s", [0, 1, -1, 0], &[]),
     unit("m/s2", [0, 1, -2, 0], &[]),
     unit("m2", [0, 2, 0, 0], &[("mm2", 1e6)]),
+    unit("rad", [0, 0, 0, 1], &[("deg", 180.0 / core::f64::consts::PI)]),
     unit("rad/s", [0, 0, -1, 1], &[("deg/s", 180.0 / core::f64::consts::PI)]),
     unit("s", [0, 0, 1, 0], &[("us", 1e6)]),
 ];
 
-/// What kind of number a Real is: a type definition of both model descriptions.
-#[derive(Debug, PartialEq)]
-pub struct Quantity {
-    /// Name of the type.
-    pub name: &'static str,
-    /// Unit, one of [`UNITS`].
-    pub unit: &'static str,
-    /// Unit hosts should show, one of the unit's display units; empty for the unit itself.
-    pub display: &'static str,
-    /// Least value; minus infinity if there is none.
-    pub least: f64,
-    /// Typical size.
-    pub nominal: f64,
-    /// Meaning.
-    pub description: &'static str,
-}
-
-const fn quantity(name: Text, unit: Text, display: Text, least: f64, nominal: f64, description: Text) -> Quantity {
-    Quantity { name, unit, display, least, nominal, description }
-}
-
-const ANY_SIGN: f64 = f64::NEG_INFINITY;
-const POSITION: Quantity = quantity("Position", "m", "mm", ANY_SIGN, 1e-3, "Place or displacement");
-const LENGTH: Quantity = quantity("Length", "m", "mm", 0.0, 1e-2, "Size of a thing");
-const AREA: Quantity = quantity("Area", "m2", "mm2", 0.0, 1e-7, "Cross-section of a yarn");
-const VELOCITY: Quantity = quantity("Velocity", "m/s", "", ANY_SIGN, 100.0, "Velocity");
 const ACCELERATION: Quantity = quantity("Acceleration", "m/s2", "", ANY_SIGN, 1e5, "Acceleration");
-const ANGULAR_VELOCITY: Quantity = quantity("AngularVelocity", "rad/s", "deg/s", ANY_SIGN, 100.0, "Angular velocity");
-const QUATERNION: Quantity =
-    quantity("Quaternion", "1", "", ANY_SIGN, 1.0, "Element of a unit quaternion, scalar first");
-const RATIO: Quantity = quantity("Ratio", "1", "", ANY_SIGN, 1.0, "Number without unit");
-const MASS: Quantity = quantity("Mass", "kg", "g", 0.0, 1e-2, "Mass");
 const FORCE: Quantity = quantity("Force", "N", "kN", ANY_SIGN, 1e4, "Force");
 const TORQUE: Quantity = quantity("Torque", "N.m", "", ANY_SIGN, 10.0, "Torque");
 const IMPULSE: Quantity = quantity("Impulse", "N.s", "", ANY_SIGN, 1.0, "Force over time");
 const ANGULAR_IMPULSE: Quantity = quantity("AngularImpulse", "N.m.s", "", ANY_SIGN, 1e-3, "Torque over time");
 const ENERGY: Quantity = quantity("Energy", "J", "", ANY_SIGN, 10.0, "Energy or work");
-const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young's modulus of a yarn");
-const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
-const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");
 const TIME: Quantity = quantity("Time", "s", "us", ANY_SIGN, 1e-3, "Point in time");
 
 /// Every quantity in use, for the type definitions.
-pub const QUANTITIES: &[&Quantity] = &[
-    &POSITION,
-    &LENGTH,
-    &AREA,
-    &VELOCITY,
-    &ACCELERATION,
-    &ANGULAR_VELOCITY,
-    &QUATERNION,
-    &RATIO,
-    &MASS,
-    &FORCE,
-    &TORQUE,
-    &IMPULSE,
-    &ANGULAR_IMPULSE,
-    &ENERGY,
-    &MODULUS,
-    &DAMAGE_SLOPE,
-    &DURATION,
-    &TIME,
-];
+pub fn quantities() -> impl Iterator<Item = &'static Quantity> {
+    let of = |k: usize| VARIABLES.get(k)?.quantity;
+    (0..COUNT).filter(move |&k| of(k).is_some() && (0..k).all(|before| of(before) != of(k))).filter_map(of)
+}
+
+/// Every choice in use, for the type definitions.
+pub fn choices() -> impl Iterator<Item = &'static Choice> {
+    let of = |k: usize| match VARIABLES.get(k)?.kind {
+        Kind::Choice(choice) => Some(choice),
+        _ => None,
+    };
+    (0..COUNT).filter(move |&k| of(k).is_some() && (0..k).all(|before| of(before) != of(k))).filter_map(of)
+}
 
 /// Log categories: name and meaning.
 pub const LOG_CATEGORIES: &[(&str, &str)] = &[
@@ -392,63 +316,26 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
 pub const DEFAULT_STOP_TIME: f64 = 1e-3;
 /// Default communication step, s.
 pub const DEFAULT_STEP_SIZE: f64 = 1e-6;
-/// Default internal step, s; the start value of `dt`.
+/// Default internal step, s; the start value of `time_step.seconds`.
 pub const DEFAULT_DT: f64 = 2e-8;
 
-const ZERO: &[f64] = &[0.0, 0.0, 0.0];
-const ONE_TURN: &[f64] = &[1.0, 0.0, 0.0, 0.0];
 const LARGEST: f64 = i32::MAX as f64;
 
-/// Every variable but `time`.
-pub const VARIABLES: &[Variable] = &[
-    input(
-        Id::Position,
-        "projectile.position",
-        100,
-        &POSITION,
-        &[0.0, 0.0, -(0.0381 / 2.0 + 1e-3)],
-        "Centre of mass, host's axes. If never set: nose 1 mm before the sheet. Mode integrated reads it when initialisation \
-         ends; mode host_driven at every step",
-    ),
-    input(
-        Id::Velocity,
-        "projectile.velocity",
-        110,
-        &VELOCITY,
-        &[0.0, 0.0, 100.0],
-        "Velocity of the centre of mass. Read like projectile.position",
-    ),
-    input(
-        Id::Orientation,
-        "projectile.orientation",
-        120,
-        &QUATERNION,
-        ONE_TURN,
-        "Unit quaternion, scalar first, that turns body vectors into the host's axes. Read like projectile.position",
-    ),
-    input(
-        Id::AngularVelocity,
-        "projectile.angular_velocity",
-        130,
-        &ANGULAR_VELOCITY,
-        ZERO,
-        "Angular velocity in the host's axes. Read like projectile.position",
-    ),
+/// What the FMU adds to the scene.
+const OWN: &[Variable] = &[
     input(
         Id::Acceleration,
         "projectile.acceleration",
         140,
         &ACCELERATION,
-        ZERO,
-        "Optional, mode host_driven: acceleration expected over the step. If zero: last mean force over projectile.mass",
+        "Optional, drive prescribed: acceleration expected over the step. If zero: last mean force over projectile.mass",
     ),
     input(
         Id::ExternalForce,
         "external.force",
         150,
         &FORCE,
-        ZERO,
-        "Mode integrated: force at the centre of mass, held over the step (gravity, drag)",
+        "Drive free: force at the centre of mass, held over the step (gravity, drag)",
     )
     .nominal(1.0),
     input(
@@ -456,132 +343,21 @@ pub const VARIABLES: &[Variable] = &[
         "external.torque",
         160,
         &TORQUE,
-        ZERO,
-        "Mode integrated: torque about the centre of mass, held over the step",
+        "Drive free: torque about the centre of mass, held over the step",
     )
     .nominal(1e-3),
-    parameter(Id::Mode, "mode", 200, Kind::Choice(&MODE), &[0.0], "Who moves the projectile"),
     parameter(
         Id::Preset,
         "preset",
         201,
         Kind::Choice(&PRESET),
-        &[0.0],
         "Where parameters come from that the host does not set. A parameter that the host sets counts over any preset",
-    ),
-    parameter(Id::Shape, "projectile.shape", 210, Kind::Choice(&SHAPE), &[1.0], "Form of the projectile"),
-    real(Id::Radius, "projectile.radius", 211, &LENGTH, &[6.35e-3], "Radius, at least sheet.spacing (not read for a box)"),
-    real(Id::Length, "projectile.length", 212, &LENGTH, &[0.0381], "Whole length along the axis (read for the cylinders only)"),
-    real(
-        Id::Mass,
-        "projectile.mass",
-        213,
-        &MASS,
-        &[0.037],
-        "Mass, at least that of a node. Mode host_driven: 0 if not known; then there is no interface.residual and no \
-         acceleration from the mean force",
-    ),
-    real(
-        Id::Size,
-        "projectile.size",
-        214,
-        &LENGTH,
-        &[0.0127; 3],
-        "Edge lengths of a box, each at least twice sheet.spacing (read for a box only)",
-    )
-    .shaped(&[3]),
-    parameter(Id::NodesX, "sheet.nodes_x", 220, Kind::Integer, &[350.0], "Nodes along x, at least 2").range(0.0, LARGEST),
-    parameter(Id::NodesY, "sheet.nodes_y", 221, Kind::Integer, &[350.0], "Nodes along y, at least 2").range(0.0, LARGEST),
-    real(Id::Spacing, "sheet.spacing", 222, &LENGTH, &[0.0254 / 35.0], "Node spacing = rest length of a segment, > 0")
-        .nominal(1e-3),
-    real(Id::NodeMass, "sheet.node_mass", 223, &MASS, &[6.52e-8], "Mass of a node of one ply, > 0").nominal(1e-7),
-    real(Id::YarnArea, "sheet.yarn_area", 224, &AREA, &[1.075e-7], "Cross-section of a yarn of one ply, > 0"),
-    parameter(
-        Id::Plies,
-        "sheet.plies",
-        225,
-        Kind::Integer,
-        &[1.0],
-        "Coincident plies lumped into one network, 1 to 1000: an upper bound, without contact between plies",
-    )
-    .range(0.0, LARGEST),
-    real(Id::SheetPosition, "sheet.position", 230, &POSITION, ZERO, "Middle of the sheet in the host's frame").shaped(&[3]),
-    real(
-        Id::SheetOrientation,
-        "sheet.orientation",
-        233,
-        &QUATERNION,
-        ONE_TURN,
-        "Unit quaternion, scalar first, that turns the sheet's axes (normal = z) into the host's",
-    )
-    .shaped(&[4]),
-    parameter(Id::AttachmentKind, "attachment.kind", 240, Kind::Choice(&ATTACHMENT), &[0.0], "Which nodes are held"),
-    real(
-        Id::DiscInset,
-        "attachment.disc_inset",
-        241,
-        &LENGTH,
-        &[25.4e-3],
-        "Four corners: distance of a disc's centre from both edges",
-    ),
-    real(Id::DiscRadius, "attachment.disc_radius", 242, &LENGTH, &[19.05e-3], "Four corners: radius of the discs, each of which must hold a node"),
-    real(Id::ModulusMean, "yarn.modulus_mean", 250, &MODULUS, &[140.21e9], "Mean Young's modulus of a segment, > 0"),
-    real(Id::ModulusSd, "yarn.modulus_sd", 251, &MODULUS, &[2.04e9], "Standard deviation of the modulus, >= 0").nominal(1e9),
-    real(
-        Id::DamageSlope,
-        "yarn.damage_slope",
-        252,
-        &DAMAGE_SLOPE,
-        &[7.91e-9],
-        "Slope of the damage rate over the modulus",
-    ),
-    real(Id::DamageIntercept, "yarn.damage_intercept", 253, &RATIO, &[-878.46], "Damage rate at zero modulus on that line"),
-    real(Id::DamageSd, "yarn.damage_sd", 254, &RATIO, &[8.35], "Standard deviation of the damage rate about the line, >= 0")
-    .range(0.0, f64::INFINITY),
-    real(Id::CriticalStretch, "yarn.critical_stretch", 255, &RATIO, &[1.03], "Stretch at which damage begins, > 1")
-    .range(1.0, f64::INFINITY),
-    real(
-        Id::AlphaFail,
-        "yarn.alpha_fail",
-        256,
-        &RATIO,
-        &[0.01],
-        "Remaining part of the stiffness at which a segment fails, in [0, 1)",
-    )
-    .range(0.0, 1.0),
-    parameter(
-        Id::Stochastic,
-        "yarn.stochastic",
-        257,
-        Kind::Boolean,
-        &[1.0],
-        "Every segment draws its own modulus and damage rate; false: all take the mean",
-    ),
-    parameter(Id::Seed, "seed", 260, Kind::Integer, &[1.0], "Seed of the draws").range(0.0, LARGEST),
-    real(
-        Id::Dt,
-        "dt",
-        261,
-        &DURATION,
-        &[DEFAULT_DT],
-        "Internal time step, constant for the whole run. Refused above half the stability limit; the log says the largest",
-    )
-    .nominal(1e-8),
-    real(Id::ForceWindow, "force_window", 262, &DURATION, &[1e-6], "Window of contact.force_peak, > 0"),
-    parameter(
-        Id::TrackDetachment,
-        "track_detachment",
-        263,
-        Kind::Boolean,
-        &[1.0],
-        "Watch whether the nodes under the projectile are still connected to a support; without it a projectile that carries torn cloth never exits",
     ),
     tunable(
         Id::StopOnEvent,
         "stop_on_event",
         270,
         Kind::Boolean,
-        &[0.0],
         "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed)",
     ),
     tunable(
@@ -589,10 +365,9 @@ pub const VARIABLES: &[Variable] = &[
         "log.level",
         271,
         Kind::Integer,
-        &[2.0],
         "0 only fatal errors, 1 errors and refused steps, 2 warnings, 3 events",
     )
-    .range(0.0, 3.0),
+    .up_to(3.0),
     output(
         Id::ForceMean,
         "contact.force_mean",
@@ -659,7 +434,7 @@ pub const VARIABLES: &[Variable] = &[
         "interface.residual",
         415,
         &ENERGY,
-        "Mode host_driven with a mass: the host's loss of kinetic energy since the start, from the velocities it supplied, \
+        "Drive prescribed with a mass: the host's loss of kinetic energy since the start, from the velocities it supplied, \
          minus contact.work, both at the start of the last communication step. Work of gravity or drag in the host is part of it",
     ),
     output(Id::MaxDeflection, "fabric.max_deflection", 420, &POSITION, "Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)"),
@@ -680,7 +455,7 @@ pub const VARIABLES: &[Variable] = &[
         &IMPULSE,
         "Size of what the momentum balance of fabric, projectile and supports does not close by",
     ),
-    output(Id::StepFraction, "step.fraction", 431, &RATIO, "dt over the stability limit of the sheet as drawn"),
+    output(Id::StepFraction, "step.fraction", 431, &RATIO, "time_step over the stability limit of the sheet as drawn"),
     discrete(Id::Unconverged, "contact.unconverged", 432, Kind::Integer, "Contact solves that ran out of sweeps"),
     discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "The latest outcome, or contact or flight"),
     time(Id::TimeFirstContact, "time_first_contact", 441, "Time of the first contact; -1 before"),
@@ -688,96 +463,36 @@ pub const VARIABLES: &[Variable] = &[
 ];
 
 /// Number of variables.
-pub const COUNT: usize = VARIABLES.len();
+pub const COUNT: usize = FIELDS.len() + OWN.len();
+
+/// Every variable but `time`: the scene's, then the FMU's own.
+pub static VARIABLES: [Variable; COUNT] = {
+    let mut all = [OWN[0]; COUNT];
+    let mut k = 0;
+    while k < COUNT {
+        all[k] = if k < FIELDS.len() { of_scene(k) } else { OWN[k - FIELDS.len()] };
+        k += 1;
+    }
+    all
+};
+
+/// Most elements of one variable.
+pub const MOST_ELEMENTS: usize = {
+    let (mut most, mut k) = (12, 0);
+    while k < FIELDS.len() {
+        most = if FIELDS[k].size() > most { FIELDS[k].size() } else { most };
+        k += 1;
+    }
+    most
+};
 
 /// Value reference of FMI 3.0's `time`.
 pub const TIME_REFERENCE: u32 = 0;
 
-/// Numbers kept for inputs and parameters, all elements together.
-pub const SLOTS: usize = OFFSETS[COUNT];
-
-/// Where each variable's values are kept; outputs take no room.
-pub const OFFSETS: [usize; COUNT + 1] = {
-    let mut offsets = [0; COUNT + 1];
-    let mut k = 0;
-    while k < COUNT {
-        offsets[k + 1] = offsets[k] + VARIABLES[k].start.len();
-        k += 1;
-    }
-    offsets
-};
-
-/// Start values of all inputs and parameters.
-pub const STARTS: [f64; SLOTS] = {
-    let mut starts = [0.0; SLOTS];
-    let mut k = 0;
-    while k < COUNT {
-        let mut e = 0;
-        while e < VARIABLES[k].start.len() {
-            starts[OFFSETS[k] + e] = VARIABLES[k].start[e];
-            e += 1;
-        }
-        k += 1;
-    }
-    starts
-};
-
-/// A hash of the table (names, references, types, roles, sizes and start values) and of the kernel's version and image format:
-/// a library and a model description of different builds refuse each other.
-pub const TOKEN_HASH: u64 = {
-    let mut hash = hashed(0xcbf2_9ce4_8422_2325, fabric::VERSION.as_bytes());
-    hash = hashed(hash, &fabric::snapshot::FORMAT.to_le_bytes());
-    let mut k = 0;
-    while k < COUNT {
-        let variable = &VARIABLES[k];
-        hash = hashed(hash, variable.name.as_bytes());
-        hash = hashed(hash, &variable.reference.to_le_bytes());
-        if let Some(quantity) = variable.quantity {
-            hash = hashed(hash, quantity.name.as_bytes());
-            hash = hashed(hash, quantity.unit.as_bytes());
-        }
-        hash = hashed(hash, &[kind_number(variable.kind), variable.role as u8, variable.size() as u8]);
-        let mut e = 0;
-        while e < variable.start.len() {
-            hash = hashed(hash, &variable.start[e].to_bits().to_le_bytes());
-            e += 1;
-        }
-        k += 1;
-    }
-    hash
-};
-
-const fn kind_number(kind: Kind) -> u8 {
-    match kind {
-        Kind::Real => 0,
-        Kind::Integer => 1,
-        Kind::Boolean => 2,
-        Kind::Choice(_) => 3,
-    }
+/// The row of a name.
+pub fn variable(name: &str) -> Option<&'static Variable> {
+    VARIABLES.iter().find(|variable| variable.name == name)
 }
-
-/// FNV-1a.
-const fn hashed(mut hash: u64, bytes: &[u8]) -> u64 {
-    let mut k = 0;
-    while k < bytes.len() {
-        hash = (hash ^ bytes[k] as u64).wrapping_mul(0x0000_0100_0000_01b3);
-        k += 1;
-    }
-    hash
-}
-
-/// The token as a text: guid of FMI 2.0, instantiationToken of FMI 3.0.
-pub const TOKEN: [u8; 28] = {
-    let mut token = *b"{FabricShield-0000000000000}";
-    let mut rest = TOKEN_HASH;
-    let mut k = 26;
-    while k > 13 {
-        token[k] = b"0123456789abcdef"[(rest & 15) as usize];
-        rest >>= 4;
-        k -= 1;
-    }
-    token
-};
 
 /// The row, its place in the table and the element that a value reference of FMI 2.0 means.
 pub fn element(reference: u32) -> Option<(&'static Variable, usize)> {
@@ -795,52 +510,41 @@ pub fn whole(reference: u32) -> Option<&'static Variable> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters;
-    use fabric::Scene;
     use std::collections::HashSet;
 
     #[test]
-    fn rows_stand_where_their_id_says_and_references_do_not_overlap() {
+    fn names_and_references_do_not_overlap() {
         let mut names = HashSet::new();
         let mut references = HashSet::from([TIME_REFERENCE]);
-        for (k, variable) in VARIABLES.iter().enumerate() {
-            assert_eq!(variable.id as usize, k, "{}", variable.name);
+        for variable in &VARIABLES {
             assert!(names.insert(variable.name));
             for element in 0..variable.size() as u32 {
                 assert!(references.insert(variable.reference + element), "{}", variable.name);
             }
-            assert_eq!(variable.start.len(), if variable.role.is_output() { 0 } else { variable.size() });
             assert_eq!(variable.kind == Kind::Real, variable.quantity.is_some(), "{}", variable.name);
-            assert!(variable.quantity.is_none_or(|quantity| QUANTITIES.contains(&quantity)));
-            let [least, greatest] = variable.limits();
-            assert!(variable.start.iter().all(|&x| least <= x && x <= greatest), "{}", variable.name);
             assert!(variable.role != Role::Continuous || variable.kind == Kind::Real);
+            assert!(variable.size() <= MOST_ELEMENTS, "{}", variable.name);
         }
+    }
+
+    #[test]
+    fn the_motion_of_the_body_is_an_input_and_nothing_else_of_the_scene() {
+        let inputs = VARIABLES.iter().filter(|variable| variable.field().is_some() && variable.role == Role::Input);
+        let names: std::vec::Vec<_> = inputs.map(|variable| variable.name).collect();
+        let motion = ["position", "velocity", "orientation", "angular_velocity"];
+        assert_eq!(names, motion.map(|name| std::format!("projectile.{name}")));
     }
 
     #[test]
     fn quantities_have_known_units_and_every_unit_is_used() {
-        for quantity in QUANTITIES {
+        for quantity in quantities() {
             let unit = UNITS.iter().find(|unit| unit.name == quantity.unit).expect(quantity.name);
             let shown = |(name, _): &(&str, f64)| *name == quantity.display;
             assert!(quantity.display.is_empty() || unit.display.iter().any(shown), "{}", quantity.name);
-            assert!(VARIABLES.iter().any(|variable| variable.quantity == Some(quantity)), "{}", quantity.name);
         }
-        assert!(UNITS.iter().all(|unit| QUANTITIES.iter().any(|quantity| quantity.unit == unit.name)));
-    }
-
-    #[test]
-    fn start_values_are_the_ten_inch_preset() {
-        for variable in VARIABLES {
-            if let Some(values) = parameters::of_scene(&Scene::sheet_10in_cylinder(), variable.id) {
-                assert_eq!(&values[..variable.size()], variable.start, "{}", variable.name);
-            }
-        }
-    }
-
-    #[test]
-    fn token_is_readable() {
-        assert_eq!(TOKEN[26], b"0123456789abcdef"[(TOKEN_HASH & 15) as usize]);
-        assert!(core::str::from_utf8(&TOKEN).unwrap().starts_with("{FabricShield-"));
+        assert!(UNITS.iter().all(|unit| quantities().any(|quantity| quantity.unit == unit.name)));
+        // A type's name means one thing.
+        let types: std::vec::Vec<_> = quantities().map(|q| q.name).chain(choices().map(|c| c.name)).collect();
+        assert_eq!(types.iter().collect::<HashSet<_>>().len(), types.len());
     }
 }

@@ -8,7 +8,7 @@ use crate::bytes::Bytes;
 use crate::memory::Block;
 use crate::scene::{FAILURES, Get, digest, empty};
 use crate::small;
-use fabric::{CacheLine, Code, Drive, Error, Failure, Layout, Motion, Path, Scene, Sim};
+use fabric::{CacheLine, Code, Drive, Error, Failure, Layout, Motion, OutcomeSet, Path, Scene, Sim};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
@@ -377,7 +377,9 @@ impl Player<'_> {
         let place = if self.bytes.once_in(4) { null_mut() } else { &raw mut taken };
         let ours = match slot.stopped(false) {
             Some(status) => Err(status),
-            None => slot.twin.advance_until(mask, steps).map_err(|failure| failure.code().number()),
+            None => {
+                slot.twin.advance_until(OutcomeSet::from_bits(mask), steps).map_err(|failure| failure.code().number())
+            }
         };
         // SAFETY: a live handle, and a number or null.
         let status = unsafe { fk_advance_until(slot.to_change(), mask, steps, Output::given(place)) };
@@ -598,7 +600,7 @@ impl Player<'_> {
                 _ => sized,
             });
             let status = fk_bands_begin(slot.to_change(), of, Lent::given(pointer.cast()), length);
-            if sized == FK_OK || in_use.is_some() || reals.is_err() {
+            if sized == FK_OK || in_use.is_some() || lines.is_err() {
                 assert_eq!(status, expected);
             } else {
                 // After a failure there is no size: any of these.

@@ -9,10 +9,11 @@ use fabric::snapshot::Hash;
 use fabric_fmu::door::{Handle, Text};
 use fabric_fmu::fmi2::*;
 use fabric_fmu::fmi3::*;
-use fabric_fmu::instance::{Instance, MOST_ELEMENTS};
+use fabric_fmu::instance::Instance;
 use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;
-use fabric_fmu::table::{Id, Kind, Role, TOKEN, VARIABLES, Variable};
+use fabric_fmu::parameters::Parameters;
+use fabric_fmu::table::{self, Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use fabric_fmu::{Input, Output};
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr::{null, null_mut};
@@ -103,6 +104,11 @@ pub fn run(data: &[u8]) -> bool {
     player.stepped
 }
 
+/// The variable of a name.
+fn named(name: &str) -> &'static Variable {
+    table::variable(name).unwrap_or(&VARIABLES[0])
+}
+
 /// A host's pointer to an instance.
 ///
 /// # Safety
@@ -152,7 +158,7 @@ impl Player<'_> {
     /// A new instance, with a small sheet.
     fn instantiate(&mut self) {
         let odd = self.bytes.below(32);
-        let mut token = TOKEN.to_vec();
+        let mut token = fabric_fmu::token::text().to_vec();
         if odd == 28 {
             token[20] ^= 1;
         }
@@ -163,7 +169,7 @@ impl Player<'_> {
         for attempt in [true, false].into_iter().filter(|&attempt| refused || !attempt) {
             let odd = if attempt { odd } else { 0 };
             let name = if attempt { name } else { c"fuzz".as_ptr() };
-            let sound = CString::new(TOKEN.to_vec()).unwrap_or_default();
+            let sound = CString::new(fabric_fmu::token::text()).unwrap_or_default();
             let token = if attempt { token.as_ptr() } else { sound.as_ptr() };
             // FMI 2.0's functions: no logger, whose arguments vary, and nothing else that is used.
             let callbacks = [null_mut::<c_void>(); 5];
@@ -216,18 +222,18 @@ impl Player<'_> {
         self.held.clear();
     }
 
-    /// Preset, few nodes, mode, step: all that must be right for a run to be short.
+    /// Preset, few nodes, drive, step: all that must be right for a run to be short.
     fn make_small(&mut self) {
         self.known = Known { state: INSTANTIATED, start: 0.0, stop: f64::INFINITY, time: 0.0 };
         let nodes = [3 + self.bytes.below(4) as i32, 3 + self.bytes.below(4) as i32];
         let driven = self.bytes.once_in(2);
-        for (id, value) in
-            [(Id::NodesX, nodes[0]), (Id::NodesY, nodes[1]), (Id::Preset, 1), (Id::Mode, i32::from(driven))]
+        for (name, value) in
+            [("sheet.nodes_x", nodes[0]), ("sheet.nodes_y", nodes[1]), ("preset", 1), ("drive", i32::from(driven))]
         {
-            assert_eq!(self.set(&VARIABLES[id as usize], &[f64::from(value)]), OK);
+            assert_eq!(self.set(named(name), &[f64::from(value)]), OK);
         }
         let touching = [0.0, 0.0, -6.3501e-3];
-        assert_eq!(self.set(&VARIABLES[Id::Position as usize], &touching), OK);
+        assert_eq!(self.set(named("projectile.position"), &touching), OK);
     }
 
     /// From instantiation to the first step.
@@ -446,11 +452,11 @@ impl Player<'_> {
         if !self.allowed(STEP) {
             return false;
         }
-        for (from, to) in [(Id::StatePosition, Id::Position), (Id::StateVelocity, Id::Velocity)] {
+        for name in ["position", "velocity"] {
             let mut values = [0.0; 3];
-            let (status, _) = self.get(&VARIABLES[from as usize], Kind::Real, &mut values);
+            let (status, _) = self.get(named(&format!("state.{name}")), Kind::Real, &mut values);
             assert_eq!(status, OK);
-            assert_eq!(self.set(&VARIABLES[to as usize], &values), OK);
+            assert_eq!(self.set(named(&format!("projectile.{name}")), &values), OK);
         }
         true
     }
@@ -490,22 +496,25 @@ impl Player<'_> {
     /// Any variable, to a value that is usual or odd.
     fn set_any(&mut self) -> bool {
         let variable = &VARIABLES[self.bytes.below(VARIABLES.len())];
-        let mut values = [0.0; MOST_ELEMENTS];
+        let mut values = [1.0; MOST_ELEMENTS];
         let mut n = variable.size();
-        for (k, value) in values.iter_mut().enumerate().take(n) {
-            let usual = variable.start.get(k).copied().unwrap_or(1.0);
+        Parameters::default().get(variable, &mut values);
+        for value in values.iter_mut().take(n) {
+            let usual = *value;
             *value = match variable.kind {
                 Kind::Real if self.bytes.once_in(3) => self.bytes.odd(usual),
                 Kind::Real => usual * self.bytes.factor(),
                 _ => f64::from(self.bytes.choose(&[0, 1, 2, 3, 4, 5, -1, i32::MAX, i32::MIN])),
             };
         }
-        match variable.id {
+        match variable.name {
             // More nodes are sound, and take as long as asked for.
-            Id::NodesX | Id::NodesY => {
+            "sheet.nodes_x" | "sheet.nodes_y" => {
                 values[0] = f64::from(self.bytes.choose(&[4, 3, 5, 0, 1, -1, 1 << 21, i32::MAX]))
             }
-            Id::Dt => values[0] = self.bytes.choose(&[DT, DT, 0.0, -1.0, f64::NAN, f64::INFINITY, 1.0, 1e-300]),
+            "time_step.seconds" => {
+                values[0] = self.bytes.choose(&[DT, DT, 0.0, -1.0, f64::NAN, f64::INFINITY, 1.0, 1e-300])
+            }
             _ => {}
         }
         let wrong_length = self.bytes.once_in(16);
@@ -517,10 +526,8 @@ impl Player<'_> {
             Role::Input | Role::Tunable => INSTANTIATED | INITIALIZATION | EVENT | STEP,
             Role::Continuous | Role::Discrete => 0,
         };
-        let [least, greatest] = variable.limits();
         let truth = variable.kind == Kind::Boolean;
-        let within = |x: &f64| truth || variable.kind == Kind::Real || (least <= *x && *x <= greatest);
-        let sound = values.iter().take(n).all(within);
+        let sound = values.iter().take(n).all(|x| truth || Parameters::acceptable(variable, *x));
         let status = self.set(variable, &values[..n]);
         if n == 0 && !self.three {
             // None of a type may be set whenever some may.
@@ -571,8 +578,8 @@ impl Player<'_> {
     fn get_any(&mut self) -> bool {
         let variable = &VARIABLES[self.bytes.below(VARIABLES.len())];
         let kind = match self.bytes.below(8) {
-            6 => VARIABLES[Id::Seed as usize].kind,
-            7 => VARIABLES[Id::Mode as usize].kind,
+            6 => named("seed").kind,
+            7 => named("drive").kind,
             _ => variable.kind,
         };
         // In FMI 2.0 a choice is an Integer.

@@ -2,8 +2,8 @@
 
 use crate::bytes::Bytes;
 use fabric::{
-    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Shape, StepAfterFailure, StepCheck, Symmetry,
-    TimeStep,
+    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Sector, Shape, StepAfterFailure, StepCheck,
+    Symmetry, TimeStep,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -46,7 +46,14 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
     };
 
     let body = &mut scene.projectile;
-    let shapes = [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box, Shape::Polyhedron];
+    let shapes = [
+        Shape::Sphere,
+        Shape::Cylinder,
+        Shape::HemisphericalCylinder,
+        Shape::Box,
+        Shape::Polyhedron,
+        Shape::DiscSector,
+    ];
     body.shape = bytes.choose(&shapes);
     body.radius = h * bytes.choose(&[1.0, 1.5, 3.0]);
     body.length = 2.5 * body.radius;
@@ -65,12 +72,15 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         [0.6, 0.8, 0.0, 0.9 * (0.6 * a + 0.8 * b)],
     ]);
     body.moments = [b * b + c * c, c * c + a * a, a * a + b * b].map(|squares| body.mass / 3.0 * squares);
+    let (inner_radius, outer_radius) = (body.radius, 4.0 * body.radius);
+    body.sector = Sector { inner_radius, outer_radius, angle: 1.8, thickness: edge };
     // Far enough from the plane in any orientation, and at times just touching it.
     let nose = match body.shape {
         Shape::Sphere => body.radius,
         Shape::Cylinder => 0.5 * body.length,
         Shape::HemisphericalCylinder => 0.7 * body.length,
         Shape::Box | Shape::Polyhedron => c,
+        Shape::DiscSector => 0.5 * body.sector.thickness,
     };
     body.velocity = [0.0, 0.0, bytes.choose(&[100.0, 1000.0, 5000.0, 0.0, -300.0])];
     body.angular_velocity = [0.0; 3];

@@ -85,9 +85,10 @@ fn numbers<const N: usize>(lines: &Lines, name: &str) -> Result<[f64; N], Box<dy
     values.try_into().map_err(|_| format!("{name}: {N} numbers are needed").into())
 }
 
-/// The scene of an impact: the paper's sheet and projectile, in the motion given.
+/// The scene of an impact: sheet and projectile, in the motion given.
 fn scene_of(lines: &Lines) -> Result<Scene, Box<dyn Error>> {
     let mut scene = match word(lines, "case")? {
+        "disc" => Scene::turbine_disc_sector(),
         "10in" => Scene::sheet_10in_cylinder(),
         "3in" => Scene::sheet_3in_sphere(),
         other => return Err(format!("case {other} is unknown").into()),

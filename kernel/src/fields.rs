@@ -52,6 +52,8 @@ pub const LENGTH: Quantity = quantity("Length", "m", "mm", 0.0, 1e-2, "Size of a
 pub const AREA: Quantity = quantity("Area", "m2", "mm2", 0.0, 1e-7, "Cross-section of a yarn");
 /// Velocity.
 pub const VELOCITY: Quantity = quantity("Velocity", "m/s", "", ANY_SIGN, 100.0, "Velocity");
+/// Angle.
+pub const ANGLE: Quantity = quantity("Angle", "rad", "deg", 0.0, 1.0, "Angle");
 /// Angular velocity.
 pub const ANGULAR_VELOCITY: Quantity =
     quantity("AngularVelocity", "rad/s", "deg/s", ANY_SIGN, 100.0, "Angular velocity");
@@ -109,10 +111,11 @@ pub const SHAPE: Choice = Choice {
         ("hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end"),
         ("box", "box with its edges along the body's axes"),
         ("polyhedron", "convex polyhedron by its faces"),
+        ("disc_sector", "sector of a turbine disc, its rim along x and the disc's axis along z"),
     ],
 };
-const SHAPES: [Shape; 5] =
-    [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box, Shape::Polyhedron];
+const SHAPES: [Shape; 6] =
+    [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box, Shape::Polyhedron, Shape::DiscSector];
 
 /// Who moves the projectile.
 pub const DRIVE: Choice = Choice {
@@ -170,6 +173,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("yarn", "The yarn law and its scatter"),
     ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
     ("projectile.faces", "Faces of a polyhedron, in body axes"),
+    ("projectile.sector", "Dimensions of a disc sector"),
     ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
     ("integrator", "How the nodes are stepped"),
     ("time_step", "The time step, constant for the life of a simulation"),
@@ -493,7 +497,7 @@ pub const FIELDS: &[Field] = &[
     choice("projectile.shape", &SHAPE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, &SHAPES, k), 210,
         "Form of the projectile (M12)"),
     real("projectile.radius", |s| one(&mut s.projectile.radius), &LENGTH, Range::Positive, 211,
-        "Radius, at least sheet.spacing. Not read for a box or a polyhedron").read(round),
+        "Radius, at least sheet.spacing. Read for a sphere and the two cylinders only").read(round),
     real("projectile.length", |s| one(&mut s.projectile.length), &LENGTH, Range::Positive, 212,
         "Whole length along the axis, at least 2 sheet.spacing, and with a hemispherical end at least the radius. Read for the two cylinders only")
         .read(|s| if_so(matches!(s.projectile.shape, Shape::Cylinder | Shape::HemisphericalCylinder))),
@@ -521,6 +525,15 @@ pub const FIELDS: &[Field] = &[
         "Orientation at the start: unit quaternion, scalar first, that turns body vectors into the host's axes").image(Image::Never),
     vector("projectile.angular_velocity", |s| &mut s.projectile.angular_velocity, &ANGULAR_VELOCITY, Range::Any, 130,
         "Angular velocity at the start, host's axes").image(Image::Never),
+    real("projectile.sector.inner_radius", |s| one(&mut s.projectile.sector.inner_radius), &LENGTH, Range::NotNegative, 294,
+        "Radius of the bore, 0 or between 1e-6 and 1 - 1e-6 of that of the rim; filled up to its one chord. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    real("projectile.sector.outer_radius", |s| one(&mut s.projectile.sector.outer_radius), &LENGTH, Range::Positive, 295,
+        "Radius of the rim, which is made of eight chords; no face may be nearer to the centre of mass than sheet.spacing. Read for a disc sector only")
+        .read(sector).image(Image::WhereRead),
+    real("projectile.sector.angle", |s| one(&mut s.projectile.sector.angle), &ANGLE, Range::Below(1e-3, core::f64::consts::PI), 296,
+        "Angle of a disc sector. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
+        "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
         "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit")
@@ -577,6 +590,10 @@ fn four_corners(scene: &Scene) -> usize {
 
 fn round(scene: &Scene) -> usize {
     if_so(matches!(scene.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder))
+}
+
+fn sector(scene: &Scene) -> usize {
+    if_so(scene.projectile.shape == Shape::DiscSector)
 }
 
 fn theta_rule(scene: &Scene) -> usize {

@@ -8,7 +8,7 @@
 
 use crate::error::{Code, Error, positive};
 use crate::math;
-use crate::scene::{Attachment, AttachmentKind, Faces, MAX_FACES, Projectile, Scene, Shape};
+use crate::scene::{Attachment, AttachmentKind, Faces, MAX_FACES, Projectile, Scene, Sector, Shape};
 
 /// Largest number of a prism's corners.
 pub const MAX_CORNERS: usize = MAX_FACES - 2;
@@ -47,6 +47,28 @@ pub fn prism(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Result<Prism, E
 
 /// The prism over sound corners.
 fn built(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Prism {
+    let (mut faces, mut gyration) = (Faces::NONE, [0.0; 3]);
+    let (centre, angle) = over(corners, thickness, &mut faces, &mut gyration);
+    let projectile = Projectile {
+        shape: Shape::Polyhedron,
+        faces,
+        moments: gyration.map(|squared_radius| mass * squared_radius),
+        mass,
+        position: [0.0; 3],
+        velocity: [0.0; 3],
+        ..Scene::sheet_3in_sphere().projectile
+    };
+    Prism { projectile, centre, angle }
+}
+
+/// Faces and squared radii of gyration, m^2, of a sector.
+pub(crate) fn of_sector(sector: &Sector, faces: &mut Faces, gyration: &mut [f64; 3]) {
+    let (corners, count) = sector_corners(sector.inner_radius, sector.outer_radius, sector.angle);
+    over(corners.get(..count).unwrap_or(&corners), sector.thickness, faces, gyration);
+}
+
+/// Makes faces and squared radii of gyration of the prism over sound corners, and says where its centre and its axes are.
+fn over(corners: &[[f64; 2]], thickness: f64, faces: &mut Faces, gyration: &mut [f64; 3]) -> ([f64; 2], f64) {
     let first = moments_about(corners, [0.0; 2]);
     let centre = [first.x / first.area, first.y / first.area];
     let polygon = moments_about(corners, centre);
@@ -58,8 +80,7 @@ fn built(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Prism {
     let yy = sine * sine * polygon.xx - 2.0 * sine * cosine * polygon.xy + cosine * cosine * polygon.yy;
     let (xx, yy, zz) = (xx / polygon.area, yy / polygon.area, thickness * thickness / 12.0);
 
-    let mut planes = [[0.0; 4]; MAX_FACES];
-    let mut places = planes.iter_mut();
+    let mut places = faces.planes.iter_mut();
     for (&start, &end) in edges(corners) {
         let (normal, distance) = side(start, end, centre);
         let [x, y] = [cosine * normal[0] + sine * normal[1], cosine * normal[1] - sine * normal[0]];
@@ -70,17 +91,9 @@ fn built(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Prism {
     for (place, z) in places.zip([1.0, -1.0]) {
         *place = [0.0, 0.0, z, 0.5 * thickness];
     }
-    let faces = Faces { count: corners.len() as u32 + 2, planes };
-    let projectile = Projectile {
-        shape: Shape::Polyhedron,
-        faces,
-        moments: [mass * (yy + zz), mass * (xx + zz), mass * (xx + yy)],
-        mass,
-        position: [0.0; 3],
-        velocity: [0.0; 3],
-        ..Scene::sheet_3in_sphere().projectile
-    };
-    Prism { projectile, centre, angle }
+    faces.count = corners.len() as u32 + 2;
+    *gyration = [yy + zz, xx + zz, xx + yy];
+    (centre, angle)
 }
 
 /// A sector of a disc with a bore: body x outward along its middle, body z along the disc's axis.
@@ -283,6 +296,19 @@ mod tests {
             let about_axis = made.projectile.moments[2] + 2.0 * made.centre[0] * made.centre[0];
             close(about_axis, outer * outer + inner * inner, tolerance);
         }
+    }
+
+    #[test]
+    fn a_disc_sector_by_its_dimensions_is_the_same_body() {
+        let mut body = Scene::turbine_disc_sector().projectile;
+        let by_faces = Solid::of(&body);
+        (body.shape, body.faces, body.moments) = (Shape::DiscSector, Faces::NONE, [0.0; 3]);
+        assert_eq!(Solid::of(&body), by_faces);
+        // One of unknown mass has its form all the same.
+        body.mass = 0.0;
+        let unknown = Solid::of(&body);
+        unknown.inertia(0.118).iter().zip(by_faces.inertia(0.118)).for_each(|(&a, b)| close(a, b, 1e-15));
+        assert_eq!(unknown.reach(), by_faces.reach());
     }
 
     #[test]

@@ -115,8 +115,10 @@ pub enum Shape {
     HemisphericalCylinder = 2,
     /// A box of edge lengths `size` along the body axes.
     Box = 3,
-    /// A convex polyhedron: `faces` and `moments`. See [`crate::prism`] for prisms and disc sectors.
+    /// A convex polyhedron: `faces` and `moments`. See [`crate::prism`] for prisms.
     Polyhedron = 4,
+    /// A homogeneous sector of a disc with a bore: `sector`.
+    DiscSector = 5,
 }
 
 /// Largest number of faces of a polyhedron.
@@ -148,12 +150,26 @@ impl Faces {
     }
 }
 
+/// A sector of a turbine disc: body x outward along its middle, body z along the disc's axis, origin at the centre of mass.
+/// It is a prism: eight equal chords, with their corners on it, replace the rim, and the bore is filled up to its one chord.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sector {
+    /// Radius of the bore, m, 0 or between 1e-6 and 1 - 1e-6 of that of the rim.
+    pub inner_radius: f64,
+    /// Radius of the rim, m; no face may be nearer to the centre of mass than the node spacing.
+    pub outer_radius: f64,
+    /// Angle, rad, in [1e-3, pi).
+    pub angle: f64,
+    /// Thickness, m, at least two node spacings.
+    pub thickness: f64,
+}
+
 /// The rigid projectile and its motion at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projectile {
     /// Form.
     pub shape: Shape,
-    /// Radius, m, >= the node spacing (not read for a box or a polyhedron).
+    /// Radius, m, >= the node spacing (read for a sphere and the two cylinders only).
     pub radius: f64,
     /// Length along the axis, m, at least two node spacings, and at least the radius with a hemispherical end (read for
     /// the two cylinders only).
@@ -165,6 +181,8 @@ pub struct Projectile {
     /// Principal moments of inertia of a polyhedron about its centre of mass, kg m^2, > 0, none greater than the other two
     /// together; the body axes are the principal axes (read for a polyhedron of known mass only; other shapes are homogeneous).
     pub moments: [f64; 3],
+    /// Dimensions of a disc sector (read for a disc sector only).
+    pub sector: Sector,
     /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved by the host.
     pub mass: f64,
     /// Centre of mass at the start, m.
@@ -394,6 +412,12 @@ impl Scene {
                 size: [2.0 * radius; 3],
                 faces: Faces::NONE,
                 moments: [0.0; 3],
+                sector: Sector {
+                    inner_radius: 0.015,
+                    outer_radius: 0.04,
+                    angle: core::f64::consts::TAU / 3.0,
+                    thickness: 0.01,
+                },
                 mass: 8.4e-3,
                 position: [0.0, 0.0, -radius],
                 velocity: [0.0, 0.0, 100.0],

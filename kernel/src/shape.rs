@@ -11,7 +11,8 @@ use crate::error::{Code, Error};
 use crate::math;
 use crate::polyhedron::{self, Gap, Polyhedron};
 use crate::pose::{Vector, into_body};
-use crate::scene::{Projectile, Shape};
+use crate::prism;
+use crate::scene::{Faces, Projectile, Sector, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -65,6 +66,7 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
                 check_moments(body.moments)?;
             }
         }
+        Shape::DiscSector => check_sector(&body.sector, spacing)?,
     }
     if matches!(body.shape, Shape::Cylinder | Shape::HemisphericalCylinder) {
         if body.length < 2.0 * spacing {
@@ -75,6 +77,35 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Refuses a sector that is too small, or an edge of which is a millionth of the rest.
+#[inline(never)] // Its faces must not add to the stack of the other shapes.
+fn check_sector(sector: &Sector, spacing: f64) -> Result<(), Error> {
+    const RADIUS: &str = "projectile.sector.outer_radius";
+    const THICKNESS: &str = "projectile.sector.thickness";
+    let too_small = |field, value, limit| Err(Error::new(Code::ProjectileTooSmall, field, value, limit));
+    let Sector { inner_radius, outer_radius, thickness, .. } = *sector;
+    if outer_radius < spacing {
+        return too_small(RADIUS, outer_radius, spacing);
+    }
+    if thickness < 2.0 * spacing {
+        return too_small(THICKNESS, thickness, 2.0 * spacing);
+    }
+    let [least, greatest] = [1e-6 * outer_radius, (1.0 - 1e-6) * outer_radius];
+    if inner_radius != 0.0 && (inner_radius < least || inner_radius > greatest) {
+        let limit = if inner_radius < least { least } else { greatest };
+        return Err(Error::new(Code::OutOfRange, "projectile.sector.inner_radius", inner_radius, limit));
+    }
+    let mut faces = Faces::NONE;
+    prism::of_sector(sector, &mut faces, &mut [0.0; 3]);
+    polyhedron::check(&faces, spacing).map_err(|error| match error.code {
+        // A face, whose distance is named, is too near to the centre of mass.
+        Code::ProjectileTooSmall => Error { field: RADIUS, ..error },
+        // Beyond the range of numbers.
+        _ if thickness > outer_radius => Error::new(Code::OutOfRange, THICKNESS, thickness, 0.0),
+        _ => Error::new(Code::OutOfRange, RADIUS, outer_radius, 0.0),
+    })
 }
 
 /// Refuses moments any of which is greater than the other two together (beyond rounding).
@@ -121,7 +152,17 @@ impl Solid {
                 let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
                 self.set_polyhedron(body.faces.in_use(), gyration);
             }
+            Shape::DiscSector => self.set_sector(&body.sector, body.mass),
         }
+    }
+
+    #[inline(never)] // As above.
+    fn set_sector(&mut self, sector: &Sector, mass: f64) {
+        let (mut faces, mut gyration) = (Faces::NONE, [0.0; 3]);
+        prism::of_sector(sector, &mut faces, &mut gyration);
+        // With a mass those of a polyhedron of these moments, to the last bit.
+        let gyration = gyration.map(|squared| if mass > 0.0 { mass * squared / mass } else { squared });
+        self.set_polyhedron(faces.in_use(), gyration);
     }
 
     fn set_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
@@ -309,8 +350,7 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prism;
-    use crate::scene::{Faces, Scene};
+    use crate::scene::Scene;
     use std::vec::Vec;
 
     fn cylinder() -> Solid {

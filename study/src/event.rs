@@ -3,12 +3,12 @@
 use crate::Result;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
-use fabric::{Counters, Energy, Motion, Outcome, Scene, Sim};
+use fabric::{Counters, Energy, Motion, Outcome, OutcomeSet, Scene, Sim};
 use serde::Serialize;
 
 /// The outcome that is a mask's bit.
-pub fn mask_of(outcomes: &[Outcome]) -> u32 {
-    outcomes.iter().map(|outcome| outcome.bit()).sum()
+pub fn mask_of(outcomes: &[Outcome]) -> OutcomeSet {
+    outcomes.iter().copied().collect()
 }
 
 /// Kinetic energy of the projectile at the start, J, with that of its rotation.
@@ -100,7 +100,7 @@ pub struct Summary {
 
 impl Summary {
     /// Reads the simulation as it stands. `mask`: the outcomes that were waited for.
-    pub fn of(sim: &Sim<'_>, mask: u32) -> Result<Summary> {
+    pub fn of(sim: &Sim<'_>, mask: OutcomeSet) -> Result<Summary> {
         let limits = sim.step_limits();
         let (motion, contact, support) = (sim.projectile()?, sim.contact()?, sim.support()?);
         let energy: Energy = sim.energy()?;
@@ -117,7 +117,7 @@ impl Summary {
             .collect();
         let waited: Vec<&str> = Outcome::ALL
             .iter()
-            .filter(|outcome| found.mask & mask & outcome.bit() != 0)
+            .filter(|outcome| mask.has(**outcome) && found.mask.has(**outcome))
             .map(|outcome| outcome.name())
             .collect();
         let start = kinetic_energy(sim.scene());

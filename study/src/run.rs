@@ -6,7 +6,7 @@ use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, picture, report, scene_file, threads};
 use clap::{Args, ValueEnum};
-use fabric::{Outcome, Scene, Sim, StepCheck};
+use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -175,7 +175,7 @@ fn with_its_memory(scene: &Scene, error: Box<dyn std::error::Error>) -> Box<dyn 
 /// Steps until an outcome or the step limit. Returns the history, the seconds spent in stepping, and a failure if one came.
 fn advance(
     sim: &mut Sim<'_>,
-    mask: u32,
+    mask: OutcomeSet,
     options: &Options,
     name: &str,
 ) -> Result<(Vec<Sample>, f64, Option<fabric::Failure>)> {
@@ -183,7 +183,7 @@ fn advance(
     let mut history = vec![Sample::of(sim, None, [0.0; 3])?];
     let mut stepping = 0.0;
     let mut failure = None;
-    while sim.step_count() < options.steps && sim.outcomes().mask & mask == 0 {
+    while sim.step_count() < options.steps && !sim.outcomes().mask.has(mask) {
         let impulse = sim.contact()?.impulse;
         let steps = options.sample.min(options.steps - sim.step_count());
         // One thread's CPU time says nothing about several.
@@ -271,6 +271,12 @@ fn projectile(body: &fabric::Projectile) -> String {
         fabric::Shape::Sphere => format!("sphere, radius {} mm", millimetres(body.radius)),
         fabric::Shape::Box => format!("box, {} mm", body.size.map(millimetres).join(" x ")),
         fabric::Shape::Polyhedron => format!("polyhedron of {} faces", body.faces.in_use().len()),
+        fabric::Shape::DiscSector => {
+            let fabric::scene::Sector { inner_radius, outer_radius, angle, thickness } = body.sector;
+            let [inner, outer, thickness] = [inner_radius, outer_radius, thickness].map(millimetres);
+            let degrees = report::shortest(angle.to_degrees());
+            format!("disc sector, radii {inner} and {outer} mm, {degrees} degrees, {thickness} mm thick")
+        }
         fabric::Shape::Cylinder | fabric::Shape::HemisphericalCylinder => {
             let name = if body.shape == fabric::Shape::Cylinder { "cylinder" } else { "hemispherical cylinder" };
             format!("{name}, radius {}, length {} mm", millimetres(body.radius), millimetres(body.length))

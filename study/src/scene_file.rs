@@ -15,18 +15,17 @@
 //!
 //! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
 //!
-//! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given. A disc sector gets its faces,
-//! mass centre and moments from its dimensions:
-//! `disc_sector = { inner_radius = 0.015, outer_radius = 0.04, angle = 2.0944, thickness = 0.01 }` beside `mass`.
+//! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
 use crate::Result;
+use fabric::Scene;
 use fabric::fields::{self, FIELDS, Field, Place};
-use fabric::{Scene, prism};
 use std::path::Path;
 use toml::{Table, Value};
 
 /// The presets by name.
-const PRESETS: [(&str, fn() -> Scene); 3] = [
+type Preset = (&'static str, fn() -> Scene);
+const PRESETS: [Preset; 3] = [
     ("sheet_3in_sphere", Scene::sheet_3in_sphere),
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder),
     ("turbine_disc_sector", Scene::turbine_disc_sector),
@@ -42,10 +41,6 @@ pub fn read(path: &Path) -> Result<Scene> {
 pub fn parse(text: &str) -> Result<Scene> {
     let mut file: Table = text.parse()?;
     let mut scene = preset(file.remove("preset"))?;
-    let sector = match file.get_mut("projectile") {
-        Some(Value::Table(projectile)) => projectile.remove("disc_sector").map(|sector| (sector, projectile.clone())),
-        _ => None,
-    };
     let given = flat("", Value::Table(file))?;
     for (key, value) in &given {
         assign(&mut scene, key, value)?;
@@ -55,12 +50,6 @@ pub fn parse(text: &str) -> Result<Scene> {
         && !counted("projectile.faces.count")
     {
         scene.projectile.faces.count = planes.len() as u32;
-    }
-    if let Some((sector, beside)) = sector {
-        if ["shape", "faces", "moments"].iter().any(|key| beside.contains_key(*key)) {
-            return Err("`disc_sector` stands in place of `shape`, `faces` and `moments`".into());
-        }
-        take_sector(&mut scene, &sector)?;
     }
     Ok(scene)
 }
@@ -208,24 +197,6 @@ fn expected(field: &Field) -> String {
     }
 }
 
-/// Gives the projectile the faces and moments of a disc sector of its mass.
-fn take_sector(scene: &mut Scene, sector: &Value) -> Result<()> {
-    const KEYS: [&str; 4] = ["inner_radius", "outer_radius", "angle", "thickness"];
-    let Value::Table(table) = sector else { return Err("`disc_sector` is a table".into()) };
-    if let Some(unknown) = table.keys().find(|key| !KEYS.contains(&key.as_str())) {
-        return Err(format!("unknown key `{unknown}` of disc_sector: {}", KEYS.join(", ")).into());
-    }
-    let number = |key: &str| {
-        let value = table.get(key).and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
-        value.ok_or_else(|| format!("disc_sector.{key} must be a number"))
-    };
-    let [inner, outer, angle, thickness] = KEYS.map(number);
-    let body = &mut scene.projectile;
-    let made = prism::disc_sector(inner?, outer?, angle?, thickness?, body.mass)?.projectile;
-    (body.shape, body.faces, body.moments) = (made.shape, made.faces, made.moments);
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -303,18 +274,10 @@ mod tests {
         let given = body(&format!("shape = \"polyhedron\"\n{faces}"));
         assert_eq!(given.faces.in_use(), [[1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.02]]);
         assert_eq!((given.shape, given.moments), (Shape::Polyhedron, [1.0, 2.0, 3.0]));
-        let sector = "disc_sector = { inner_radius = 0.01, outer_radius = 0.03, angle = 1.0, thickness = 0.008 }";
-        let sector = format!("{sector}\nmass = 0.02");
-        let made = prism::disc_sector(0.01, 0.03, 1.0, 0.008, 0.02).unwrap().projectile;
-        let read = body(&sector);
-        assert_eq!((read.shape, read.faces, read.moments, read.mass), (made.shape, made.faces, made.moments, 0.02));
-        for (text, named) in [
-            (format!("{sector}\nshape = \"sphere\""), "disc_sector"),
-            (sector.replace("angle = 1.0", "angle = 3.2"), "disc_sector.angle: out of range"),
-            (sector.replace("angle = 1.0", "turn = 1.0"), "`turn`"),
-        ] {
-            assert!(parsed(&text).unwrap_err().to_string().contains(named), "{named}");
-        }
+        let size = "{ inner_radius = 0.01, outer_radius = 0.03, angle = 1.0, thickness = 0.008 }";
+        let sector = body(&format!("shape = \"disc_sector\"\nsector = {size}"));
+        let expected = fabric::Sector { inner_radius: 0.01, outer_radius: 0.03, angle: 1.0, thickness: 0.008 };
+        assert_eq!((sector.shape, sector.sector), (Shape::DiscSector, expected));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! busy machine loses no more than a switch. The bits are those of one thread.
 
 use crate::Result;
-use fabric::{Bands, Failure, Sim};
+use fabric::{Bands, Failure, OutcomeSet, Sim};
 use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ const SPIN: Duration = Duration::from_micros(50);
 /// The inner one is a failure of the simulation; the outer one a number of threads that it cannot be cut for.
 pub fn advance_until(
     sim: &mut Sim<'_>,
-    mask: u32,
+    mask: OutcomeSet,
     steps: u64,
     threads: u32,
 ) -> Result<std::result::Result<u64, Failure>> {
@@ -27,7 +27,7 @@ pub fn advance_until(
     let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(threads)?];
     let bands = sim.bands(&mut scratch, threads)?;
     let meeting = Meeting::default();
-    let work = |band| while bands.steps() < steps && bands.outcomes() & mask == 0 && meeting.pass(&bands, band) {};
+    let work = |band| while bands.steps() < steps && !bands.outcomes().has(mask) && meeting.pass(&bands, band) {};
     std::thread::scope(|scope| {
         for band in 1..threads {
             scope.spawn(move || work(band));
@@ -98,7 +98,7 @@ mod tests {
         let mut sim = buffers.sim(&scene).unwrap();
         let until = Outcome::Exited | Outcome::Arrested;
         let mut taken = 0;
-        while sim.outcomes().mask & until == 0 {
+        while !sim.outcomes().mask.has(until) {
             taken += advance_until(&mut sim, until, 1000, threads).unwrap().unwrap();
         }
         assert_eq!(taken, sim.step_count());
@@ -119,7 +119,7 @@ mod tests {
         scene.contact_capacity = 1;
         let mut buffers = Buffers::of(&scene).unwrap();
         let mut sim = buffers.sim(&scene).unwrap();
-        let failure = advance_until(&mut sim, 0, 1000, 2).unwrap();
+        let failure = advance_until(&mut sim, OutcomeSet::NONE, 1000, 2).unwrap();
         assert_eq!(failure, Err(Failure::ContactCapacity));
     }
 }

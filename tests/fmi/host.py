@@ -15,7 +15,7 @@ from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
 
 OK, WARNING, DISCARD, ERROR = range(4)
-INTEGRATED, HOST_DRIVEN = range(2)
+PRESCRIBED = 1
 TWO_SIDES, FOUR_SIDES, FOUR_CORNERS, FREE = range(4)
 SHEET_3IN_SPHERE, CUSTOM = 1, 2
 RADIUS = 6.35e-3

@@ -1,11 +1,11 @@
-"""The examples of examples/coupling, the table in docs/coupling.md, and what mode host_driven owes its host."""
+"""The examples of examples/coupling, the table in docs/coupling.md, and what drive prescribed owes its host."""
 
 import math
 import pathlib
 import sys
 import unittest
 
-from host import ARCHIVES, FOUR_SIDES, HOST_DRIVEN, OK, RADIUS, SHEET_3IN_SPHERE, Host
+from host import ARCHIVES, FOUR_SIDES, PRESCRIBED, OK, RADIUS, SHEET_3IN_SPHERE, Host
 
 TOP = pathlib.Path(__file__).parents[2]
 sys.path.insert(0, str(TOP / "examples" / "coupling"))
@@ -41,7 +41,7 @@ class Rollback(unittest.TestCase):
 
     def test_a_step_that_was_refused_may_be_repeated(self):
         body = Body(rollback.START, [0.0, 0.0, 60.0])
-        values = {"preset": SHEET_3IN_SPHERE, "mode": HOST_DRIVEN, "projectile.position": body.position}
+        values = {"preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.position": body.position}
         shield = Shield(ARCHIVE, values)
         for teleport in (1e-3, float("nan")):
             self.assertFalse(shield.try_step(0.0, 1e-6, Body([0.0, teleport, body.position[2]], body.velocity)))
@@ -73,10 +73,10 @@ class TwoShields(unittest.TestCase):
         body = Body([place[0], place[1] + RADIUS + 1e-4, place[2]], [0.0, -two_shields.SPEED, 0.0])
         shield = Shield(
             ARCHIVE,
-            {"preset": SHEET_3IN_SPHERE, "mode": HOST_DRIVEN, "projectile.mass": 0.0, "projectile.position": body.position,
+            {"preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0, "projectile.position": body.position,
              "projectile.velocity": body.velocity, "sheet.position": place, "sheet.orientation": [half, half, 0.0, 0.0]},
         )  # fmt: skip
-        force, dt = [0.0] * 3, shield.get("dt")
+        force, dt = [0.0] * 3, shield.get("time_step.seconds")
         for k in range(40):
             force = shield.step(k * two_shields.H, two_shields.H, body, [f / MASS for f in force])
             body.pushed(force, two_shields.H, dt)
@@ -106,13 +106,13 @@ class Interface(unittest.TestCase):
         host.close()
 
     def test_force_peak_and_cumulative_sums(self):
-        """force_peak as in the integrated run; impulse and work are the sums of what the steps gave."""
+        """force_peak as in the free run; impulse and work are the sums of what the steps gave."""
         values = {"preset": SHEET_3IN_SPHERE, "projectile.position": rollback.START, "attachment.kind": FOUR_SIDES}
         values["projectile.velocity"] = [0.0, 0.0, rollback.SPEED]
         free = Host(2, values).run(0, 50, 1e-6)
         expected = free.get("contact.force_peak")
         free.close()
-        host, body, dt = Host(2, {**values, "mode": HOST_DRIVEN}), Body(rollback.START, [0.0, 0.0, rollback.SPEED]), 2e-8
+        host, body, dt = Host(2, {**values, "drive": PRESCRIBED}), Body(rollback.START, [0.0, 0.0, rollback.SPEED]), 2e-8
         impulse = [0.0] * 3
         for k in range(50):
             host.set(projectile__position=body.position, projectile__velocity=body.velocity)
@@ -124,7 +124,7 @@ class Interface(unittest.TestCase):
             self.assertLess(abs(a - b), 1e-12 * abs(impulse[2]))
         self.assertAlmostEqual(body.velocity[2] - rollback.SPEED, host.get("contact.impulse")[2] / MASS, 10)
         peak = host.get("contact.force_peak")
-        print(f"\n  force_peak {peak:.0f} N, integrated {expected:.0f} N", end=" ")
+        print(f"\n  force_peak {peak:.0f} N, free {expected:.0f} N", end=" ")
         self.assertLess(max(peak / expected, expected / peak), 1.2)
         host.close()
 

@@ -4,20 +4,20 @@ import ctypes
 import resource
 import unittest
 
-from host import DISCARD, ERROR, FOUR_CORNERS, HOST_DRIVEN, OK, RADIUS, SMALL, Host
+from host import DISCARD, ERROR, FOUR_CORNERS, PRESCRIBED, OK, RADIUS, SMALL, Host
 
 NAN, INF = float("nan"), float("inf")
 
 # Parameters that must be refused, and what the log names. Each is put on top of SMALL.
 REFUSED = [
-    ({"dt": 0.0}, "dt"),
-    ({"dt": -1e-8}, "dt"),
-    ({"dt": NAN}, "dt"),
-    ({"dt": INF}, "dt"),
-    ({"dt": 2.7e-8, "yarn.stochastic": False}, "dt: time step too large; the largest allowed is 264"),
+    ({"time_step.seconds": 0.0, "time_step.fraction": 0.6}, "time_step.fraction"),
+    ({"time_step.seconds": -1e-8}, "time_step.seconds"),
+    ({"time_step.seconds": NAN}, "time_step.seconds"),
+    ({"time_step.seconds": INF}, "time_step.seconds"),
+    ({"time_step.seconds": 2.7e-8, "yarn.stochastic": False}, "time_step.seconds: time step too large; the largest allowed is 264"),
     ({"sheet.node_mass": 0.0}, "sheet.node_mass"),
     ({"sheet.node_mass": -1e-8}, "sheet.node_mass"),
-    ({"sheet.node_mass": 1e-20}, "dt: time step too large"),
+    ({"sheet.node_mass": 1e-20}, "time_step.seconds: time step too large"),
     ({"sheet.node_mass": 5e-324}, "sheet.node_mass"),
     ({"sheet.spacing": 0.0}, "sheet.spacing"),
     ({"sheet.spacing": NAN}, "sheet.spacing"),
@@ -42,7 +42,13 @@ REFUSED = [
     ({"projectile.shape": 1, "projectile.length": 0.0}, "projectile.length"),
     ({"projectile.shape": 2, "projectile.length": 6e-3}, "projectile.length"),  # shorter than its hemisphere
     ({"projectile.shape": 3, "projectile.size": [1e-2, 1e-3, 1e-2]}, "projectile.size"),
-    ({"projectile.shape": 4}, "projectile.shape"),
+    ({"projectile.shape": 4}, "projectile.moments"),
+    ({"projectile.shape": 5, "projectile.sector.angle": 3.2}, "projectile.sector.angle"),
+    ({"projectile.shape": 9}, "projectile.shape"),
+    ({"projectile.moments": [-1.0, 0.0, 0.0]}, "projectile.moments"),
+    ({"integrator.kind": 1, "step_after_failure": 1}, "step_after_failure"),
+    ({"symmetry.mirror_x": True}, "yarn.stochastic"),
+    ({"slack_toe": 0.001}, "slack_toe"),
     ({"projectile.position": [NAN, 0.0, 0.0]}, "projectile.position"),
     ({"projectile.position": [0.0, 0.0, -RADIUS + 1e-4]}, "a node lies inside the projectile"),
     ({"projectile.velocity": [0.0, INF, 0.0]}, "projectile.velocity"),
@@ -56,7 +62,7 @@ REFUSED = [
     ({"attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1.0886e-3, "attachment.disc_radius": 4e-4}, "holds no node"),
     ({"attachment.kind": 7}, "attachment.kind"),
     ({"projectile.shape": -1}, "projectile.shape"),
-    ({"mode": 2}, "mode"),
+    ({"drive": 2}, "drive"),
     ({"preset": 9}, "preset"),
     ({"force_window": 0.0}, "force_window"),
     ({"log.level": 4}, "log.level"),
@@ -110,7 +116,7 @@ class Refusals(unittest.TestCase):
             {"projectile.velocity": [0.0, 0.0, 20000.0]},
             {"projectile.mass": 1e-6},
             {"sheet.nodes_x": 3, "sheet.nodes_y": 2},
-            {"projectile.mass": 0.0, "mode": HOST_DRIVEN},
+            {"projectile.mass": 0.0, "drive": PRESCRIBED},
         ]:
             with self.subTest(values=values):
                 host = Host(2, {**SMALL, **values}).run(0, 5, 1e-6)
@@ -126,7 +132,7 @@ class Refusals(unittest.TestCase):
             self.assertEqual(host.attempt(host.fmu.terminate), ERROR)
             host.initialise(SMALL)
             self.assertEqual(host.attempt(host.fmu.enterInitializationMode), ERROR)
-            for fixed in ("sheet.spacing", "mode", "seed", "yarn.stochastic"):
+            for fixed in ("sheet.spacing", "drive", "seed", "yarn.stochastic"):
                 self.assertEqual(host.try_set(fixed, host.get(fixed)), ERROR)
                 self.assertIn(fixed, host.log[-1][2])
             self.assertEqual(host.try_set("contact.work", 1.0), ERROR)

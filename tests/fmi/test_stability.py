@@ -1,4 +1,4 @@
-"""The rows of `fabric-study stability` that an FMU's parameters can describe: refused with the kernel's words, or the kernel's bits.
+"""The rows of `fabric-study stability` but for motion given by hand: refused with the kernel's words, or the kernel's bits.
 
 The cases come from `fabric-study stability --fmu-cases FILE` (FILE: target/fmu/stability.json; `cargo xtask test` writes it).
 """
@@ -59,7 +59,7 @@ class Indicators(unittest.TestCase):
 
         sound = {**SMALL, "yarn.stochastic": False}
         for version in (2, 3):
-            host = Host(version, {**sound, "dt": 2e-8}).run(0, 60, 1e-6)
+            host = Host(version, {**sound, "time_step.seconds": 2e-8}).run(0, 60, 1e-6)
             impact = 0.5 * host.get("projectile.mass") * 100.0**2
             self.assertAlmostEqual(host.get("step.fraction"), 2e-8 / 5.289994e-8, 6)
             self.assertLess(abs(host.get("energy.residual")), 0.01 * impact)
@@ -68,7 +68,7 @@ class Indicators(unittest.TestCase):
             self.assertLess(host.get("fabric.worst_penetration"), 1e-12 * RADIUS)
             self.assertGreater(host.get("fabric.max_stretch"), 1.01)
             self.assertLess(host.get("fabric.max_stretch"), 1.05)
-            finer = Host(version, {**sound, "dt": 1e-8}).run(0, 60, 1e-6)
+            finer = Host(version, {**sound, "time_step.seconds": 1e-8}).run(0, 60, 1e-6)
             self.assertLess(abs(finer.get("energy.residual")), 0.5 * abs(host.get("energy.residual")))
             host.close(), finer.close()
             # A slab over the whole sheet: only rounding is left of many solves, which is no lack of convergence.

@@ -20,6 +20,7 @@ pub(crate) fn gap(scene: &Scene, body: &fabric::Motion, x: V3) -> f64 {
             end.max(if z > 0.0 { cap } else { side })
         }
         Shape::Box => (0..3).map(|k| local[k].abs() - 0.5 * scene.projectile.size[k]).fold(f64::NEG_INFINITY, f64::max),
+        Shape::DiscSector => panic!("given here by its faces"),
         Shape::Polyhedron => {
             let faces = scene.projectile.faces.in_use().iter();
             faces.map(|&[a, b, c, distance]| dot([a, b, c], local) - distance).fold(f64::NEG_INFINITY, f64::max)

@@ -12,7 +12,7 @@ fn latched(sim: &mut Sim<'_>, failure: Failure, image: &[u8]) {
     for _ in 0..2 {
         assert_eq!(sim.step(), Err(failure));
         assert_eq!(sim.advance(3), Err(failure));
-        assert_eq!(sim.advance_until(15, 3), Err(failure));
+        assert_eq!(sim.advance_until(fabric::OutcomeSet::from_bits(15), 3), Err(failure));
     }
     assert_eq!(sim.projectile().unwrap_err(), failure);
     assert_eq!(sim.contact().unwrap_err(), failure);

@@ -296,8 +296,8 @@ impl Golden {
     }
 
     fn dirty(&self, more: usize) -> Buffers {
-        let Buffers { reals, words } = Buffers::of(&(self.scene)());
-        Buffers { reals: vec![f64::NAN; reals.len() + more], words: vec![u32::MAX; words.len() + more] }
+        let need = Buffers::of(&(self.scene)()).lines.len();
+        Buffers { lines: vec![CacheLine([f64::NAN; 8]); need + more] }
     }
 
     fn rows_at_rest_stepped(&self) -> u64 {
@@ -333,11 +333,11 @@ impl Golden {
     }
 
     fn in_dirty_memory(&self) -> u64 {
-        self.digest_in(self.dirty(0).memory())
+        self.digest_in(&mut self.dirty(0).lines)
     }
 
     fn in_longer_memory(&self) -> u64 {
-        self.digest_in(self.dirty(1000).memory())
+        self.digest_in(&mut self.dirty(1000).lines)
     }
 
     /// The bits of the draws in another order, and of the run after it.
@@ -352,7 +352,7 @@ impl Golden {
             let number = k * stride % count;
             assert_eq!(draw(number), in_order[number as usize], "segment {number}");
         }
-        self.digest_in(Buffers::of(&scene).memory())
+        self.digest_in(&mut Buffers::of(&scene).lines)
     }
 
     /// In turns with another golden scene, a few steps each.

@@ -96,12 +96,12 @@ fn a_turning_cylinder_counts_its_reach_and_its_turn() {
     refused(&scene, Code::ProjectileTooFast, "projectile.velocity");
     scene.projectile.angular_velocity[0] *= 0.998;
     let mut memory = Buffers::of(&scene);
-    assert!(Sim::new(&scene, memory.memory()).is_ok());
+    assert!(Sim::new(&scene, &mut memory.lines).is_ok());
     // A sphere feels no torque: its spin is free.
     let mut sphere = base();
     sphere.projectile.angular_velocity = [1e9, 0.0, 0.0];
     let mut memory = Buffers::of(&sphere);
-    assert!(Sim::new(&sphere, memory.memory()).is_ok());
+    assert!(Sim::new(&sphere, &mut memory.lines).is_ok());
 }
 
 #[test]
@@ -111,10 +111,10 @@ fn corner_discs_that_overlap_or_reach_the_projectile_are_refused() {
     scene.attachment.kind = AttachmentKind::FourCorners;
     (scene.attachment.disc_inset, scene.attachment.disc_radius) = (25.4e-3, 19.05e-3);
     let mut buffers = Buffers::of(&Scene::sheet_3in_sphere());
-    let error = Sim::new(&scene, buffers.memory()).err().unwrap();
+    let error = Sim::new(&scene, &mut buffers.lines).err().unwrap();
     assert_eq!((error.code, error.field), (Code::DiscsOverlap, "attachment.disc_radius"));
     scene.attachment.disc_radius = 12.0e-3;
-    let error = Sim::new(&scene, buffers.memory()).err().unwrap();
+    let error = Sim::new(&scene, &mut buffers.lines).err().unwrap();
     assert_eq!((error.code, error.field), (Code::DiscTouchesProjectile, "attachment.disc_radius"));
 }
 
@@ -164,7 +164,7 @@ fn a_projectile_too_fast_for_the_step_is_told_the_largest_step() {
         assert!(femtoseconds > 0 && error.text().ends_with(&text), "{name}: {}", error.text());
         scene.time_step = TimeStep::seconds(error.limit);
         let mut memory = Buffers::of(&scene);
-        assert!(Sim::new(&scene, memory.memory()).is_ok(), "{name}: {error:?}");
+        assert!(Sim::new(&scene, &mut memory.lines).is_ok(), "{name}: {error:?}");
         // And a larger one is not.
         scene.time_step = TimeStep::seconds(error.limit * (1.0 + 1e-12));
         refused(&scene, Code::ProjectileTooFast, "projectile.velocity");
@@ -179,12 +179,12 @@ fn a_step_refusal_names_the_largest_step_and_taking_that_step_works() {
     assert!(error.text().contains("the largest allowed is 2"));
     scene.time_step = TimeStep::seconds(error.limit);
     let mut memory = Buffers::of(&scene);
-    assert!(Sim::new(&scene, memory.memory()).is_ok());
+    assert!(Sim::new(&scene, &mut memory.lines).is_ok());
     scene.time_step = TimeStep::seconds(error.limit.next_up());
     refused(&scene, Code::StepTooLarge, "time_step.seconds");
     scene.step_check = StepCheck::None;
     let mut memory = Buffers::of(&scene);
-    assert!(Sim::new(&scene, memory.memory()).is_ok());
+    assert!(Sim::new(&scene, &mut memory.lines).is_ok());
 }
 
 /// Boxes, hemispherical cylinders and polyhedra: sound as they are, refused with one thing wrong.
@@ -201,7 +201,7 @@ fn shapes_that_are_none_or_too_small_are_refused() {
         let mut scene = base();
         make(&mut scene);
         let mut memory = Buffers::of(&scene);
-        assert!(Sim::new(&scene, memory.memory()).is_ok());
+        assert!(Sim::new(&scene, &mut memory.lines).is_ok());
         // A start inside: the flat face or the nose ahead is nearer to the centre than a tenth of the size.
         scene.projectile.position[2] = 0.0;
         refused(&scene, Code::InitialOverlap, "projectile.position");
@@ -243,7 +243,7 @@ fn shapes_that_are_none_or_too_small_are_refused() {
     scene.projectile.faces =
         Faces::of(&[[n, n, n, 2e-3], [n, -n, -n, 2e-3], [-n, n, -n, 2e-3], [-0.5773503, -0.5773503, 0.5773503, 2e-3]]);
     let mut memory = Buffers::of(&scene);
-    assert_eq!(Sim::new(&scene, memory.memory()).err(), None);
+    assert_eq!(Sim::new(&scene, &mut memory.lines).err(), None);
 }
 
 /// Dimensions that a shape does not have are not read.
@@ -308,8 +308,8 @@ fn parameters_that_give_no_usable_step_are_refused() {
         scene.projectile.position = [0.0, 0.0, -1.0];
         scene.projectile.velocity = [0.0; 3];
         change(&mut scene, 1e-310);
-        let mut memory = Buffers { reals: vec![0.0; 60_000], words: vec![0; 60_000] };
-        let error = Sim::new(&scene, memory.memory()).err().expect("refused");
+        let mut memory = Buffers { lines: vec![CacheLine::ZERO; 11_250] };
+        let error = Sim::new(&scene, &mut memory.lines).err().expect("refused");
         assert_eq!(error.code, Code::StepLimitUnusable, "{error}");
     }
     let mut scene = base();

@@ -87,6 +87,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
         ("projectile.faces.planes[4][2]", 1.0), ("projectile.faces.planes[4][3]", EDGE), ("projectile.faces.planes[5][2]", -1.0), ("projectile.faces.planes[5][3]", EDGE),
         ("projectile.moments[0]", 2e-7), ("projectile.moments[1]", 2e-7), ("projectile.moments[2]", 2e-7),
     ]),
+    ("sector", &[("projectile.shape", 5.0)]),
     ("corners", &[
         ("sheet.nodes_x", 23.0), ("sheet.nodes_y", 23.0), ("projectile.radius", 3e-3),
         ("attachment.kind", 2.0), ("attachment.disc_inset", 1e-3), ("attachment.disc_radius", 8e-4),
@@ -138,6 +139,7 @@ fn rows() -> Vec<Row> {
     let choice = |base, names: &[&'static str], last: f64| Row {
         base, names: names.to_vec(), kind: Kind::Count, line: vec![(To(last), Accepted), (End, own(UnknownChoice))], also: &[],
     };
+    let bore = Refused(OutOfRange, "projectile.sector.inner_radius");
     let step_max = scene("sphere").step_limits().expect("sound").step_max;
     let fastest = h / 5e-9;
     let rounding = 1.0 + 4.0 * f64::EPSILON;
@@ -170,12 +172,17 @@ fn rows() -> Vec<Row> {
         real("corners", &["attachment.disc_radius"], &[not_positive, (About(3.88e-4), own(HoldsNothing)), (About(6.87e-3), Accepted), (About(6.98e-3), own(DiscTouchesProjectile)), (End, own(DiscsOverlap))], &[3.8e-4, 3.9e-4, 6e-3, 6.9e-3, 8e-3]),
         not_read("sphere", &["attachment.disc_inset", "attachment.disc_radius"]),
         // ---- Projectile. No free node inside it at the start; its kinetic energy at any speed is a number.
-        count("bullet", &["projectile.shape"], &[(To(3.0), Accepted), (To(4.0), Refused(NotPositive, "projectile.moments")), (End, own(UnknownChoice))], &[]),
+        count("bullet", &["projectile.shape"], &[(To(3.0), Accepted), (To(4.0), Refused(NotPositive, "projectile.moments")), (To(5.0), Accepted), (End, own(UnknownChoice))], &[]),
         real("sphere", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(7e-3), Accepted), (About(1e150), overlap), (End, too_heavy)], &[6.9e-3, 7.1e-3]),
         real("cylinder", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(1e150), Accepted), (End, too_heavy)], &[]),
         real("cylinder", &["projectile.length"], &line(&at_least_two, &[(About(0.014), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.0139, 0.0141]),
         real("bullet", &["projectile.radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (To(0.0127), Accepted), (End, Refused(OutOfRange, "projectile.length"))], &[]),
         real("bullet", &["projectile.length"], &line(&at_least_two, &[(Below(6.35e-3), own(OutOfRange)), (About(0.03), Accepted), (About(1e150), overlap), (End, too_heavy)]), &[0.02, 0.06]),
+        not_read("sphere", &["projectile.sector.inner_radius", "projectile.sector.outer_radius", "projectile.sector.angle", "projectile.sector.thickness"]),
+        real("sector", &["projectile.sector.inner_radius"], &[negative, (To(0.0), Accepted), (Below(1e-6 * 0.04), own(OutOfRange)), (To((1.0 - 1e-6) * 0.04), Accepted), beyond], &[]),
+        real("sector", &["projectile.sector.outer_radius"], &[not_positive, (Below(h), own(ProjectileTooSmall)), (About(0.015), bore), (About(15e3), Accepted), (End, bore)], &[0.0149, 0.0151, 1e4, 2e4]),
+        real("sector", &["projectile.sector.angle"], &[(Below(1e-3), own(OutOfRange)), (About(0.0494), Refused(ProjectileTooSmall, "projectile.sector.outer_radius")), (Below(core::f64::consts::PI), Accepted), beyond], &[0.049, 0.05]),
+        real("sector", &["projectile.sector.thickness"], &line(&at_least_two, &[(About(0.014), Accepted), (About(1e150), overlap), (About(1e300), too_heavy), (End, own(OutOfRange))]), &[0.0139, 0.0141]),
         not_read("sphere", &["projectile.length", "projectile.size[0]", "projectile.size[1]", "projectile.size[2]", "projectile.moments[0]", "projectile.moments[1]", "projectile.moments[2]", "projectile.faces.planes[0][0]", "projectile.faces.planes[15][3]"]),
         not_read("box", &["projectile.radius", "projectile.length", "projectile.faces.planes[0][0]", "projectile.moments[0]"]),
         not_read("cube", &["projectile.radius", "projectile.length", "projectile.size[1]", "projectile.faces.planes[6][0]", "projectile.faces.planes[15][3]"]),

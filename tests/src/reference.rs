@@ -144,6 +144,7 @@ pub fn moments(scene: &Scene) -> V3 {
             [b + c, c + a, a + b].map(|sum| m * sum / 12.0)
         }
         fabric::Shape::Polyhedron => body.moments,
+        fabric::Shape::DiscSector => fabric::shape::Solid::of(body).inertia(m),
     }
 }
 

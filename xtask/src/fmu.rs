@@ -1,9 +1,13 @@
-//! `cargo xtask fmu`: the model descriptions from the table of variables, and the two archives.
+//! `cargo xtask fmu`: the model descriptions and the table of parameters of the documents from the tables in code, and the two
+//! archives.
 
 use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
+use fabric::Scene;
+use fabric::fields::{self, FIELDS, Field, Place, Range};
 use fabric_fmu::MODEL_IDENTIFIER;
-use fabric_fmu::table::{self, Id, Kind, Role, Variable};
+use fabric_fmu::parameters::Parameters;
+use fabric_fmu::table::{self, Id, Kind, MOST_ELEMENTS, Role, Variable};
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Options of the command.
 #[derive(clap::Args, Default)]
 pub struct Options {
-    /// Only compare the committed model descriptions with the table of variables.
+    /// Only compare the committed files with the tables in code.
     #[arg(long)]
     pub check: bool,
     /// Which platforms the archives hold: all whose tools are installed, or only this one.
@@ -25,27 +29,23 @@ pub struct Options {
 const DESCRIPTION: &str =
     "Ballistic fabric as a network of yarn segments, hit by a rigid projectile that the FMU or its host moves";
 
-/// The folder with what the archives hold besides binaries.
-fn folder() -> PathBuf {
-    tools::top().join("modelDescription")
-}
-
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {
-    let descriptions = [("fmi2.xml", fmi2()), ("fmi3.xml", fmi3())];
-    if options.check {
-        for (name, text) in &descriptions {
-            let committed = fs::read_to_string(folder().join(name)).unwrap_or_default();
-            if committed != *text {
-                return Err(format!("modelDescription/{name} does not match fmu/src/table.rs: run `cargo xtask fmu`"));
-            }
+    let files = [
+        ("modelDescription/fmi2.xml", fmi2()),
+        ("modelDescription/fmi3.xml", fmi3()),
+        ("docs/tables/scene.md", parameters()),
+    ];
+    for (name, text) in &files {
+        let path = tools::top().join(name);
+        if !options.check {
+            fs::write(path, text).map_err(|error| format!("{name}: {error}"))?;
+        } else if fs::read_to_string(path).unwrap_or_default() != *text {
+            return Err(format!("{name} does not match the tables in code: run `cargo xtask fmu`"));
         }
     }
     if options.check {
         return Ok(());
-    }
-    for (name, text) in &descriptions {
-        fs::write(folder().join(name), text).map_err(|error| format!("modelDescription/{name}: {error}"))?;
     }
     if options.targets == Targets::Host {
         println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
@@ -147,7 +147,19 @@ fn number(kind: Kind, value: f64) -> String {
 }
 
 fn token() -> String {
-    String::from_utf8_lossy(&table::TOKEN).into_owned()
+    String::from_utf8_lossy(&fabric_fmu::token::text()).into_owned()
+}
+
+/// Start values of an input or parameter, one text per element; none of an output.
+fn starts(variable: &Variable) -> Vec<String> {
+    let mut values = [0.0; MOST_ELEMENTS];
+    Parameters::default().get(variable, &mut values);
+    let size = if variable.role.is_output() { 0 } else { variable.size() };
+    values.iter().take(size).map(|&start| number(variable.kind, start)).collect()
+}
+
+fn description(variable: &Variable) -> Option<String> {
+    some(format!("{}{}", variable.description, variable.note))
 }
 
 /// The attributes that the two versions share, with the names of FMI 2.0.
@@ -183,7 +195,7 @@ fn units(out: &mut String) {
 /// The type definitions; FMI 2.0 wraps each in a SimpleType.
 fn types(out: &mut String, two: bool) {
     out.push_str("  <TypeDefinitions>\n");
-    for quantity in table::QUANTITIES {
+    for quantity in table::quantities() {
         let about = ("description", some(quantity.description));
         let attributes = [
             ("quantity", some(quantity.name)),
@@ -200,7 +212,7 @@ fn types(out: &mut String, two: bool) {
             out.push_str(&format!("{}/>\n", tag(2, "Float64Type", &[&[name, about], &attributes[..]].concat())));
         }
     }
-    for choice in table::CHOICES {
+    for choice in table::choices() {
         let name = [("name", some(choice.name))];
         if two {
             out.push_str(&format!("{}>\n      <Enumeration>\n", tag(2, "SimpleType", &name)));
@@ -265,7 +277,13 @@ fn finite(value: f64) -> Option<String> {
 
 /// Declared type, unit (again, for hosts that do not look at types), and range and nominal where they are not the type's.
 fn value_attributes(variable: &Variable) -> Vec<(&'static str, Option<String>)> {
-    let limit = |k: usize| variable.range.filter(|r| r[k].is_finite()).map(|range| number(variable.kind, range[k]));
+    let limits = variable.limits();
+    let least = variable.quantity.map_or(f64::NEG_INFINITY, |quantity| quantity.least);
+    let limited = matches!(variable.kind, Kind::Real | Kind::Integer) && !variable.role.is_output();
+    let limit = |k: usize| {
+        let own = limited && limits[k].is_finite() && limits[k] != least;
+        own.then(|| number(variable.kind, limits[k]))
+    };
     let declared = match (variable.kind, variable.quantity) {
         (Kind::Choice(choice), _) => some(choice.name),
         (_, Some(quantity)) => some(quantity.name),
@@ -283,13 +301,13 @@ fn value_attributes(variable: &Variable) -> Vec<(&'static str, Option<String>)> 
 /// What an output depends on when initialisation ends: nothing (it is zero, or -1), the input of the same meaning, or, where the
 /// attribute is left out, all inputs and parameters.
 fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
-    let input = |id: Id| some(name_of(&table::VARIABLES[id as usize]));
+    let input = |name: &str| table::variable(name).map(&name_of);
     let known = match variable.id {
         // Without a position from the host it comes from shape, orientation and sheet.
         Id::StatePosition | Id::StepFraction => None,
-        Id::StateVelocity => input(Id::Velocity),
-        Id::StateOrientation => input(Id::Orientation),
-        Id::StateAngularVelocity => input(Id::AngularVelocity),
+        Id::StateVelocity => input("projectile.velocity"),
+        Id::StateOrientation => input("projectile.orientation"),
+        Id::StateAngularVelocity => input("projectile.angular_velocity"),
         _ => some(""),
     };
     ("dependencies", known)
@@ -297,7 +315,7 @@ fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'st
 
 /// Index of a variable's first element in FMI 2.0, from 1 on.
 fn index_of(variable: &Variable) -> usize {
-    1 + table::VARIABLES.iter().take(variable.id as usize).map(Variable::size).sum::<usize>()
+    1 + table::VARIABLES.iter().take_while(|other| other.id != variable.id).map(Variable::size).sum::<usize>()
 }
 
 /// The name of an element in FMI 2.0: `name`, `name[2]` or `name[2,3]`.
@@ -339,13 +357,13 @@ fn fmi2() -> String {
     let mut outputs = String::new();
     let mut unknowns = String::new();
     let mut index = 0;
-    for variable in table::VARIABLES {
+    for variable in &table::VARIABLES {
         for element in 0..variable.size() {
             index += 1;
             let attributes = [
                 ("name", some(element_name(variable, element))),
                 ("valueReference", some(variable.reference as usize + element)),
-                ("description", some(variable.description)),
+                ("description", description(variable)),
                 ("causality", some(causality(variable))),
                 ("variability", some(variability(variable))),
                 ("initial", initial(variable)),
@@ -358,7 +376,7 @@ fn fmi2() -> String {
                 Kind::Choice(_) => "Enumeration",
             };
             let mut attributes = value_attributes(variable);
-            attributes.push(("start", variable.start.get(element).map(|&start| number(variable.kind, start))));
+            attributes.push(("start", starts(variable).get(element).cloned()));
             out.push_str(&format!("{}/>\n    </ScalarVariable>\n", tag(3, name, &attributes)));
             if variable.role.is_output() {
                 let direct = [("index", some(index)), ("dependencies", some(""))];
@@ -415,18 +433,18 @@ fn fmi3() -> String {
     out.push_str(&format!("{}/>\n", tag(2, "Float64", &time)));
     let mut outputs = String::new();
     let mut unknowns = String::new();
-    for variable in table::VARIABLES {
+    for variable in &table::VARIABLES {
         let name = match variable.kind {
             Kind::Real => "Float64",
             Kind::Integer => "Int32",
             Kind::Boolean => "Boolean",
             Kind::Choice(_) => "Enumeration",
         };
-        let starts: Vec<_> = variable.start.iter().map(|&start| number(variable.kind, start)).collect();
+        let starts = starts(variable);
         let mut attributes = vec![
             ("name", some(variable.name)),
             ("valueReference", some(variable.reference)),
-            ("description", some(variable.description)),
+            ("description", description(variable)),
             ("causality", some(causality(variable))),
             ("variability", some(variability(variable))),
             ("initial", initial(variable)),
@@ -456,4 +474,83 @@ fn fmi3() -> String {
     out.push_str(&unknowns);
     out.push_str("  </ModelStructure>\n</fmiModelDescription>\n");
     out
+}
+
+// ---- Table of parameters ----------------------------------------------------------------------------------------------
+
+/// docs/tables/scene.md.
+fn parameters() -> String {
+    let mut out = String::from(
+        "# The parameters of a scene\n\n\
+         Written by `cargo xtask fmu` from `kernel/src/fields.rs`.\n\
+         The names are those of Rust, of scene files and of the FMUs.\n\
+         A vector has the same range and default for each element where one is given.\n\
+         The default is that of the 10 in preset; that of the 3 in preset follows after \"3 in:\" where it differs.\n\
+         The FMUs start with `time_step.seconds` = 2e-8 and with the projectile 1 mm before the sheet.\n\n\
+         | name | type | unit | range | default | FMI reference | meaning |\n|---|---|---|---|---|---|---|\n",
+    );
+    for field in FIELDS {
+        let [ten, three] =
+            [Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere()].map(|mut scene| shown(field, &mut scene));
+        let default = if ten == three { ten } else { format!("{ten}; 3 in: {three}") };
+        let unit = field.quantity.map_or("", |quantity| quantity.unit);
+        let cells =
+            [format!("`{}`", field.name), typed(field), unit.into(), range(field), default, field.fmi.to_string()];
+        out.push_str(&format!("| {} | {} |\n", cells.join(" | "), field.about));
+    }
+    out.push_str("\n## The choices\n");
+    for choice in fields::CHOICES {
+        out.push_str(&format!("\n{}:\n\n", choice.name));
+        for (number, (name, about)) in choice.items.iter().enumerate() {
+            out.push_str(&format!("- {number} `{name}`: {about}\n"));
+        }
+    }
+    out
+}
+
+fn typed(field: &Field) -> String {
+    match field.place {
+        Place::Reals(_, []) => "real".into(),
+        Place::Reals(_, shape) => {
+            format!("real, {}", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(" x "))
+        }
+        Place::Count(_) => "count".into(),
+        Place::Seed(_) => "seed, 64 bits".into(),
+        Place::Flag(_) => "true or false".into(),
+        Place::Choice(choice, ..) => choice.name.into(),
+    }
+}
+
+fn range(field: &Field) -> String {
+    let text = |x: f64| if field.is_real() { format!("{x:?}") } else { format!("{x}") };
+    match field.range {
+        Range::Any => String::new(),
+        Range::Positive => "> 0".into(),
+        Range::NotNegative => ">= 0".into(),
+        Range::Within(least, greatest) if greatest == f64::from(u32::MAX) => format!(">= {}", text(least)),
+        Range::Within(least, greatest) => format!("{} to {}", text(least), text(greatest)),
+        Range::Above(least, greatest) => format!("> {}, <= {}", text(least), text(greatest)),
+        Range::Below(least, greatest) if least.is_finite() => format!(">= {}, < {}", text(least), text(greatest)),
+        Range::Below(_, greatest) => format!("< {}", text(greatest)),
+        Range::Nodes => format!("2 to {}", field.limits()[1]),
+        Range::UnitQuaternion => "unit length, to 1e-3".into(),
+    }
+}
+
+/// A parameter of a scene, in short.
+fn shown(field: &Field, scene: &mut Scene) -> String {
+    let values: Vec<_> = (0..field.size()).map(|k| field.value_of(field.word(scene, k))).collect();
+    let text = |value: &f64| match field.place {
+        Place::Reals(..) if value.abs() >= 1e6 => format!("{value:e}"),
+        Place::Reals(..) => format!("{value:?}"),
+        Place::Flag(_) => (*value != 0.0).to_string(),
+        Place::Choice(choice, ..) => {
+            choice.items.get(*value as usize).map_or(String::new(), |(name, _)| format!("`{name}`"))
+        }
+        Place::Count(_) | Place::Seed(_) => value.to_string(),
+    };
+    match &values[..] {
+        [first, rest @ ..] if rest.iter().all(|value| value == first) => text(first),
+        _ => values.iter().map(text).collect::<Vec<_>>().join(", "),
+    }
 }

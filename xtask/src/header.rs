@@ -2,8 +2,7 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::chosts::empty_folder;
-use crate::tools::{Outcome, top};
+use crate::tools::{Outcome, emptied, target, top};
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::scene::MAX_NODES_PER_SIDE;
 use fabric::{Code, Scene};

@@ -1,6 +1,6 @@
 //! `cargo xtask install`: the C and C++ library as other build systems expect to find it.
 
-use crate::tools::{Outcome, make_folder, output, read, target, top};
+use crate::tools::{Outcome, emptied, make_folder, output, read, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -14,7 +14,7 @@ use fabric_fmu::door::{Handle, Text};
 use fabric_fmu::instance::Instance;
 use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;
-use fabric_fmu::table::{DEFAULT_DT, Id, TOKEN, VARIABLES};
+use fabric_fmu::table::{self, DEFAULT_DT};
 use fabric_fmu::{Input, Output, fmi2, fmi3};
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -68,8 +68,8 @@ unsafe fn to<T>(start: *mut T) -> Output<T> {
     unsafe { Output::given(start) }
 }
 
-fn reference(id: Id) -> u32 {
-    VARIABLES[id as usize].reference
+fn reference(name: &str) -> u32 {
+    table::variable(name).map_or(u32::MAX, |variable| variable.reference)
 }
 
 fn ok(status: Status, what: &str) -> Result<()> {
@@ -78,8 +78,8 @@ fn ok(status: Status, what: &str) -> Result<()> {
 
 impl Fmu {
     /// A running instance; `nodes` per side, or the default scene.
-    fn new(version: Version, nodes: Option<i32>, host_driven: bool) -> Result<Fmu> {
-        let token = CString::new(TOKEN)?;
+    fn new(version: Version, nodes: Option<i32>, prescribed: bool) -> Result<Fmu> {
+        let token = CString::new(fabric_fmu::token::text())?;
         let name = c"bench";
         // SAFETY: texts end with a zero and live through the call; the callbacks are five null pointers, as the struct has.
         let place = unsafe {
@@ -119,11 +119,11 @@ impl Fmu {
         let fmu = Fmu { version, place };
         let mut integers = Vec::new();
         if let Some(nodes) = nodes {
-            integers.extend([(Id::NodesX, nodes), (Id::NodesY, nodes)]);
+            integers.extend([("sheet.nodes_x", nodes), ("sheet.nodes_y", nodes)]);
         }
-        let (references, values): (Vec<u32>, Vec<i32>) = integers.iter().map(|&(id, n)| (reference(id), n)).unzip();
-        let (mode, driven) = (reference(Id::Mode), i32::from(host_driven));
-        let velocity: Vec<u32> = (0..3).map(|k| reference(Id::Velocity) + k).collect();
+        let (references, values): (Vec<u32>, Vec<i32>) = integers.iter().map(|&(name, n)| (reference(name), n)).unzip();
+        let (drive, driven) = (reference("drive"), i32::from(prescribed));
+        let velocity: Vec<u32> = (0..3).map(|k| reference("projectile.velocity") + k).collect();
         let slow = [0.0, 0.0, 1.0];
         let count = references.len();
         // SAFETY: the instance lives; arrays are as long as said.
@@ -134,7 +134,7 @@ impl Fmu {
                         fmi2::fmi2SetInteger(at(place), from(references.as_ptr()), count, from(values.as_ptr())),
                         "SetInteger",
                     )?;
-                    ok(fmi2::fmi2SetInteger(at(place), from(&mode), 1, from(&driven)), "SetInteger")?;
+                    ok(fmi2::fmi2SetInteger(at(place), from(&drive), 1, from(&driven)), "SetInteger")?;
                     ok(fmi2::fmi2SetReal(at(place), from(velocity.as_ptr()), 3, from(slow.as_ptr())), "SetReal")?;
                     ok(fmi2::fmi2SetupExperiment(at(place), 0, 0.0, 0.0, 0, 0.0), "SetupExperiment")?;
                     ok(fmi2::fmi2EnterInitializationMode(at(place)), "EnterInitializationMode")?;
@@ -146,7 +146,7 @@ impl Fmu {
                         fmi3::fmi3SetInt32(at(place), from(references.as_ptr()), count, from(values.as_ptr()), count),
                         "SetInt32",
                     )?;
-                    ok(fmi3::fmi3SetInt64(at(place), from(&mode), 1, from(&wide), 1), "SetInt64")?;
+                    ok(fmi3::fmi3SetInt64(at(place), from(&drive), 1, from(&wide), 1), "SetInt64")?;
                     ok(
                         fmi3::fmi3SetFloat64(at(place), from(velocity.as_ptr()), 1, from(slow.as_ptr()), 3),
                         "SetFloat64",
@@ -183,7 +183,7 @@ impl Fmu {
 
     /// Reads the mean force: one call, three numbers.
     fn force(&self) -> (Status, [f64; 3]) {
-        let first = reference(Id::ForceMean);
+        let first = reference("contact.force_mean");
         let references = [first, first + 1, first + 2];
         let mut force = [0.0; 3];
         // SAFETY: the instance lives; arrays are as long as said.
@@ -212,10 +212,10 @@ const CALLS: u64 = 2000;
 /// doStep and get.
 pub fn calls(effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
     for version in [Version::Two, Version::Three] {
-        for (mode, host_driven) in [("integrated", false), ("host-driven", true)] {
+        for (drive, prescribed) in [("free", false), ("prescribed", true)] {
             let (mut steps, mut gets) = (Vec::new(), Vec::new());
             for _ in 0..effort.rounds {
-                let fmu = Fmu::new(version, Some(5), host_driven)?;
+                let fmu = Fmu::new(version, Some(5), prescribed)?;
                 // SAFETY: the instance lives; nothing else refers to it meanwhile.
                 let scene = unsafe { (*fmu.place).kept.scene() };
                 let mut buffers = Buffers::of(&scene)?;
@@ -237,11 +237,11 @@ pub fn calls(effort: Effort, progress: &Progress, report: &mut Report) -> Result
                     std::hint::black_box(force);
                 }
                 gets.push(1e6 * clock.seconds() / CALLS as f64);
-                progress.add(1, || format!("fmu {mode}"));
+                progress.add(1, || format!("fmu {drive}"));
             }
             let name = version.name();
-            report.figure("fmu", format!("{name}, {mode}: doStep beyond stepping"), statistics::median(&steps), "us");
-            report.figure("fmu", format!("{name}, {mode}: get of a force"), statistics::median(&gets), "us");
+            report.figure("fmu", format!("{name}, {drive}: doStep beyond stepping"), statistics::median(&steps), "us");
+            report.figure("fmu", format!("{name}, {drive}: get of a force"), statistics::median(&gets), "us");
         }
     }
     Ok(())

@@ -50,7 +50,7 @@ pub struct Effort {
 /// Steps a simulation one way.
 pub fn advance(sim: &mut Sim<'_>, way: Way, steps: u64) -> Result<()> {
     sim.use_instructions(way.instructions)?;
-    threads::advance_until(sim, 0, steps, way.threads)??;
+    threads::advance_until(sim, fabric::OutcomeSet::NONE, steps, way.threads)??;
     Ok(())
 }
 

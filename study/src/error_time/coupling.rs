@@ -19,7 +19,7 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report};
-use fabric::{Drive, Motion, Outcome, Path as Route, Scene, Sim, TimeStep};
+use fabric::{Drive, Motion, Outcome, OutcomeSet, Path as Route, Scene, Sim, TimeStep};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -172,7 +172,7 @@ fn scene(k: usize, effort: Effort) -> Scene {
     scene
 }
 
-fn end() -> u32 {
+fn end() -> OutcomeSet {
     mask_of(&[Outcome::Arrested, Outcome::Exited])
 }
 
@@ -202,7 +202,7 @@ fn read(scene: &Scene, sim: &Sim<'_>, early: f64, velocity: f64, seconds: f64, n
         peak: contact.force_peak,
         node_steps,
         seconds,
-        ended: sim.outcomes().mask & end() != 0,
+        ended: sim.outcomes().mask.has(end()),
     })
 }
 
@@ -250,7 +250,7 @@ fn coupled(scene: &Scene, scheme: &Scheme, exchange: u64) -> Result<Run> {
     let (mut force, mut early, mut node_steps) = ([0.0; 3], f64::NAN, 0.0);
     let nodes = sim.layout().nodes() as f64;
     let clock = Clock::start();
-    while sim.step_count() < LONGEST && sim.outcomes().mask & end() == 0 {
+    while sim.step_count() < LONGEST && !sim.outcomes().mask.has(end()) {
         if scheme.rollbacks > 0 {
             sim.save(&mut image)?;
         }

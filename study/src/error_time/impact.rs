@@ -15,7 +15,9 @@ use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report};
 use fabric::scene::{STEP_DEFAULT_FRACTION, STEP_MAX_FRACTION};
-use fabric::{AttachmentKind, Failure, Integrator, Outcome, Scene, Sim, StepAfterFailure, Symmetry, TimeStep};
+use fabric::{
+    AttachmentKind, Failure, Integrator, Outcome, OutcomeSet, Scene, Sim, StepAfterFailure, Symmetry, TimeStep,
+};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -53,7 +55,7 @@ const fn case(name: &'static str, file: &'static str, kind: AttachmentKind, stoc
 }
 
 /// What ends a run of a case.
-fn end(kind: AttachmentKind) -> u32 {
+fn end(kind: AttachmentKind) -> OutcomeSet {
     match kind {
         AttachmentKind::FourCorners => mask_of(&[Outcome::Arrested, Outcome::Detached, Outcome::Exited]),
         _ => mask_of(&[Outcome::Arrested, Outcome::Exited]),
@@ -239,9 +241,9 @@ pub fn impact(scene: &Scene) -> Result<Run> {
 }
 
 /// Where the step is halved after the first failure: runs until then.
-fn until_failure(scene: &Scene, sim: &mut Sim<'_>, end: u32, steps: u64) -> std::result::Result<(), Failure> {
+fn until_failure(scene: &Scene, sim: &mut Sim<'_>, end: OutcomeSet, steps: u64) -> std::result::Result<(), Failure> {
     let halves = scene.step_after_failure == StepAfterFailure::Half;
-    while halves && sim.counters().failed_segments == 0 && sim.step_count() < steps && sim.outcomes().mask & end == 0 {
+    while halves && sim.counters().failed_segments == 0 && sim.step_count() < steps && !sim.outcomes().mask.has(end) {
         sim.step()?;
     }
     Ok(())

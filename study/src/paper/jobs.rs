@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::{Result, event, picture};
 use fabric::fields::FIELDS;
 use fabric::snapshot::Hash;
-use fabric::{AttachmentKind, Outcome, Scene, Sim, Symmetry};
+use fabric::{AttachmentKind, Outcome, OutcomeSet, Scene, Sim, Symmetry};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -179,7 +179,7 @@ impl Job {
         let mut mask = event::mask_of(&[Outcome::Arrested, Outcome::Exited]);
         if self.scene.symmetry != Symmetry::default() {
             // Torn off evenly at all corners, the sheet wraps the sphere and flies with it: the run is over.
-            mask |= Outcome::Detached.bit();
+            mask |= Outcome::Detached;
         }
         let dt = sim.step_limits().dt;
         let every = |pause: f64| ((pause / dt).round() as u64).max(1);
@@ -190,7 +190,7 @@ impl Job {
         let mut connection = Connection::new(&sim);
         let mut onset = Onset::default();
         let mut pictures = self.pictures.iter().peekable();
-        while sim.step_count() < self.step_limit && sim.outcomes().mask & mask == 0 {
+        while sim.step_count() < self.step_limit && !sim.outcomes().mask.has(mask) {
             let pause = if sim.time() < FINE_UNTIL { FINE } else { COARSE };
             let steps = every(pause).min(self.step_limit - sim.step_count());
             onset.advance_until(&mut sim, mask, steps)?;
@@ -216,7 +216,7 @@ impl Job {
             key: self.key(),
             name: self.name.clone(),
             arrested: ended.latched(Outcome::Arrested).is_some(),
-            timeout: sim.outcomes().mask & mask == 0,
+            timeout: !sim.outcomes().mask.has(mask),
             steps: ended.steps,
             time: ended.time,
             energy: ended.initial_kinetic_energy,
@@ -373,10 +373,10 @@ struct Onset {
 
 impl Onset {
     /// Advances the simulation by at most so many steps, one by one until all is known of the onset.
-    fn advance_until(&mut self, sim: &mut Sim<'_>, mask: u32, steps: u64) -> Result<()> {
+    fn advance_until(&mut self, sim: &mut Sim<'_>, mask: OutcomeSet, steps: u64) -> Result<()> {
         let failed = |failure: fabric::Failure| failure.to_string();
         let end = sim.step_count() + steps;
-        while self.places.is_none() && sim.step_count() < end && sim.outcomes().mask & mask == 0 {
+        while self.places.is_none() && sim.step_count() < end && !sim.outcomes().mask.has(mask) {
             sim.advance_until(mask, 1).map_err(failed)?;
             self.look(sim)?;
         }

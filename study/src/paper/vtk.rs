@@ -31,7 +31,7 @@ pub fn series(out: &Path, effort: Effort) -> Result<Vec<Picture>> {
         picture::keep(&out.join(&file), &sim)?;
         frames.push(picture::describe(out, file, format!("frame {frame}"), &scene)?);
         progress.add(1, || format!("{:.0} us", 1e6 * sim.time()));
-        if sim.outcomes().mask & mask != 0 {
+        if sim.outcomes().mask.has(mask) {
             break;
         }
         sim.advance_until(mask, steps).map_err(|failure| failure.to_string())?;

@@ -273,7 +273,7 @@ fn ten_million_steps_of_flight() -> Case {
         let mut buffers = Buffers::of(&scene)?;
         let mut sim = buffers.sim(&scene)?;
         sim.advance(steps)?;
-        let summary = Summary::of(&sim, 0)?;
+        let summary = Summary::of(&sim, fabric::OutcomeSet::NONE)?;
         let motion = sim.projectile()?;
         let place = scene.projectile.position[2] + sim.time();
         let off = ((motion.position[2] - place) / place).abs();
@@ -329,7 +329,7 @@ fn unstable_axis() -> Case {
             worst =
                 [worst[0].max(((e - energy) / energy).abs()), worst[1].max((l - momentum).norm() / momentum.norm())];
         }
-        let summary = Summary::of(&sim, 0)?;
+        let summary = Summary::of(&sim, fabric::OutcomeSet::NONE)?;
         let happened = format!("turned over {turns} times, energy {:.1e}, momentum {:.1e}", worst[0], worst[1]);
         let pass = turns >= 5 && worst.iter().all(|&x| x < 1e-10);
         Ok(Answer {

@@ -134,7 +134,7 @@ impl Flight {
         let start = scale(&sim)?;
         let mask = mask_of(self.until);
         let (mut failure, mut spin) = (None, 0.0);
-        while failure.is_none() && sim.step_count() < self.steps && sim.outcomes().mask & mask == 0 {
+        while failure.is_none() && sim.step_count() < self.steps && !sim.outcomes().mask.has(mask) {
             failure = sim.advance_until(mask, (self.steps - sim.step_count()).min(64)).err();
             spin = sim.projectile().map_or(spin, |motion| length(motion.angular_velocity).max(spin));
         }

@@ -64,7 +64,7 @@ fn cell(fraction: f64, speed: f64) -> Result<Cell> {
         return Ok(Cell { fraction, speed, energy: f64::INFINITY, absorbed: 0.0, failed_segments, outcome: "faulted" });
     }
     let (energy, found) = (sim.energy()?, sim.outcomes());
-    let latched = |outcome: Outcome| found.mask & outcome.bit() != 0;
+    let latched = |outcome: Outcome| found.mask.has(outcome);
     let outcome = if latched(Outcome::Exited) {
         "exited"
     } else if latched(Outcome::Arrested) {

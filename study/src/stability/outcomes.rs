@@ -103,7 +103,7 @@ fn fly(seed: u64) -> Result<Verdict> {
     }
     let mask = Outcome::Arrested | Outcome::Exited | Outcome::Passed;
     let mut looks = Vec::new();
-    while sim.step_count() < sim.outcomes().first_contact.unwrap_or(0) + LIMIT && sim.outcomes().mask & mask == 0 {
+    while sim.step_count() < sim.outcomes().first_contact.unwrap_or(0) + LIMIT && !sim.outcomes().mask.has(mask) {
         if let Err(failure) = sim.advance(LOOK) {
             return Ok(Verdict::Wrong(format!("{failure} at step {}", sim.step_count())));
         }
@@ -111,8 +111,8 @@ fn fly(seed: u64) -> Result<Verdict> {
     }
     let (work, step) = (sim.contact()?.work, sim.step_count());
     let allowed = f64::max(1e-3, 0.01 * work.abs());
-    let latched = sim.outcomes().mask & mask;
-    if latched == 0 {
+    let latched = sim.outcomes().mask;
+    if !latched.has(mask) {
         let last = &looks[2 * looks.len() / 3..];
         let (low, high) = last.iter().fold((f64::MAX, f64::MIN), |(low, high), (w, _)| (low.min(*w), high.max(*w)));
         let over = last.iter().all(|(_, contacts)| *contacts == 0) || (work > 0.1 && high - low <= allowed);
@@ -124,10 +124,10 @@ fn fly(seed: u64) -> Result<Verdict> {
         let sheet = format!("sheet within {} m", short(deflection));
         return Ok(Verdict::Wrong(format!("no outcome, {} J for long; at {x} m, {v} m/s, {sheet}", short(work))));
     }
-    if latched & Outcome::Arrested.bit() != 0 {
+    if latched.has(Outcome::Arrested) {
         return arrest(&scene, &sim);
     }
-    let exited = latched & Outcome::Exited.bit() != 0;
+    let exited = latched.has(Outcome::Exited);
     let allowed = if exited { allowed } else { 0.0 };
     let mut moved = 0.0_f64;
     while sim.step_count() < step + AFTER {

@@ -168,7 +168,7 @@ fn pair(
     let start = scale(&second)?;
     first.advance(count)?;
     second.advance(count)?;
-    let summary = Summary::of(&second, 0)?;
+    let summary = Summary::of(&second, fabric::OutcomeSet::NONE)?;
     let books = Books::of(&summary, start);
     Ok((alike(&first, &second)?, summary, books, fmu::case(&mut second, [0.0; 3], count)?))
 }
@@ -277,7 +277,7 @@ fn a_million_steps_at_rest() -> Case {
         sim.advance(1_000_000)?;
         let after = image(&sim)?;
         let changed = before.iter().zip(&after).filter(|(a, b)| a != b).count();
-        let summary = Summary::of(&sim, 0)?;
+        let summary = Summary::of(&sim, fabric::OutcomeSet::NONE)?;
         let books = Books::of(&summary, 0.0);
         let pass =
             changed == 2 && summary.absorbed == 0.0 && summary.energy_residual == 0.0 && summary.outcomes.is_empty();

@@ -240,7 +240,7 @@ fn at_scaled_speed(name: &str, factor: f64, exact: bool) -> Case {
         } else {
             difference < 1e-12 && failed == 0
         };
-        let summary = Summary::of(&other, 0)?;
+        let summary = Summary::of(&other, fabric::OutcomeSet::NONE)?;
         Ok(Answer {
             happened: format!("largest difference {}, {failed} failed", short(difference)),
             pass,

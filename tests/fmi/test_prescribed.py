@@ -1,9 +1,9 @@
-"""Mode host_driven against integrated: pointwise before the first failure, as an ensemble afterwards."""
+"""Drive prescribed against free: pointwise before the first failure, as an ensemble afterwards."""
 
 import math
 import unittest
 
-from host import DISCARD, HOST_DRIVEN, OK, RADIUS, SHEET_3IN_SPHERE, SMALL, WARNING, Host
+from host import DISCARD, PRESCRIBED, OK, RADIUS, SHEET_3IN_SPHERE, SMALL, WARNING, Host
 
 MASS = 8.4e-3
 
@@ -17,7 +17,7 @@ def case(speed):
     }
 
 
-def integrated(values, h, end, until=lambda host: False):
+def free(values, h, end, until=lambda host: False):
     """Velocity and work along z after each step, and the host; ends early when `until` says so."""
     host, rows = Host(2, values), {}
     for k in range(round(end / h)):
@@ -34,8 +34,8 @@ def driven(values, h, end, version=2, exact=False):
     The FMU's impulses act at the start of each internal step, so the body's position gains F/2m h (h + dt), not F/2m h h. A host
     that leaves dt out (`exact` false) is half an internal step late: an error of first order in dt, whatever h is.
     """
-    host = Host(version, {**values, "mode": HOST_DRIVEN})
-    late = host.get("dt") if exact else 0.0
+    host = Host(version, {**values, "drive": PRESCRIBED})
+    late = host.get("time_step.seconds") if exact else 0.0
     x, v, rows = list(values["projectile.position"]), list(values["projectile.velocity"]), {}
     for k in range(round(end / h)):
         host.set(projectile__position=x, projectile__velocity=v)
@@ -48,12 +48,12 @@ def driven(values, h, end, version=2, exact=False):
     return rows, host
 
 
-class HostDriven(unittest.TestCase):
+class Prescribed(unittest.TestCase):
     def compare(self, joule, dt, end, until):
         """Largest errors of velocity over V0 and of work over KE0 by step size, at common times."""
         speed = math.sqrt(2.0 * joule / MASS)
-        values = {**case(speed), "dt": dt}
-        reference, host = integrated(values, 1e-7, end, until)
+        values = {**case(speed), "time_step.seconds": dt}
+        reference, host = free(values, 1e-7, end, until)
         host.close()
         last = max(reference) // 100 * 100
         print(f"\n  {joule} J, dt {dt:.0e} s, to {last * 1e-7:.1e} s, V {reference[last][0]:.3f} m/s", end="")
@@ -91,7 +91,7 @@ class HostDriven(unittest.TestCase):
         speed, end = math.sqrt(2.0 * 40.0 / MASS), 2.5e-4
         absorbed = []
         for k in range(8):
-            rows, host = integrated(case(speed * (1.0 + k * 1e-12)), 1e-5, end)
+            rows, host = free(case(speed * (1.0 + k * 1e-12)), 1e-5, end)
             absorbed.append(host.get("contact.work"))
             status = host.get("status")
             host.close()
@@ -133,7 +133,7 @@ class HostDriven(unittest.TestCase):
         for version in (2, 3):
             results = []
             for disturbed in (False, True):
-                host = Host(version, {**SMALL, **good, "mode": HOST_DRIVEN})
+                host = Host(version, {**SMALL, **good, "drive": PRESCRIBED})
                 for k in range(10):
                     here = {**good, "projectile.position": [0.0, 0.0, place[2] + 60.0 * k * 1e-6]}
                     if disturbed:
@@ -152,7 +152,7 @@ class HostDriven(unittest.TestCase):
             self.assertEqual(results[0], results[1])
 
     def test_a_pose_slightly_off_is_a_warning(self):
-        host = Host(2, {**SMALL, "mode": HOST_DRIVEN})
+        host = Host(2, {**SMALL, "drive": PRESCRIBED})
         host.set(projectile__position=[0.0, 1e-4, -RADIUS - 1e-5])
         self.assertEqual(host.step(0.0, 1e-6), OK)  # FMPy takes a warning as success
         self.assertTrue(host.said("a tenth of a node spacing"))

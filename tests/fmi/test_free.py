@@ -1,4 +1,4 @@
-"""Mode integrated: the same bits whatever the version, the step size and the neighbours."""
+"""Drive free: the same bits whatever the version, the step size and the neighbours."""
 
 import unittest
 
@@ -7,7 +7,7 @@ from host import OK, ERROR, SMALL, FOUR_SIDES, Host
 END = 4e-5  # s; the sheet is torn by then
 
 
-class Integrated(unittest.TestCase):
+class Free(unittest.TestCase):
     def test_both_versions_give_the_same_bits(self):
         results = []
         for version in (2, 3):
