@@ -157,7 +157,7 @@ fn a_prescribed_body_passes_through_supports_and_is_told() {
     let mut buffers = Buffers::of(&scene);
     buffers.sim(&scene).step().unwrap();
     let free = Scene { drive: Drive::Free, ..scene };
-    let error = Sim::new(&free, buffers.memory()).err().unwrap();
+    let error = Sim::new(&free, &mut buffers.lines).err().unwrap();
     assert_eq!((error.code, error.field), (Code::InitialOverlap, "projectile.position"));
     close(error.value, -0.5 * scene.sheet.spacing, 1e-9);
 }

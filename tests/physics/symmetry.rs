@@ -187,7 +187,7 @@ fn what_a_plane_would_change_is_refused() {
         let mut whole = scene;
         whole.symmetry = Symmetry::default();
         let mut buffers = Buffers::of(&whole);
-        let error = Sim::new(&scene, buffers.memory()).err().expect("refused");
+        let error = Sim::new(&scene, &mut buffers.lines).err().expect("refused");
         assert_eq!((error.code, error.field), (Code::NotSymmetric, field));
     }
     let mut scene = small_sheet(41, 20.0);

@@ -25,8 +25,6 @@ pub struct FmuCase {
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "expected", rename_all = "snake_case")]
 enum Expected {
-    /// Initialisation ends in an error, and the log says this.
-    Refused { text: String },
     /// A step of this size ends in an error, and the log says this.
     Failed { h: f64, text: String },
     /// A step of this size is taken, and these are the outputs then.
@@ -37,7 +35,6 @@ impl FmuCase {
     /// In a word.
     pub fn word(&self) -> &'static str {
         match self.outcome {
-            Expected::Refused { .. } => "refused",
             Expected::Failed { .. } => "faulted",
             Expected::Runs { .. } => "same bits",
         }
