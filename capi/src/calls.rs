@@ -735,7 +735,7 @@ mod tests {
         let mut printed = std::string::String::new();
         for (name, scene, steps) in hosts_scenes() {
             let layout = Layout::of(&scene).unwrap();
-            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+            let mut memory = std::vec![fabric::CacheLine::ZERO; layout.lines()];
             let memory = &mut memory;
             let mut sim = fabric::Sim::new(&scene, memory).unwrap();
             sim.advance(steps).unwrap();
