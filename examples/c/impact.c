@@ -2,7 +2,7 @@
  *
  *     ./impact 80 > impact.csv        the 3 in sheet, the 8.4 g sphere at 80 m/s
  *
- * Exit code 1 if the scene is refused, 2 if the run fails or its books do not close. */
+ * Exit code 1 if the scene is refused, 2 if the run fails or its energy balance does not close. */
 #include <fabric_kernel.h>
 
 #include <math.h>

@@ -3,7 +3,7 @@
  * Each bus step the host guesses where its fragment will be, with the force of the step before; the fabric follows that path
  * (fk_follow) and answers with the impulse it gave; the host then moves its fragment by that impulse. So momentum is exchanged
  * exactly, and the work only as well as the guess: the error falls with the bus step. Prints CSV; exit code 1 if a call is
- * refused or fails, 2 if the books of host and fabric differ. */
+ * refused or fails, 2 if the energies of host and fabric differ. */
 #include <fabric_kernel.h>
 
 #include <math.h>

@@ -3,7 +3,7 @@
 //! Method: the host's pose at the communication point is carried on with its velocity, angular velocity and acceleration to the
 //! time of the step's last tick. The acceleration is the host's if it gives one, else last mean force over mass, else 0. The kernel
 //! then leads the body there on a path without jumps in pose or rate.
-//! Reference: docs/model.md, "Prescribed body"; M. Arnold, in: Co-simulation (2010).
+//! Reference: docs/model.md, "Prescribed projectile"; M. Arnold, in: Co-simulation (2010).
 
 use crate::parameters::Parameters;
 use crate::table::Id;

@@ -1,10 +1,11 @@
 //! What every exported function does first: check the instance, its phase and the host's arrays, and set the floating-point
 //! environment.
 
-use crate::instance::{Instance, MOST_ELEMENTS, Phase};
+use crate::instance::{Instance, MOST_ELEMENTS};
+use crate::kept::Phase;
+use crate::kept::Saved;
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
-use crate::state::Saved;
 use crate::table::{Kind, TIME_REFERENCE, TOKEN, Variable};
 use core::ffi::{CStr, c_char};
 use core::fmt::Write;

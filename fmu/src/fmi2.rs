@@ -9,10 +9,11 @@
 #![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
-use crate::instance::{Early, Instance, Phase};
+use crate::instance::{Early, Instance};
+use crate::kept::Phase;
+use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger2, Status};
 use crate::memory::Owned;
-use crate::state::Saved;
 use crate::table::{Id, Kind};
 use core::ffi::{c_char, c_int, c_void};
 use core::ptr;

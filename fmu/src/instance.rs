@@ -4,110 +4,17 @@
 //! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in mode `integrated`.
 
 use crate::coupling::{self, Refusal, Times};
+use crate::kept::{Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
 use crate::parameters::Parameters;
-use crate::state::States;
 use crate::table::{Id, VARIABLES, Variable};
 use core::fmt::Write;
-use fabric::outcome::{Outcome, TEST_INTERVAL};
+use fabric::Outcome;
+use fabric::outcome::TEST_INTERVAL;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
 use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Sim, math};
-
-/// Where an instance is in its life. The numbers are written into images.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Phase {
-    /// After instantiation or reset.
-    Instantiated = 1,
-    /// Between entering and leaving initialisation.
-    Initialization = 2,
-    /// FMI 3.0 only.
-    Event = 4,
-    /// Ready to step.
-    Step = 8,
-    /// After terminate.
-    Terminated = 16,
-    /// The simulation has failed: reset, restore a state, or free.
-    Faulted = 32,
-}
-
-impl Phase {
-    /// All phases.
-    pub const ALL: [Phase; 6] =
-        [Phase::Instantiated, Phase::Initialization, Phase::Event, Phase::Step, Phase::Terminated, Phase::Faulted];
-
-    /// Before the simulation exists.
-    pub const SETTING_UP: u32 = Phase::Instantiated as u32 | Phase::Initialization as u32;
-    /// While it runs.
-    pub const RUNNING: u32 = Phase::Step as u32 | Phase::Event as u32;
-    /// Variables may be set; which ones is said by their roles.
-    pub const SETTABLE: u32 = Phase::SETTING_UP | Phase::RUNNING;
-    /// Once a step was possible, and after the end.
-    pub const AFTER_SETTING_UP: u32 = Phase::RUNNING | Phase::Terminated as u32;
-    /// From the beginning of initialisation on: FMI 2.0 reads no variable before.
-    pub const READABLE_IN_2: u32 = Phase::ANY & !(Phase::Instantiated as u32);
-    /// Any.
-    pub const ANY: u32 = 63;
-}
-
-/// Everything about an instance but the simulation itself: what a saved state holds besides the kernel's image.
-#[derive(Clone, Copy)]
-pub struct Kept {
-    /// Where the instance is in its life.
-    pub phase: Phase,
-    /// Inputs and parameters.
-    pub parameters: Parameters,
-    /// The projectile's motion when initialisation ended.
-    pub start: Motion,
-    /// Time of tick 0, s.
-    pub start_time: f64,
-    /// End of the experiment, s; infinite if the host named none.
-    pub stop_time: f64,
-    /// Where the last communication step ended, s.
-    pub time: f64,
-    /// FMI 2.0: the last step ended the simulation because of `stop_on_event`.
-    pub terminated: bool,
-    /// contact.force_mean, N.
-    pub force_mean: [f64; 3],
-    /// contact.torque_mean, N m.
-    pub torque_mean: [f64; 3],
-    /// Mean force over the internal steps last taken, N: the force expected next.
-    pub force_expected: [f64; 3],
-    /// interface.residual, J.
-    pub interface_residual: f64,
-}
-
-impl Kept {
-    fn new() -> Kept {
-        let parameters = Parameters::default();
-        Kept {
-            phase: Phase::Instantiated,
-            parameters,
-            start: parameters.motion(),
-            start_time: 0.0,
-            stop_time: f64::INFINITY,
-            time: 0.0,
-            terminated: false,
-            force_mean: [0.0; 3],
-            torque_mean: [0.0; 3],
-            force_expected: [0.0; 3],
-            interface_residual: 0.0,
-        }
-    }
-
-    /// The scene as it was when initialisation ended.
-    pub fn scene(&self) -> fabric::Scene {
-        let mut scene = self.parameters.scene();
-        let body = &mut scene.projectile;
-        body.position = self.start.position;
-        body.velocity = self.start.velocity;
-        body.orientation = self.start.orientation;
-        body.angular_velocity = self.start.angular_velocity;
-        scene
-    }
-}
 
 /// What is computed by a pass over the sheet, kept until the next step.
 #[derive(Clone, Copy, Default)]
@@ -195,7 +102,7 @@ impl Instance {
     pub fn new(log: Log) -> Instance {
         Instance {
             log,
-            kept: Kept::new(),
+            kept: Kept::default(),
             running: None,
             states: States::default(),
             event_mode_used: false,
@@ -279,7 +186,7 @@ impl Instance {
     /// Back to just after instantiation.
     pub fn reset(&mut self) -> Status {
         self.running = None;
-        self.kept = Kept::new();
+        self.kept = Kept::default();
         self.cache = Cache::default();
         self.log.level = 2;
         Status::Ok

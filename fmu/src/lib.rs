@@ -20,6 +20,7 @@ pub mod door;
 pub mod fmi2;
 pub mod fmi3;
 pub mod instance;
+pub mod kept;
 pub mod log;
 mod memory;
 pub mod parameters;

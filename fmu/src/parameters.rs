@@ -1,8 +1,8 @@
 //! Values of inputs and parameters as the host set them, and the scene they make.
 
 use crate::table::{COUNT, Id, Kind, OFFSETS, Role, SLOTS, STARTS, VARIABLES, Variable};
+use fabric::pose::into_body;
 use fabric::pose::{self, Vector};
-use fabric::projectile::into_body;
 use fabric::shape::Solid;
 use fabric::{AttachmentKind, Drive, Motion, Scene, Shape, TimeStep};
 

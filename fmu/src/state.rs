@@ -3,9 +3,9 @@
 //! A state holds everything of [`Kept`] and the kernel's snapshot image. As bytes: little-endian 64-bit words, no pointers:
 //! magic, version, token, length, the words of `Kept`, the image, a checksum. Another process on another machine can restore it.
 
-use crate::instance::{Instance, Kept, Phase, Running, Trouble};
+use crate::instance::{Instance, Running, Trouble};
+use crate::kept::{Kept, Phase, Saved};
 use crate::log::Status;
-use crate::memory::Owned;
 use crate::table::{COUNT, SLOTS, TOKEN_HASH};
 use fabric::Sim;
 use fabric::snapshot::Hash;
@@ -17,91 +17,6 @@ const HEADER_WORDS: usize = 4;
 /// Words of `Kept` (tested against the traversal).
 const KEPT_WORDS: usize = SLOTS + COUNT + 1 + 13 + 3 + 1 + 9 + 1;
 const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
-
-/// A saved state. The kernel's image lies behind it in the same block.
-pub struct Saved {
-    next: Option<Owned<Saved>>,
-    kept: Kept,
-    /// Bytes of the image; 0 if there was no simulation yet.
-    image: usize,
-    /// Whether the image came as bytes from the host; else `save` wrote it.
-    from_bytes: bool,
-}
-
-impl Owned<Saved> {
-    /// The kernel's image.
-    fn image(&self) -> &[u8] {
-        let (saved, behind) = self.parts();
-        behind.get(..saved.image).unwrap_or(&[])
-    }
-
-    /// The kernel's image, to write.
-    fn image_mut(&mut self) -> &mut [u8] {
-        let (saved, behind) = self.parts_mut();
-        behind.get_mut(..saved.image).unwrap_or(&mut [])
-    }
-
-    /// Bytes there is room for.
-    fn room(&self) -> usize {
-        self.parts().1.len()
-    }
-}
-
-/// The states of an instance that its host holds; freed with it. The host names a state by its address, which is looked up
-/// here and never trusted.
-#[derive(Default)]
-pub struct States(Option<Owned<Saved>>);
-
-impl States {
-    /// The state a host's pointer means, if it is one of this instance.
-    fn find(&self, wanted: *const Saved) -> Option<&Owned<Saved>> {
-        core::iter::successors(self.0.as_ref(), |saved| saved.next.as_ref())
-            .find(|saved| saved.pointer().cast_const() == wanted)
-    }
-
-    /// As [`States::find`], to change.
-    fn find_mut(&mut self, wanted: *const Saved) -> Option<&mut Owned<Saved>> {
-        let mut at = self.0.as_mut();
-        while let Some(saved) = at {
-            if saved.pointer().cast_const() == wanted {
-                return Some(saved);
-            }
-            at = saved.next.as_mut();
-        }
-        None
-    }
-
-    /// A new state with room for an image; None if there is no memory.
-    fn add(&mut self, kept: &Kept, image: usize, from_bytes: bool) -> Option<&mut Owned<Saved>> {
-        let mut saved = Owned::new(Saved { next: None, kept: *kept, image, from_bytes }, image)?;
-        saved.next = self.0.take();
-        Some(self.0.insert(saved))
-    }
-
-    /// Frees one state; false if it is none of this instance's.
-    pub fn remove(&mut self, wanted: *const Saved) -> bool {
-        let mut at = &mut self.0;
-        loop {
-            match at {
-                None => return false,
-                Some(saved) if saved.pointer().cast_const() == wanted => {
-                    *at = saved.next.take();
-                    return true;
-                }
-                Some(saved) => at = &mut saved.next,
-            }
-        }
-    }
-}
-
-impl Drop for States {
-    /// One after the other: each would else drop its next from within, as deep as there are states.
-    fn drop(&mut self) {
-        while let Some(mut first) = self.0.take() {
-            self.0 = first.next.take();
-        }
-    }
-}
 
 impl Instance {
     /// Copies the present state. A state given by the host is written over, if its memory is large enough.
@@ -271,6 +186,7 @@ fn visit(kept: &mut Kept, word: &mut impl FnMut(u64) -> u64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kept::States;
     use crate::log::{Log, Logger};
     use core::ptr;
 

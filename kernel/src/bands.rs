@@ -4,7 +4,7 @@
 //! order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. The bits are those of [`Sim::step`], whatever the cut.
+//! called again before all have arrived is refused. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -43,25 +43,24 @@
 #![allow(unsafe_code)]
 
 use crate::blocks::Blocks;
+use crate::contact::Gathered;
 use crate::error::{Code, Error, Failure};
-use crate::explicit::{self, Gathered};
-use crate::layout::{ALIGN_REALS, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::layout::{ALIGN_REALS, MAX_BANDS};
+use crate::planes::{CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
-use crate::sim::Sim;
+use crate::step;
 use crate::sweep::Report;
+use crate::system::System;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};
 
-/// Most bands a sheet can be cut into.
-pub const MAX_BANDS: u32 = 32;
-
-/// A simulation lent to be stepped in bands. Shared by reference between threads; made by [`Sim::bands`], which has the whole
+/// A simulation lent to be stepped in bands. Shared by reference between threads; made by [`Sim::bands`](crate::Sim::bands), which has the whole
 /// simulation until this is dropped. Dropping it does what is missing of a step that only some bands have taken.
 pub struct Bands<'s, 'a> {
-    sim: *mut Sim<'a>,
+    system: *mut System<'a>,
     of: u32,
     /// Written by the last band to arrive, read by all bands between two meetings.
     plan: UnsafeCell<Plan>,
@@ -76,10 +75,10 @@ pub struct Bands<'s, 'a> {
     outcomes: AtomicU32,
     /// Number of the failure's code, or 0.
     failure: AtomicI32,
-    lent: PhantomData<(&'s mut Sim<'a>, &'s mut [f64])>,
+    lent: PhantomData<(&'s mut System<'a>, &'s mut [f64])>,
 }
 
-// SAFETY: holds a `&mut Sim` and a `&mut [f64]`, both of which may go to another thread.
+// SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
 unsafe impl Send for Bands<'_, '_> {}
 // SAFETY: everything behind the pointers and cells is reached through `pass` alone. A band's own rows, scratch and report are
 // used only by the call that has set the band's bit in `claimed`; the simulation and the plan are changed only by the call
@@ -127,24 +126,19 @@ struct Scratch<'r> {
     kept: &'r mut [[f64; 3]],
 }
 
-impl<'a> Sim<'a> {
-    /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: numbers, their count from
-    /// [`Layout::band_reals`](crate::Layout::band_reals), content does not matter.
-    ///
-    /// # Errors
-    /// More bands than [`MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
-    pub fn bands<'s>(&'s mut self, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
-        self.sound()?;
-        let needed = self.layout.band_reals(of)?;
-        if scratch.len() < needed {
-            return Err(Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64));
-        }
+impl<'s, 'a> Bands<'s, 'a> {
+    /// Bands of a system, see `Sim::bands`.
+    pub(crate) fn of(system: &'s mut System<'a>, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
+        system.sound()?;
+        let needed = system.layout.band_reals(of)?;
+        let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
         let skip = scratch.as_ptr().align_offset(8 * ALIGN_REALS).min(ALIGN_REALS - 1);
-        let scratch = scratch.get_mut(skip..).unwrap_or(&mut []).as_mut_ptr();
-        let plan = Plan::of(self, of, scratch, None);
-        let outcomes = self.state.watch.mask();
+        let enough = scratch.get_mut(..needed).and_then(|scratch| scratch.get_mut(skip..));
+        let scratch = enough.ok_or(short)?.as_mut_ptr();
+        let plan = Plan::of(system, of, scratch, None);
+        let outcomes = system.state.watch.mask();
         Ok(Bands {
-            sim: self,
+            system,
             of,
             plan: UnsafeCell::new(plan),
             reports: core::array::from_fn(|_| UnsafeCell::new(Report::default())),
@@ -200,13 +194,13 @@ impl Bands<'_, '_> {
         Ok(true)
     }
 
-    /// Passes completed since [`Sim::bands`], one that failed included: a band's turn comes again when this has grown. Any
+    /// Passes completed since [`Sim::bands`](crate::Sim::bands), one that failed included: a band's turn comes again when this has grown. Any
     /// thread may look. With a band's call outstanding this and the two below cannot change.
     pub fn passes(&self) -> u64 {
         self.passes.load(Ordering::Acquire) as u64
     }
 
-    /// Steps completed since [`Sim::bands`].
+    /// Steps completed since [`Sim::bands`](crate::Sim::bands).
     pub fn steps(&self) -> u64 {
         self.steps.load(Ordering::Acquire) as u64
     }
@@ -230,22 +224,22 @@ impl Bands<'_, '_> {
     /// All bands have arrived and none can be claimed.
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
-        let (sim, plan) = unsafe { (&mut *self.sim, &mut *self.plan.get()) };
+        let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
         let mut report = Report::default();
         for cell in self.reports.iter().take(self.of as usize) {
             // SAFETY: the band has arrived.
             report = report.merged(unsafe { *cell.get() });
         }
-        let steps = sim.state.step;
+        let steps = system.state.step;
         // SAFETY: as above.
-        if let Err(failure) = unsafe { plan.close(sim, self.of, report) } {
-            sim.failure = Some(failure);
+        if let Err(failure) = unsafe { plan.close(system, self.of, report) } {
+            system.failure = Some(failure);
             self.failure.store(failure.code().number(), Ordering::Release);
             return Err(failure);
         }
-        self.steps.fetch_add(usize::from(sim.state.step > steps), Ordering::Release);
-        self.outcomes.store(sim.state.watch.mask(), Ordering::Release);
-        *plan = Plan::of(sim, self.of, plan.memory.scratch, Some(plan));
+        self.steps.fetch_add(usize::from(system.state.step > steps), Ordering::Release);
+        self.outcomes.store(system.state.watch.mask(), Ordering::Release);
+        *plan = Plan::of(system, self.of, plan.memory.scratch, Some(plan));
         Ok(())
     }
 }
@@ -267,19 +261,19 @@ impl Drop for Bands<'_, '_> {
 
 impl Plan {
     /// Plans the pass that follows `last`, or the first one.
-    fn of(sim: &mut Sim<'_>, of: u32, scratch: *mut f64, last: Option<&Plan>) -> Plan {
+    fn of(system: &mut System<'_>, of: u32, scratch: *mut f64, last: Option<&Plan>) -> Plan {
         let second_half = last.is_some_and(|last| last.end < 1.0);
-        let end = if sim.state.halved && !second_half { 0.5 } else { 1.0 };
+        let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
         let failed_before = match last {
             Some(last) if second_half => last.failed_before,
-            _ => sim.failed_segments,
+            _ => system.failed_segments,
         };
-        let found = sim.look_ahead(end);
-        let rows = sim.rows_to_step();
-        sim.place_images_above(rows[1]);
-        let (terms, track_support) = (sim.terms(), sim.scene.track_support);
-        let marked = sim.layout.toe && sim.failed_segments > 0;
-        let Blocks { hot, history, yarn, marks, ranges, runs, .. } = &mut sim.blocks;
+        let found = step::look_ahead(system, end);
+        let rows = system.rows_to_step();
+        step::place_images_above(system, rows[1]);
+        let (terms, track_support) = (step::terms(system), system.scene.track_support);
+        let marked = system.layout.toe && system.failed_segments > 0;
+        let Blocks { hot, history, yarn, marks, ranges, runs, .. } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
@@ -384,19 +378,19 @@ impl Plan {
     ///
     /// # Safety
     /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
-    unsafe fn close(&self, sim: &mut Sim<'_>, of: u32, report: Report) -> Result<(), Failure> {
+    unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
-        sim.awake = self.rows;
+        system.awake = self.rows;
         if self.track_support {
             for j in self.rows[0]..self.rows[1] {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
-                explicit::book_pulls(&mut sim.state.sums, &sim.scene, j, &pulls.map(Vector::from));
+                step::book_pulls(&mut system.state.sums, &system.scene, j, &pulls.map(Vector::from));
             }
         }
-        sim.close_pass(self.end, &gathered, report)?;
+        step::close_pass(system, self.end, &gathered, report)?;
         if self.end == 1.0 {
-            sim.end_step(self.failed_before)?;
+            step::end_step(system, self.failed_before)?;
         }
         Ok(())
     }
@@ -408,7 +402,7 @@ impl Plan {
     unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
         let layout = &self.terms.layout;
         let chunks = layout.chunks;
-        // SAFETY: Sim::bands has found room for as many bands, one behind the other, each in this order.
+        // SAFETY: Bands::of has found room for as many bands, one behind the other, each in this order.
         unsafe {
             let above = self.memory.scratch.add(band as usize * layout.reals_of_a_band());
             let carry = above.add(chunks * CHUNK * HOT_PLANES);

@@ -139,7 +139,7 @@ impl Regression {
     pub fn line(&self) -> (f64, f64, f64) {
         let slope = self.sxy / self.sxx;
         let left = self.syy - slope * self.sxy;
-        let residual = math::sqrt(if left > 0.0 { left } else { 0.0 } / (self.count as f64 - 2.0));
+        let residual = math::sqrt(math::max(left, 0.0) / (self.count as f64 - 2.0));
         (slope, self.mean_y - slope * self.mean_x, residual)
     }
 }

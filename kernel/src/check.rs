@@ -5,12 +5,12 @@
 use crate::error::{Code, Error, finite, positive};
 use crate::fields;
 use crate::math;
+use crate::planes::AT_REST;
 use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE, Scene,
     StepAfterFailure, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep,
 };
 use crate::shape::{self, Solid};
-use crate::sweep::AT_REST;
 use crate::weave;
 
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
@@ -23,7 +23,7 @@ const LARGEST_STIFFNESS: f64 = 1e6;
 impl Scene {
     /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
     ///
-    /// omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
+    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
     /// tangent stiffness is largest; dt_crit = 2/omega.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
@@ -95,8 +95,8 @@ impl Scene {
             return Ok(());
         }
         let [narrowest, widest] = TOE_RANGE;
-        let critical = 0.5 * self.damage_law().critical_excess();
-        let widest = if critical < widest { critical } else { widest };
+        let critical = 0.5 * self.damage_law().critical_twice_strain();
+        let widest = math::min(critical, widest);
         let verlet = self.integrator.kind == IntegratorKind::Verlet;
         if verlet && toe >= narrowest && toe <= widest {
             return Ok(());
@@ -176,7 +176,7 @@ impl Scene {
         let radius = self.attachment.disc_radius;
         let centre = weave::disc_centre(self);
         if centre[0] <= radius || centre[1] <= radius {
-            let limit = if centre[0] < centre[1] { centre[0] } else { centre[1] };
+            let limit = math::min(centre[0], centre[1]);
             return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
         }
         // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.

@@ -11,13 +11,18 @@
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
+use crate::blocks::Blocks;
+use crate::error::Failure;
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{CANDIDATE_REALS, CHUNK, Chunk, HOT_PLANES};
+use crate::layout::CANDIDATE_REALS;
 use crate::math;
-use crate::pose::Vector;
+use crate::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
-use crate::scene::Symmetry;
+use crate::scene::{Drive, Symmetry};
 use crate::shape::Solid;
+use crate::system::System;
+use crate::weave::{self, in_runs};
 
 /// Sweeps after which a solve is given up and counted.
 pub const MAX_SWEEPS: u32 = 200;
@@ -43,11 +48,11 @@ pub struct Candidate {
     pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
-    /// phi/dt, m/s (0 for a node inside), and, once the sweep is done, phi/dt + n.v_free.
+    /// phi/dt + n.v with the node's velocity v in this step before any impulse, m/s.
     pub approach: f64,
     /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way; with mirror planes the body's part is that of all images together.
     pub effective_mass: f64,
-    /// Impulse, N s; the last number of the slot.
+    /// Impulse, N s.
     pub impulse: f64,
 }
 
@@ -104,6 +109,27 @@ impl Candidate {
     }
 }
 
+/// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
+pub(crate) struct Found {
+    /// phi/dt, m/s; 0 for a node inside.
+    pub gap_over_dt: f64,
+    candidate: Candidate,
+}
+
+impl Found {
+    /// From its place in the scratch block.
+    pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Found {
+        let candidate = Candidate::read(slot);
+        Found { gap_over_dt: candidate.approach, candidate }
+    }
+
+    /// The candidate with the node's velocity v, in units of `unit_speed`, m/s.
+    pub fn with_velocity(&self, v: &Vector, unit_speed: f64) -> Candidate {
+        let candidate = &self.candidate;
+        Candidate { approach: self.gap_over_dt + candidate.normal.dot(v) * unit_speed, ..*candidate }
+    }
+}
+
 /// The body as the search for candidates sees it.
 pub struct Search<'s> {
     solid: &'s Solid,
@@ -151,10 +177,10 @@ impl<'s> Search<'s> {
             let gap = self.solid.gap(&r);
             return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
         }
-        let r_body = projectile::into_body(q, &r);
+        let r_body = pose::into_body(q, &r);
         let gap = self.solid.gap(&r_body);
         (gap.distance < self.margin)
-            .then(|| (gap.distance, projectile::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
+            .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
     }
 }
 
@@ -238,7 +264,7 @@ impl<'s> Passage<'s> {
     }
 
     fn at(&self, body: &Body, x: &Vector) -> Vector {
-        projectile::into_body(&body.orientation, &(x - body.position))
+        pose::into_body(&body.orientation, &(x - body.position))
     }
 }
 
@@ -255,8 +281,8 @@ pub struct Solved {
     pub angular_velocity: Vector,
 }
 
-/// Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
-/// Every candidate's `approach` is set; `effective_mass` and `impulse` are set here.
+/// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
+/// `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
 /// times the part of one that the planes leave.
 pub fn solve(
@@ -291,18 +317,16 @@ pub fn solve(
             let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
             *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
-        let approach = closing(&c, &velocity, &rate);
-        let size = if approach < 0.0 { -approach } else { approach };
-        fastest = if size > fastest { size } else { fastest };
+        fastest = math::max(math::abs(closing(&c, &velocity, &rate)), fastest);
         if turns {
             let arm = c.arm.dot(&c.arm);
-            farthest = if arm > farthest { arm } else { farthest };
+            farthest = math::max(arm, farthest);
         }
     }
     // The speeds that a gap rate is the difference of.
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
     let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
-    let tolerance = node_mass * if relative > rounding { relative } else { rounding };
+    let tolerance = node_mass * math::max(relative, rounding);
     let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
@@ -313,21 +337,22 @@ pub fn solve(
             }
             let gap_rate = closing(&c, &velocity, &rate);
             let trial = c.impulse - gap_rate * c.effective_mass;
-            let impulse = if trial > 0.0 { trial } else { 0.0 };
+            let impulse = math::max(trial, 0.0);
             let change = impulse - c.impulse;
             if change != 0.0 {
                 velocity -= push(&c) * (change * inertia.inverse_mass);
                 if turns {
                     rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
                 }
-                slot[CANDIDATE_REALS - 1] = impulse;
-                let mut size = if change < 0.0 { -change } else { change };
+                let [.., place] = slot;
+                *place = impulse;
+                let mut size = math::abs(change);
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
                     most = MAX_SWEEPS_ON_SUPPORTS;
                 }
-                largest_change = if size > largest_change { size } else { largest_change };
+                largest_change = math::max(size, largest_change);
             }
         }
         sweeps += 1;
@@ -338,6 +363,248 @@ pub fn solve(
 
 fn length(v: &Vector) -> f64 {
     math::length([v.x, v.y, v.z])
+}
+
+/// What lies under the projectile at t_n.
+#[derive(Clone, Copy)]
+pub(crate) struct Gathered {
+    /// Candidates noted.
+    pub count: usize,
+    /// Deepest penetration of any, m; 0 if none is inside.
+    pub deepest: f64,
+}
+
+/// Copies the nodes closer than h to the projectile. A prescribed body and a fixed node cannot give way to each other: such
+/// nodes are no candidates, and their depth is noted alone.
+pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
+    let h = system.scene.sheet.spacing;
+    let search = Search::new(&system.model.solid, &system.state.body, h, system.instructions);
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
+    let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
+    let free_body = system.scene.drive == Drive::Free;
+    let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut system.blocks;
+    let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
+    let mut count = 0;
+    let mut deepest = 0.0;
+    for j in 0..ny {
+        let y0 = weave::rest_offset(j, nodes_y);
+        let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
+        if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
+            continue;
+        }
+        let run = runs.get(j).copied().unwrap_or([0; 4]);
+        let row = planes::row(hot, chunks, j);
+        let first = [weave::rest_offset(0, nodes_x), y0];
+        let mut from = 0;
+        while let Some(near) = search.next_near(row, from, first, h) {
+            from = near + 1;
+            let Some(chunk) = row.get(near) else { break };
+            #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+            for lane in 0..CHUNK {
+                let i = near * CHUNK + lane;
+                let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+                let x = Vector::new((weave::rest_offset(i, nodes_x) + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
+                if i >= nx {
+                    continue;
+                }
+                deepest = math::max(-gap, deepest);
+                let fixed = in_runs(&run, i);
+                if fixed && !free_body {
+                    continue;
+                }
+                let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                let weight = layout.node_weight(i, j);
+                // With no velocity so far: see `Found`.
+                let found = Candidate {
+                    displacement: u,
+                    normal,
+                    arm,
+                    weight: if fixed { -weight } else { weight },
+                    speed_before: normal.dot(&v) * unit_speed,
+                    approach: math::max(gap, 0.0) / dt,
+                    effective_mass: 0.0,
+                    impulse: 0.0,
+                };
+                found.write(slot);
+                *node = (j * nx + i) as u32;
+                count += 1;
+            }
+        }
+    }
+    Ok(Gathered { count, deepest })
+}
+
+/// Makes candidates of the nodes found, with the velocities that the sweep left them.
+pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
+    for c in 0..count {
+        let Some(node) = system.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
+        let (i, j) = system.layout.column_and_row(node);
+        let (_, v) = system.node(i, j);
+        let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
+        Found::read(slot).with_velocity(&Vector::from(v), system.model.unit_speed).write(slot);
+    }
+}
+
+/// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
+/// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
+pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
+    if !system.model.solid.feels_torque() {
+        // A sphere has no edge.
+        return count;
+    }
+    let body = &system.state.body;
+    let passage = Passage::new(&system.model.solid, body, system.model.pass_dt);
+    let (mut c, mut kept) = (0, count);
+    while c < kept {
+        let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
+            .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
+        let [x, y] = if pressed { free_way(system, c) } else { [Vector::zeros(); 2] };
+        if pressed && passage.is_past_an_edge(&x, &y) {
+            kept -= 1;
+            system.blocks.swap_candidates(c, kept);
+        } else {
+            c += 1;
+        }
+    }
+    kept
+}
+
+/// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
+fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
+    let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+        return [Vector::zeros(); 2];
+    };
+    let (i, j) = system.layout.column_and_row(node as usize);
+    let ([x, y], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
+    let (from, way) = (Vector::new(x + ux, y + uy, uz), system.free_velocity(i, j));
+    [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
+}
+
+/// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
+/// meets after all, because impulses have changed its rates. Returns how many there are now.
+pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usize) -> (Solved, usize) {
+    for _ in 0..2 {
+        let solved = solve_first(system, kept);
+        if kept == count {
+            return (solved, kept);
+        }
+        let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+        let passage = Passage::new(&system.model.solid, &body, system.model.pass_dt);
+        let alone = kept;
+        for c in alone..count {
+            let [_, y] = free_way(system, c);
+            if passage.ends_inside(&y) {
+                system.blocks.swap_candidates(c, kept);
+                kept += 1;
+            }
+        }
+        if kept == alone {
+            return (solved, kept);
+        }
+    }
+    // Enough of it: all of them, as if there were no edge.
+    (solve_first(system, count), count)
+}
+
+/// The impulses of the first `count` candidates.
+fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
+    let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
+    solve(slots, &system.state.body, &system.model.inertia, system.model.node_mass, system.scene.symmetry)
+}
+
+/// The body's rates after contact, and what the solve took.
+pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
+    system.state.body.velocity = solved.velocity;
+    system.state.body.angular_velocity = solved.angular_velocity;
+    if solved.sweeps as u64 > system.state.sums.most_sweeps {
+        system.state.sums.most_sweeps = solved.sweeps as u64;
+    }
+    system.state.sums.unconverged += u64::from(!solved.converged);
+}
+
+/// Moves the touched nodes and books impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
+/// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
+/// before and after, for a free and a prescribed body alike: the two then agree to second order.
+pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
+    let body = system.state.body;
+    let mean_velocity = (before.velocity + body.velocity) * 0.5;
+    let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
+    let mut impulse_sum = Vector::zeros();
+    let mut arm_sum = Vector::zeros();
+    let (mut work, mut loss, mut touched) = (0.0, 0.0, 0);
+    for c in 0..count {
+        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+            break;
+        };
+        let candidate = Candidate::read(slot);
+        if candidate.impulse <= 0.0 {
+            continue;
+        }
+        let (impulse, normal) = (candidate.impulse, candidate.normal);
+        let (i, j) = system.layout.column_and_row(node as usize);
+        let (reached, free) = system.node(i, j);
+        let push = normal * (impulse / system.model.unit_impulse);
+        if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
+            *flags |= 1 << (node % 32);
+        }
+        let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
+        // What all images of the node give; without mirror planes it is the node's own.
+        let given = impulse * candidate.images();
+        impulse_sum -= normal * given;
+        arm_sum -= candidate.arm * given;
+        work += given * body_speed;
+        touched += 1;
+        if candidate.is_fixed() {
+            system.load_support(i, j, &push);
+            loss += given * body_speed;
+            continue;
+        }
+        let v = [free[0] + push.x, free[1] + push.y, free[2] + push.z];
+        let from = candidate.displacement;
+        // The theta rule has put the node in its place already.
+        let u = if system.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
+        system.set_node(i, j, u, v);
+        widen(system, j, u[1]);
+        // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
+        let speed_after = if system.layout.implicit {
+            candidate.speed_before + normal.dot(&push) * system.model.unit_speed
+        } else {
+            normal.dot(&Vector::from(v)) * system.model.unit_speed
+        };
+        loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
+    }
+    system.state.sums.contacts = touched;
+    if touched == 0 {
+        return;
+    }
+    impulse_sum.component_mul_assign(&system.scene.symmetry.force_mask());
+    arm_sum.component_mul_assign(&system.scene.symmetry.torque_mask());
+    if system.state.watch.first.is_none() {
+        let energy = before.kinetic_energy(&system.model.inertia);
+        system.state.watch.note_contact(system.state.step, before, energy);
+    }
+    let sums = &mut system.state.sums;
+    sums.impulses += touched;
+    sums.impulse += impulse_sum;
+    sums.window += impulse_sum;
+    if system.model.solid.feels_torque() {
+        sums.angular_impulse += pose::out_of_body(&before.orientation, &arm_sum);
+    }
+    sums.work += work;
+    sums.loss += loss;
+}
+
+/// Notes that a row holds a moving node with this y displacement.
+fn widen(system: &mut System<'_>, j: usize, y: f64) {
+    let [first, end] = system.awake;
+    system.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
+    if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
+        *low = math::min(y, *low);
+        *high = math::max(y, *high);
+    }
 }
 
 #[cfg(test)]
@@ -481,7 +748,7 @@ mod tests {
                 for (away, found) in [(0.9, true), (1.1, false), (1.3, false)] {
                     let mut r = Vector::zeros();
                     r[k] = sign * (0.01 * n + away * h);
-                    let planes = solid.gap(&projectile::into_body(&q, &r)).distance;
+                    let planes = solid.gap(&pose::into_body(&q, &r)).distance;
                     assert!((planes - n * away * h).abs() < 1e-16 && r.norm() < solid.reach());
                     assert_eq!(search.candidate(&(body.position + r)).is_some(), found, "{about:?} {k} {sign} {away}");
                 }

@@ -26,7 +26,7 @@ impl Scene {
         Segment { modulus, damage_rate: self.yarn.damage_slope * modulus + self.yarn.damage_intercept }
     }
 
-    /// Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
+    /// (M6) Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
     /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
         if !self.yarn.stochastic {

@@ -1,18 +1,17 @@
-//! The ledger: energies and momentum, computed only when asked for.
+//! The balance of energy and momentum, computed only when asked for.
 //!
 //! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
 //! accumulated but contact loss, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
-//! Reference: docs/model.md, "Audit".
+//! Reference: docs/model.md, "Energy balance".
 
 use crate::error::Failure;
-use crate::layout;
+use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::scene::Drive;
-use crate::sim::Sim;
-use crate::sweep::{self, Axis};
-use crate::yarn::Segment;
+use crate::system::{SegmentView, System};
+use crate::yarn::{self, Segment};
 
 /// Energies (M15), J.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,182 +37,139 @@ pub struct Energy {
     pub residual: f64,
 }
 
-/// One segment as the read-outs see it.
-#[derive(Clone, Copy)]
-pub(crate) struct SegmentView {
-    /// Direction.
-    pub axis: Axis,
-    /// Stiffness kk with the stored damage.
-    pub stiffness: f64,
-    /// kk without damage.
-    pub undamaged: f64,
-    /// Damage rate.
-    pub damage_rate: f64,
-    /// Largest q beyond critical stored so far.
-    pub history: f64,
-    /// The toe's mark (`toe.rs`).
-    pub mark: f64,
-    /// Relative displacement of its ends at t_n.
-    pub d: [f64; 3],
-    /// Relative displacement of its ends at t_{n-1}.
-    pub d_before: [f64; 3],
+/// (M15) The energies, with a full pass over the sheet. Commits nothing.
+pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
+    system.sound()?;
+    let sums = &system.state.sums;
+    let prescribed = system.scene.drive == Drive::Prescribed;
+    let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
+    let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
+    let held = fabric_kinetic + strain + dissipated + sums.loss;
+    let residual = if prescribed {
+        held - sums.work - sums.first_energy - sums.halving_energy
+    } else {
+        held + projectile_kinetic - sums.external_work - sums.first_energy - sums.halving_energy
+    };
+    Ok(Energy {
+        projectile_kinetic,
+        fabric_kinetic,
+        strain,
+        dissipated,
+        contact_loss: sums.loss,
+        contact_work: sums.work,
+        external_work: sums.external_work,
+        halving: sums.halving_energy,
+        residual,
+    })
 }
 
-impl SegmentView {
-    fn excess(&self, d: [f64; 3]) -> f64 {
-        match self.axis {
-            Axis::Horizontal => sweep::excess_horizontal(d),
-            Axis::Vertical => sweep::excess_vertical(d),
-        }
+/// Linear momentum that the balance does not close by, N s, host's axes. Commits nothing.
+pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure> {
+    system.sound()?;
+    let sums = &system.state.sums;
+    let mut balance = momentum(system) - sums.first_momentum - sums.external_impulse;
+    if system.scene.drive == Drive::Prescribed {
+        // The body's reaction is the load the fabric received.
+        balance += sums.impulse;
     }
-
-    /// U^2 - 1 at t_n.
-    pub fn excess_now(&self) -> f64 {
-        self.excess(self.d)
+    for support in &sums.support {
+        balance += support * system.model.unit_impulse;
     }
-
-    /// Whether its ends are nearer than at rest at t_n and were at t_{n-1}.
-    pub fn is_slack(&self) -> bool {
-        self.excess_now() < 0.0 && self.excess(self.d_before) < 0.0
-    }
+    Ok(system.model.pose.vector_out(balance.into()))
 }
 
-impl Sim<'_> {
-    /// The energies, with a full pass over the sheet. Commits nothing.
-    pub fn energy(&self) -> Result<Energy, Failure> {
-        self.sound()?;
-        let sums = &self.state.sums;
-        let prescribed = self.scene.drive == Drive::Prescribed;
-        let (fabric_kinetic, strain, dissipated) = self.fabric_energy();
-        let projectile_kinetic = self.state.body.kinetic_energy(&self.model.inertia);
-        let held = fabric_kinetic + strain + dissipated + sums.loss;
-        let residual = if prescribed {
-            held - sums.work - sums.first_energy - sums.halving_energy
-        } else {
-            held + projectile_kinetic - sums.external_work - sums.first_energy - sums.halving_energy
-        };
-        Ok(Energy {
-            projectile_kinetic,
-            fabric_kinetic,
-            strain,
-            dissipated,
-            contact_loss: sums.loss,
-            contact_work: sums.work,
-            external_work: sums.external_work,
-            halving: sums.halving_energy,
-            residual,
-        })
+/// Starts the audit from the present state.
+pub(crate) fn start_audit(system: &mut System<'_>) {
+    let (kinetic, strain, dissipated) = fabric_energy(system);
+    let mut energy = kinetic + strain + dissipated;
+    if system.scene.drive == Drive::Free {
+        energy += system.state.body.kinetic_energy(&system.model.inertia);
     }
+    system.state.sums.first_energy = energy;
+    system.state.sums.first_momentum = momentum(system);
+}
 
-    /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s, host's axes.
-    /// Meaningful with `track_support` (or without fixed nodes). Commits nothing.
-    pub fn momentum_residual(&self) -> Result<[f64; 3], Failure> {
-        self.sound()?;
-        let sums = &self.state.sums;
-        let mut balance = self.momentum() - sums.first_momentum - sums.external_impulse;
-        if self.scene.drive == Drive::Prescribed {
-            // The body's reaction is the load the fabric received.
-            balance += sums.impulse;
-        }
-        for support in &sums.support {
-            balance += support * self.model.unit_impulse;
-        }
-        Ok(self.model.pose.vector_out(balance.into()))
+/// Momentum of the fabric, and of the projectile where it is free, N s, sheet's frame.
+fn momentum(system: &System<'_>) -> Vector {
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let mut total = Vector::zeros();
+    for j in 0..ny {
+        let row = planes::row(system.blocks.hot, chunks, j);
+        let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.layout.node_weight(i, j));
+        let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
+        total += Vector::new(sum(3), sum(4), sum(5));
     }
-
-    /// Starts the audit from the present state.
-    pub(crate) fn start_audit(&mut self) {
-        let (kinetic, strain, dissipated) = self.fabric_energy();
-        let mut energy = kinetic + strain + dissipated;
-        if self.scene.drive == Drive::Free {
-            energy += self.state.body.kinetic_energy(&self.model.inertia);
-        }
-        self.state.sums.first_energy = energy;
-        self.state.sums.first_momentum = self.momentum();
+    let mut momentum = total.component_mul(&system.scene.symmetry.force_mask()) * system.model.unit_impulse;
+    if system.scene.drive == Drive::Free {
+        momentum += system.state.body.velocity * system.model.inertia.mass;
     }
+    momentum
+}
 
-    /// Momentum of the fabric, and of the projectile where it is free, N s, sheet's frame.
-    fn momentum(&self) -> Vector {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let mut total = Vector::zeros();
-        for j in 0..ny {
-            let row = layout::row(self.blocks.hot, chunks, j);
-            let weighted = |plane: usize, i: usize| Some(layout::get(row, plane, i)? * self.layout.node_weight(i, j));
-            let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
-            total += Vector::new(sum(3), sum(4), sum(5));
+/// Kinetic, strain and dissipated energy of the fabric, J. Summed row by row, rows in order.
+fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
+    for j in 0..ny {
+        let row = planes::row(system.blocks.hot, chunks, j);
+        let mut sum = 0.0;
+        for plane in 3..6 {
+            let weighted = |i: usize| {
+                let v = planes::get(row, plane, i)?;
+                Some(v * v * system.layout.node_weight(i, j))
+            };
+            sum += (0..nx).filter_map(weighted).sum::<f64>();
         }
-        let mut momentum = total.component_mul(&self.scene.symmetry.force_mask()) * self.model.unit_impulse;
-        if self.scene.drive == Drive::Free {
-            momentum += self.state.body.velocity * self.model.inertia.mass;
-        }
-        momentum
+        kinetic += sum;
     }
-
-    /// Kinetic, strain and dissipated energy of the fabric, J. Summed row by row, rows in order.
-    fn fabric_energy(&self) -> (f64, f64, f64) {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
-        for j in 0..ny {
-            let row = layout::row(self.blocks.hot, chunks, j);
-            let mut sum = 0.0;
-            for plane in 3..6 {
-                let weighted = |i: usize| {
-                    let v = layout::get(row, plane, i)?;
-                    Some(v * v * self.layout.node_weight(i, j))
-                };
-                sum += (0..nx).filter_map(weighted).sum::<f64>();
-            }
-            kinetic += sum;
-        }
-        for j in 0..ny {
-            let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
-            for i in 0..nx {
-                for axis in [Axis::Horizontal, Axis::Vertical] {
-                    if let Some(segment) = self.segment(axis, i, j) {
-                        let (stored, lost) = self.segment_energy(&segment);
-                        let weight = self.layout.segment_weight(axis, i, j);
-                        row_strain += weight * stored;
-                        row_dissipated += weight * lost;
-                    }
+    for j in 0..ny {
+        let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
+        for i in 0..nx {
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                if let Some(segment) = system.segment(axis, i, j) {
+                    let (stored, lost) = segment_energy(system, &segment);
+                    let weight = system.layout.segment_weight(axis, i, j);
+                    row_strain += weight * stored;
+                    row_dissipated += weight * lost;
                 }
             }
-            strain += row_strain;
-            dissipated += row_dissipated;
         }
-        let unit = self.model.unit_energy;
-        (0.5 * unit * kinetic, unit * strain, dissipated * self.model.segment_volume)
+        strain += row_strain;
+        dissipated += row_dissipated;
     }
-
-    /// Strain energy in units of m (h/dt)^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
-    fn segment_energy(&self, segment: &SegmentView) -> (f64, f64) {
-        let (before, now) = (segment.excess(segment.d_before), segment.excess_now());
-        let (law, critical, toe) = (&self.model.law, self.model.critical, &self.model.toe);
-        let marked = segment.alpha_when_marked();
-        let stored = |stiffness: f64, q: f64| {
-            let without_toe = if q > 0.0 { 0.25 * stiffness * q * q } else { 0.0 };
-            if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
-        };
-        let fresh = now > critical && now > segment.history;
-        if segment.history == 0.0 && !fresh {
-            let stiffness = segment.stiffness;
-            return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
-        }
-        let material =
-            Segment { modulus: segment.undamaged * self.model.modulus_per_stiffness, damage_rate: segment.damage_rate };
-        let alpha_before = law.alpha(segment.damage_rate, segment.history);
-        let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
-        let stored_before = stored(segment.stiffness, before);
-        let stored_now = stored(alpha_now * segment.undamaged, now);
-        let dissipated = |alpha: f64| {
-            let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
-            law.dissipated(&material, alpha) - saved
-        };
-        let lost = dissipated(alpha_before) + dissipated(alpha_now);
-        (0.5 * (stored_before + stored_now), 0.5 * lost)
-    }
+    let unit = system.model.unit_energy;
+    (0.5 * unit * kinetic, unit * strain, dissipated * system.model.segment_volume)
 }
 
-/// The ledger, entry by entry, from positions and damage at t_{n-1} and t_n and the formulas of the model.
+/// Strain energy in units of m (h/dt)^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
+fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
+    let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
+    let (law, toe) = (&system.model.law, &system.model.toe);
+    let marked = segment.alpha_when_marked();
+    let stored = |stiffness: f64, q: f64| {
+        let without_toe = yarn::strain_energy(stiffness, q);
+        if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
+    };
+    let fresh = law.is_damaging(now, segment.history);
+    if segment.history == 0.0 && !fresh {
+        let stiffness = segment.stiffness;
+        return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
+    }
+    let material =
+        Segment { modulus: segment.undamaged * system.model.modulus_per_stiffness, damage_rate: segment.damage_rate };
+    let alpha_before = law.alpha(segment.damage_rate, segment.history);
+    let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
+    let stored_before = stored(segment.stiffness, before);
+    let stored_now = stored(alpha_now * segment.undamaged, now);
+    let dissipated = |alpha: f64| {
+        let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
+        law.dissipated(&material, alpha) - saved
+    };
+    let lost = dissipated(alpha_before) + dissipated(alpha_now);
+    (0.5 * (stored_before + stored_now), 0.5 * lost)
+}
+
+/// The balance, entry by entry, from positions and damage at t_{n-1} and t_n and the formulas of the model.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,7 +177,7 @@ mod tests {
     use crate::scene::{AttachmentKind, Scene, Shape, StepAfterFailure, Symmetry};
     use crate::toe::NO_TOE;
     use crate::yarn::DamageLaw;
-    use crate::{Layout, Memory};
+    use crate::{Layout, Memory, Sim};
     use std::vec::Vec;
 
     fn close(value: f64, expected: f64, relative: f64) {
@@ -290,7 +246,13 @@ mod tests {
         let (mut strain, mut dissipated) = (0.0, 0.0);
         for (k, [from, to]) in ends(scene).into_iter().enumerate() {
             let (segment, volume) = (scene.draw_segment(k as u64).unwrap(), scene.lumped_area() * h);
-            strain += volume * segment.stored(alpha[k], (x[to] - x[from]).norm() / h);
+            let stretch = (x[to] - x[from]).norm() / h;
+            strain += volume
+                * if stretch > 1.0 {
+                    0.125 * alpha[k] * segment.modulus * (stretch * stretch - 1.0).powi(2)
+                } else {
+                    0.0
+                };
             dissipated += volume * law.dissipated(&segment, alpha[k]);
         }
         (strain, dissipated)
@@ -298,9 +260,9 @@ mod tests {
 
     fn of_projectile(sim: &Sim<'_>) -> f64 {
         let (motion, mass) = (sim.projectile().unwrap(), sim.scene().projectile.mass);
-        let (v, moments) = (Vector::from(motion.velocity), sim.model.inertia.moments);
+        let (v, moments) = (Vector::from(motion.velocity), sim.system.model.inertia.moments);
         let q = crate::pose::quaternion(motion.orientation);
-        let w = crate::projectile::into_body(&q, &Vector::from(motion.angular_velocity));
+        let w = crate::pose::into_body(&q, &Vector::from(motion.angular_velocity));
         0.5 * mass * v.norm_squared() + 0.5 * w.component_mul(&moments).dot(&w)
     }
 
@@ -459,7 +421,7 @@ mod tests {
             (0..steps).map(|k| work(0.5 * (at(k) + at(k + 1)), toe) * (alpha(at(k)) - alpha(at(k + 1)))).sum()
         };
         with_sim(&scene, |sim| {
-            let model = &sim.model;
+            let model = &sim.system.model;
             let (mut fresh, mut torn) = (0, 0);
             // Largest stretch when the segment got its toe, if it has one; largest stretch stored; stretches of the two states.
             for marked in [None, Some(1.0), Some(1.032)] {
@@ -479,7 +441,7 @@ mod tests {
                                 d: along(now),
                                 d_before: along(before),
                             };
-                            let then = if now > largest { now } else { largest };
+                            let then = math::max(now, largest);
                             let dissipated = |largest: f64| match marked {
                                 None => released(1.0, largest, false),
                                 Some(first) => released(1.0, first, false) + released(first, largest, true),
@@ -487,7 +449,7 @@ mod tests {
                             let stored = alpha(largest) * work(before, marked.is_some())
                                 + alpha(then) * work(now, marked.is_some());
                             let lost = dissipated(largest) + dissipated(then);
-                            let found = sim.segment_energy(&view);
+                            let found = segment_energy(&sim.system, &view);
                             close(found.0 * model.unit_energy, 0.5 * stored * model.segment_volume, 1e-12);
                             close(found.1, 0.5 * lost, 1e-4);
                             fresh += usize::from(alpha(then) < alpha(largest));
@@ -520,7 +482,7 @@ mod tests {
                 assert_eq!(view(axis, before, now).is_slack(), slack, "{before} {now}");
             }
             // U = 1.2: U^2 - 1 = 0.44.
-            close(view(axis, 0.0, 0.2).excess_now(), 0.44, 1e-15);
+            close(view(axis, 0.0, 0.2).twice_strain(), 0.44, 1e-15);
         }
     }
 }

@@ -9,7 +9,7 @@
 
 use crate::math;
 use crate::random::{self, Purpose};
-use crate::yarn::squared_stretch_excess;
+use crate::yarn::twice_strain_at;
 
 /// Constants of the fibrils and of the gauge length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +40,7 @@ impl Bundle {
 
     /// Ratio r below which a fibril is broken at the yarn stretch U; 0 or less: all are whole.
     fn broken_below(&self, stretch: f64) -> f64 {
-        squared_stretch_excess(stretch) / squared_stretch_excess(self.critical_stretch) - 1.0
+        twice_strain_at(stretch) / twice_strain_at(self.critical_stretch) - 1.0
     }
 
     /// Mean and standard deviation over all fibrils of E_f w, Pa, by quadrature over the Gaussian.
@@ -136,12 +136,12 @@ impl<'a> BundleYarn<'a> {
 
     /// Second Piola-Kirchhoff stress, Pa, of a monotone pull: E*(U) (U^2 - 1)/2.
     pub fn stress(&self, stretch: f64) -> f64 {
-        self.modulus(stretch) * 0.5 * squared_stretch_excess(stretch)
+        self.modulus(stretch) * 0.5 * twice_strain_at(stretch)
     }
 
     /// Yarn stretch at which the k-th fibril to break does so, k from 0.
     pub fn rupture_stretch(&self, k: usize) -> Option<f64> {
-        let excess = squared_stretch_excess(self.bundle.critical_stretch) * (1.0 + self.ratios.get(k)?);
+        let excess = twice_strain_at(self.bundle.critical_stretch) * (1.0 + self.ratios.get(k)?);
         Some(math::sqrt(1.0 + excess))
     }
 
@@ -155,7 +155,7 @@ impl<'a> BundleYarn<'a> {
         let mut work = 0.0;
         let mut before = 0.0;
         for k in 0..self.ratios.len() {
-            let strain = 0.5 * squared_stretch_excess(self.rupture_stretch(k).unwrap_or(1.0));
+            let strain = 0.5 * twice_strain_at(self.rupture_stretch(k).unwrap_or(1.0));
             let carried = self.carried.get(k).copied().unwrap_or(0.0);
             work += 0.5 * carried * (strain * strain - before * before);
             before = strain;

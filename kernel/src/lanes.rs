@@ -6,7 +6,7 @@
 //! With `bands.rs` this is the only file of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
-use crate::layout::CHUNK;
+use crate::planes::CHUNK;
 
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -288,7 +288,7 @@ mod x86 {
     //! reached through [`super::dispatch`] only, which has found the instructions on the machine.
 
     use super::{Job, Lane};
-    use crate::layout::CHUNK;
+    use crate::planes::CHUNK;
     use core::arch::x86_64::*;
 
     #[target_feature(enable = "avx2")]

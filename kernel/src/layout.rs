@@ -1,37 +1,32 @@
 //! Counts and offsets of every block of memory: the only place where sizes are computed, all with checked arithmetic.
-//!
-//! The hot arrays are interleaved in chunks of eight columns: row j is a sequence of chunks, and a chunk of the hot rows is
-//! eight planes [ux uy uz vx vy vz kh kv] of eight numbers each, one cache line a plane. Rows are padded with zeros to whole
-//! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
+//! `planes.rs` says how rows lie in memory.
 
-use crate::bands::MAX_BANDS;
 use crate::error::{Code, Error};
+use crate::planes::{Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::scene::{IntegratorKind, Scene, StepAfterFailure};
 use crate::state::Parts;
-use crate::sweep::Axis;
 use crate::symmetry::Line;
 
-/// Columns in a chunk.
-pub const CHUNK: usize = 8;
-/// Planes of the hot rows: displacement (3), velocity (3), stiffness of the horizontal and vertical segment.
-pub const HOT_PLANES: usize = 8;
-/// Planes of the history rows: largest q of the horizontal and vertical segment.
-pub const HISTORY_PLANES: usize = 2;
-/// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
-pub const YARN_PLANES: usize = 4;
-/// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
-pub const MARK_PLANES: usize = 2;
-/// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
-/// at the guess (3 each).
-pub const ITERATE_PLANES: usize = 12;
-/// Planes of the row that carries vertical forces upwards.
-pub const CARRY_PLANES: usize = 3;
-/// Eight columns of P planes.
-pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
 /// Alignment of the first hot row in numbers (64 bytes).
 pub const ALIGN_REALS: usize = 8;
+
+/// Most bands a sheet can be cut into.
+pub const MAX_BANDS: u32 = 32;
+
+// Words of a snapshot image.
+/// Words before the state: what an image begins with.
+pub(crate) const HEADER_WORDS: usize = 4;
+/// Words of the scalar state (tested against the traversal).
+pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
+/// Words of the scalar state that only the theta rule, or a step to be halved, has.
+const PART_WORDS: usize = 2;
+
+/// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
+pub fn frame_words(parts: Parts) -> usize {
+    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + 1
+}
 
 /// Sizes of a scene's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,7 +130,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(crate::snapshot::frame_words(Parts { implicit, halving }))?;
+            .checked_add(frame_words(Parts { implicit, halving }))?;
 
         // No block may exceed what a slice can hold.
         for (count, bytes) in [(reals, 8), (words, 4), (image_words, 8)] {
@@ -206,6 +201,14 @@ impl Layout {
         self.nodes_x * self.nodes_y
     }
 
+    /// Column and row (i, j) of a node by its number, row by row.
+    #[inline]
+    pub fn column_and_row(&self, node: usize) -> (usize, usize) {
+        // At least 1, so that no division by zero has to be compiled in.
+        let nx = self.nodes_x.max(1);
+        (node % nx, node / nx)
+    }
+
     /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()
@@ -228,30 +231,6 @@ impl Layout {
             Axis::Vertical => self.x.node_weight(i) * self.y.segment_weight(j),
         }
     }
-}
-
-/// One number of a chunked row: plane and column. None outside the row.
-#[inline(always)]
-pub fn get<const P: usize>(row: &[Chunk<P>], plane: usize, column: usize) -> Option<f64> {
-    row.get(column / CHUNK)?.get(plane).map(|numbers| numbers[column % CHUNK])
-}
-
-/// One number of a chunked row, to be changed.
-#[inline(always)]
-pub fn get_mut<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize) -> Option<&mut f64> {
-    row.get_mut(column / CHUNK)?.get_mut(plane).map(|numbers| &mut numbers[column % CHUNK])
-}
-
-/// Row j of a block of chunked rows; empty outside the block.
-#[inline(always)]
-pub fn row<const P: usize>(block: &[Chunk<P>], chunks: usize, j: usize) -> &[Chunk<P>] {
-    block.get(j * chunks..(j + 1) * chunks).unwrap_or(&[])
-}
-
-/// Row j of a block of chunked rows, to be changed.
-#[inline(always)]
-pub fn row_mut<const P: usize>(block: &mut [Chunk<P>], chunks: usize, j: usize) -> &mut [Chunk<P>] {
-    block.get_mut(j * chunks..(j + 1) * chunks).unwrap_or(&mut [])
 }
 
 #[cfg(test)]
@@ -293,7 +272,7 @@ mod tests {
         assert_eq!(layout.reals(), rows + 10 * CANDIDATE_REALS + 7);
         assert_eq!(layout.words(), 4 * 5 + 10);
         assert_eq!(layout.bytes(), 8 * layout.reals() + 4 * layout.words());
-        let frame = crate::snapshot::frame_words(layout.parts());
+        let frame = frame_words(layout.parts());
         assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
         // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines; six numbers a row.
         assert_eq!(layout.band_reals(3).unwrap(), 7 + 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5);
@@ -371,20 +350,6 @@ mod tests {
         // 80 bytes a node, and few besides: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be counted.
         assert!(of(1 << 27, 1 << 29).is_some());
         assert_eq!([of(1 << 28, 1 << 29), of(1 << 29, 1 << 29), of(u32::MAX, u32::MAX)], [None; 3]);
-    }
-
-    #[test]
-    fn numbers_of_a_chunked_row() {
-        let mut block = [[[0.0; CHUNK]; 2]; 6];
-        // Three rows of two chunks: the number says its row, plane and column.
-        for (j, plane, column) in (0..3).flat_map(|j| (0..2).flat_map(move |p| (0..16).map(move |i| (j, p, i)))) {
-            let number = (100 * j + 20 * plane + column) as f64;
-            *get_mut(row_mut(&mut block, 2, j), plane, column).unwrap() = number;
-            assert_eq!(block[2 * j + column / 8][plane][column % 8], number);
-            assert_eq!(get(row(&block, 2, j), plane, column), Some(number));
-        }
-        assert!(row(&block, 2, 3).is_empty() && row_mut(&mut block, 2, 3).is_empty());
-        assert_eq!((get(row(&block, 2, 0), 2, 0), get(row(&block, 2, 0), 0, 16)), (None, None));
     }
 
     #[test]

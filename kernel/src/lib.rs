@@ -34,6 +34,7 @@ extern crate std;
 
 pub mod bands;
 mod blocks;
+mod body;
 #[cfg(feature = "micro")]
 pub mod calibrate;
 mod check;
@@ -41,16 +42,17 @@ pub mod contact;
 mod draw;
 pub mod energy;
 pub mod error;
-mod explicit;
 #[cfg(feature = "micro")]
 pub mod fibril;
 pub mod fields;
 pub mod lanes;
 pub mod layout;
+mod marks;
 pub mod math;
 mod model;
 pub mod outcome;
 pub mod path;
+pub mod planes;
 pub mod polyhedron;
 pub mod pose;
 pub mod prism;
@@ -61,28 +63,33 @@ pub mod scene;
 pub mod shape;
 pub mod sim;
 pub mod snapshot;
+mod start;
 pub mod state;
+mod step;
 pub mod sweep;
 pub mod symmetry;
+mod system;
 #[cfg(feature = "implicit")]
 mod theta;
 pub mod toe;
+pub mod watch;
 pub mod weave;
 pub mod yarn;
 
 pub use bands::Bands;
+pub use blocks::Memory;
 pub use energy::Energy;
 pub use error::{Code, Error, Failure};
 pub use lanes::InstructionSet;
 pub use layout::Layout;
-pub use outcome::{Latch, Outcome};
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
     RotationRule, Scene, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, TimeStep, Yarn,
 };
-pub use sim::{Contact, Counters, Fabric, Memory, Outcomes, Sim, Status, Support};
+pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
+pub use watch::{Latch, Outcome};
 
 /// Version of this crate. Another version may give other bits: images and models of one are not for the other.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,6 +1,24 @@
-//! The only door to transcendental functions: software code from `libm`, so that every target computes the same bits.
+//! The only place for transcendental functions: software code from `libm`, so that every target computes the same bits.
 //!
 //! Only `+ - * /` and these functions are used in the kernel. No fused multiply-add, no std floats.
+
+/// The greater of two numbers; `b` if either is NaN or both are zeros.
+#[inline]
+pub fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; `b` if either is NaN or both are zeros.
+#[inline]
+pub fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The size of a number; -0 and NaN stay as they are.
+#[inline]
+pub fn abs(x: f64) -> f64 {
+    if x < 0.0 { -x } else { x }
+}
 
 /// Square root, correctly rounded.
 pub fn sqrt(x: f64) -> f64 {

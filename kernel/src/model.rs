@@ -1,21 +1,17 @@
 //! Constants derived from a scene once, and the checks of a motion against them.
 
-use crate::blocks::in_runs;
-use crate::contact::Search;
 use crate::error::{Code, Error};
-use crate::lanes::InstructionSet;
 use crate::math;
 use crate::path::{self, Track};
 use crate::pose::{Pose, Vector};
-use crate::projectile::{Body, Inertia, Motion};
+use crate::projectile::{Inertia, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
 use crate::shape::Solid;
 use crate::toe::Toe;
-use crate::weave;
 use crate::yarn::DamageLaw;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
-/// [`crate::sweep::LOST`]).
+/// [`crate::yarn::LOST`]).
 const LOST_SPEED: f64 = 1e30;
 
 /// Constants derived from the scene.
@@ -51,7 +47,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    /// No constants: a place for [`Model::take`].
+    /// No constants: a place for [`Model::derive`].
     pub(crate) const NOTHING: Model = Model {
         limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
         pass_dt: 0.0,
@@ -73,8 +69,8 @@ impl Model {
     };
 
     /// Derives the constants, where they are: a copy would take a kilobyte of stack.
-    pub(crate) fn take(&mut self, scene: &Scene, limits: StepLimits) {
-        self.solid.take(&scene.projectile);
+    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits) {
+        self.solid.set(&scene.projectile);
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let law = scene.damage_law();
@@ -87,7 +83,7 @@ impl Model {
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
         self.law = law;
-        self.critical = law.critical_excess();
+        self.critical = law.critical_twice_strain();
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
@@ -101,7 +97,7 @@ impl Model {
     }
 
     /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
-    pub(crate) fn take_halves(&mut self, halves: bool) {
+    pub(crate) fn use_half_steps(&mut self, halves: bool) {
         let factor = if halves { 0.5 } else { 2.0 };
         self.pass_dt *= factor;
         self.unit_speed /= factor;
@@ -173,7 +169,7 @@ impl Model {
         let rates =
             [start.angular_velocity, end.angular_velocity, turn - start.angular_velocity - end.angular_velocity];
         let largest = |vectors: [Vector; 3]| {
-            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| if b > a { b } else { a })
+            vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| math::max(b, a))
         };
         let (speed, rate) = (largest(speeds), largest(rates));
         if self.too_fast(speed, rate) {
@@ -186,22 +182,6 @@ impl Model {
     }
 }
 
-/// The projectile at the start of a checked scene, in the sheet's frame.
-///
-/// # Errors
-/// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
-#[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
-pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Error> {
-    let mut model = Model::NOTHING;
-    model.take(scene, limits);
-    let motion = path::into_sheet(&model.pose, &start_motion(scene));
-    model.check_speed(&motion)?;
-    let mut body = Body::of(&motion);
-    scene.symmetry.settle(&model.solid, &mut body, scene.sheet.spacing)?;
-    refuse_overlap(scene, &model, &body)?;
-    Ok(body)
-}
-
 /// The projectile's motion at the start, host's frame.
 pub(crate) fn start_motion(scene: &Scene) -> Motion {
     let body = &scene.projectile;
@@ -211,27 +191,4 @@ pub(crate) fn start_motion(scene: &Scene) -> Motion {
         orientation: body.orientation,
         angular_velocity: body.angular_velocity,
     }
-}
-
-/// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
-/// which it has no contact.
-#[inline(never)] // What it needs must not add to the stack of making the model.
-fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
-    let h = scene.sheet.spacing;
-    let search = Search::new(&model.solid, body, h, InstructionSet::Scalar);
-    let movable = scene.drive == Drive::Free;
-    for j in 0..scene.sheet.nodes_y as usize {
-        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h;
-        if !search.meets_row(y, y) {
-            continue;
-        }
-        let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
-        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h, y, 0.0);
-            if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
-                return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
-            }
-        }
-    }
-    Ok(())
 }

@@ -9,15 +9,14 @@
 //! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
 
 use crate::blocks::Blocks;
-use crate::layout;
 use crate::math;
 use crate::model::start_motion;
 use crate::path;
+use crate::planes::{self, Axis};
 use crate::pose::Vector;
-use crate::projectile::Body;
 use crate::scene::{AttachmentKind, Drive};
-use crate::sim::Sim;
-use crate::sweep::Axis;
+use crate::system::System;
+use crate::watch::Outcome;
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
@@ -26,145 +25,6 @@ pub const TEST_INTERVAL: u64 = 64;
 pub const SETTLED_PART: f64 = 0.0025;
 /// ... or this, J, if it is more.
 pub const SETTLED_WORK: f64 = 2.5e-4;
-
-/// An outcome that can latch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Outcome {
-    /// The velocity along the direction at first contact fell to 0 or below. A body at rest then takes its first direction later.
-    Arrested = 0,
-    /// No node in contact during the last 64 steps is connected to a support any more.
-    Detached = 1,
-    /// The body goes on and its contact with the fabric is over: nothing in its way can still take work of note from it.
-    Exited = 2,
-    /// No contact, and none to come: the body leaves the sheet's box for good.
-    Passed = 3,
-}
-
-impl Outcome {
-    /// All outcomes in the order of their numbers.
-    pub const ALL: [Outcome; 4] = [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed];
-
-    /// The bit of this outcome in a mask.
-    pub fn bit(self) -> u32 {
-        1 << self as u32
-    }
-
-    /// Name for tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Outcome::Arrested => "arrested",
-            Outcome::Detached => "detached",
-            Outcome::Exited => "exited",
-            Outcome::Passed => "passed",
-        }
-    }
-}
-
-impl core::ops::BitOr for Outcome {
-    type Output = u32;
-
-    /// The mask of both.
-    fn bitor(self, other: Outcome) -> u32 {
-        self.bit() | other.bit()
-    }
-}
-
-impl core::ops::BitOr<Outcome> for u32 {
-    type Output = u32;
-
-    /// The mask with one more.
-    fn bitor(self, other: Outcome) -> u32 {
-        self | other.bit()
-    }
-}
-
-/// When an outcome latched, and the work done until then.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Latch {
-    /// Step count at the test.
-    pub step: u64,
-    /// Work of the projectile on the fabric until then, J.
-    pub work: f64,
-}
-
-/// The first contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FirstContact {
-    /// Step count at whose start the first impulse acted.
-    pub step: u64,
-    /// Unit direction of the velocity just before (zero if the body was at rest).
-    pub direction: Vector,
-    /// Kinetic energy just before, J (0 if the mass is unknown).
-    pub kinetic_energy: f64,
-}
-
-/// Everything the outcome tests remember.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watch {
-    /// The first contact, if any.
-    pub first: Option<FirstContact>,
-    /// Position at the last checkpoint of "exited", m.
-    pub checkpoint: Vector,
-    /// Work at that checkpoint, J.
-    pub checkpoint_work: f64,
-    /// Nodal impulses counted at that checkpoint.
-    pub checkpoint_impulses: u64,
-    /// Latched outcomes by number.
-    pub latched: [Option<Latch>; 4],
-}
-
-impl Watch {
-    /// Nothing so far.
-    pub const NOTHING: Watch = Watch {
-        first: None,
-        checkpoint: Vector::new(0.0, 0.0, 0.0),
-        checkpoint_work: 0.0,
-        checkpoint_impulses: 0,
-        latched: [None; 4],
-    };
-
-    /// Latches an outcome once.
-    pub fn latch(&mut self, outcome: Outcome, step: u64, work: f64) {
-        if let Some(slot @ None) = self.latched.get_mut(outcome as usize) {
-            *slot = Some(Latch { step, work });
-        }
-    }
-
-    /// Whether an outcome has latched.
-    pub fn has(&self, outcome: Outcome) -> bool {
-        self.latched.get(outcome as usize).is_some_and(|latch| latch.is_some())
-    }
-
-    /// Notes the first contact.
-    pub fn touch(&mut self, step: u64, body: &Body, kinetic_energy: f64) {
-        if self.first.is_none() {
-            self.first = Some(FirstContact { step, direction: direction_of(&body.velocity), kinetic_energy });
-            self.checkpoint = body.position;
-        }
-    }
-
-    /// The direction in which the body goes into the fabric: that of its velocity just before the first contact or, if it was at
-    /// rest then, of the first velocity that a test sees. Zero as long as it has none.
-    fn take_direction(&mut self, velocity: &Vector) -> Vector {
-        let Some(first) = &mut self.first else { return Vector::zeros() };
-        if first.direction == Vector::zeros() {
-            first.direction = direction_of(velocity);
-        }
-        first.direction
-    }
-
-    /// Bits of all latched outcomes.
-    pub fn mask(&self) -> u32 {
-        Outcome::ALL.iter().zip(&self.latched).filter(|(_, latch)| latch.is_some()).map(|(o, _)| o.bit()).sum()
-    }
-}
-
-/// The unit vector along a velocity; zero for none.
-fn direction_of(v: &Vector) -> Vector {
-    let speed = math::length([v.x, v.y, v.z]);
-    if speed > 0.0 { v / speed } else { Vector::zeros() }
-}
 
 /// The body as it flies on when nothing touches it.
 struct Flight {
@@ -230,23 +90,23 @@ struct Region {
 impl Region {
     const EMPTY: Region = Region { low: [f64::MAX; 3], high: [f64::MIN; 3], slowest: [0.0; 3], fastest: [0.0; 3] };
 
-    fn take(&mut self, x: &Vector) {
+    fn include(&mut self, x: &Vector) {
         for k in 0..3 {
-            self.low[k] = if x[k] < self.low[k] { x[k] } else { self.low[k] };
-            self.high[k] = if x[k] > self.high[k] { x[k] } else { self.high[k] };
+            self.low[k] = math::min(x[k], self.low[k]);
+            self.high[k] = math::max(x[k], self.high[k]);
         }
     }
 
-    fn take_velocity(&mut self, v: &Vector) {
+    fn include_velocity(&mut self, v: &Vector) {
         for k in 0..3 {
-            self.slowest[k] = if v[k] < self.slowest[k] { v[k] } else { self.slowest[k] };
-            self.fastest[k] = if v[k] > self.fastest[k] { v[k] } else { self.fastest[k] };
+            self.slowest[k] = math::min(v[k], self.slowest[k]);
+            self.fastest[k] = math::max(v[k], self.fastest[k]);
         }
     }
 
     /// The box with its mirror image about the plane across axis k.
     fn mirror(&mut self, k: usize) {
-        let far = if -self.low[k] > self.high[k] { -self.low[k] } else { self.high[k] };
+        let far = math::max(-self.low[k], self.high[k]);
         (self.low[k], self.high[k]) = (-far, far);
     }
 }
@@ -287,325 +147,309 @@ struct Swarm {
 impl Swarm {
     const NOTHING: Swarm = Swarm { weight: 0.0, sum: 0.0 };
 
-    fn take(&mut self, weight: f64, number: f64) {
+    fn add(&mut self, weight: f64, number: f64) {
         self.weight += weight;
         self.sum += weight * number;
     }
 }
 
-impl Sim<'_> {
-    /// Tests every outcome that has not latched. Called every 64 steps.
-    pub(crate) fn test_outcomes(&mut self) {
-        let (step, work, velocity) = (self.state.step, self.state.sums.work, self.state.body.velocity);
-        if self.state.watch.first.is_none() {
-            if !self.state.watch.has(Outcome::Passed) && self.has_passed() {
-                self.state.watch.latch(Outcome::Passed, step, work);
-            }
-        } else {
-            if !self.state.watch.has(Outcome::Detached) && self.contact_is_detached() {
-                self.state.watch.latch(Outcome::Detached, step, work);
-            }
-            let direction = self.state.watch.take_direction(&velocity);
-            let settled = self.pass_checkpoint();
-            if direction == Vector::zeros() {
-                // At rest since before the first contact: nothing has been stopped.
-            } else if velocity.dot(&direction) <= 0.0 {
-                self.state.watch.latch(Outcome::Arrested, step, work);
-            } else if !self.state.watch.has(Outcome::Exited) && self.has_exited(settled) {
-                self.state.watch.latch(Outcome::Exited, step, work);
-            }
+/// Tests every outcome that has not latched. Called every 64 steps.
+pub(crate) fn test_outcomes(system: &mut System<'_>) {
+    let (step, work, velocity) = (system.state.step, system.state.sums.work, system.state.body.velocity);
+    if system.state.watch.first.is_none() {
+        if !system.state.watch.has(Outcome::Passed) && has_passed(system) {
+            system.state.watch.latch(Outcome::Passed, step, work);
         }
-        self.blocks.flags.fill(0);
-    }
-
-    /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
-    fn pass_checkpoint(&mut self) -> Option<bool> {
-        let (watch, sums, position) = (&mut self.state.watch, &self.state.sums, self.state.body.position);
-        let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
-        if travel < self.model.solid.radius() {
-            return None;
+    } else {
+        if !system.state.watch.has(Outcome::Detached) && contact_is_detached(system) {
+            system.state.watch.latch(Outcome::Detached, step, work);
         }
-        let change = sums.work - watch.checkpoint_work;
-        let settled = (if change < 0.0 { -change } else { change }) <= settling(sums.work);
-        watch.checkpoint = position;
-        watch.checkpoint_work = sums.work;
-        watch.checkpoint_impulses = sums.impulses;
-        Some(settled)
-    }
-
-    /// Contact is over: the body goes on and nothing that could act on it is in its way, or only loose pieces that take no more.
-    fn has_exited(&mut self, settled: Option<bool>) -> bool {
-        match settled {
-            Some(true) => self.way_is_clear(true),
-            // Without a node at the body the end of the travel need not be awaited.
-            _ => self.state.sums.contacts == 0 && self.way_is_clear(false),
+        let direction = system.state.watch.direction(&velocity);
+        let settled = pass_checkpoint(system);
+        if direction == Vector::zeros() {
+            // At rest since before the first contact: nothing has been stopped.
+        } else if velocity.dot(&direction) <= 0.0 {
+            system.state.watch.latch(Outcome::Arrested, step, work);
+        } else if !system.state.watch.has(Outcome::Exited) && has_exited(system, settled) {
+            system.state.watch.latch(Outcome::Exited, step, work);
         }
     }
+    system.blocks.flags.fill(0);
+}
 
-    /// The body has missed the sheet.
-    fn has_passed(&self) -> bool {
-        let half = self.scene.half_size();
-        let half = [half[0], half[1], 0.0];
-        let flight = self.flight();
-        if self.scene.drive == Drive::Prescribed {
-            // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
-            let start = path::into_sheet(&self.model.pose, &start_motion(&self.scene)).position;
-            return (0..3).any(|k| {
-                let (from, x, limit) = (start[k], flight.position[k], half[k] + flight.extents[k]);
-                (from < -half[k] && x > limit) || (from > half[k] && x < -limit)
-            });
-        }
-        let mut region = Region { low: half.map(|half| -half), high: half, ..Region::EMPTY };
-        let [first, end] = self.awake;
-        for j in first..end {
-            for i in 0..self.layout.nodes_x {
-                // A sheet set in motion by the host may be faster than the body.
-                region.take(&self.position(i, j));
-                region.take_velocity(&self.velocity(i, j));
-            }
-        }
-        self.complete(&mut region);
-        flight.leaves(&region)
+/// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
+fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
+    let (watch, sums, position) = (&mut system.state.watch, &system.state.sums, system.state.body.position);
+    let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
+    if travel < system.model.solid.radius() {
+        return None;
     }
+    let change = sums.work - watch.checkpoint_work;
+    let settled = math::abs(change) <= settling(sums.work);
+    watch.checkpoint = position;
+    watch.checkpoint_work = sums.work;
+    watch.checkpoint_impulses = sums.impulses;
+    Some(settled)
+}
 
-    /// Velocity of a node at t_{n-1/2}, m/s.
-    fn velocity(&self, i: usize, j: usize) -> Vector {
-        let (_, v) = self.node(i, j);
-        Vector::from(v) * self.model.unit_speed
+/// Contact is over: the body goes on and nothing that could act on it is in its way, or only loose pieces that take no more.
+fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
+    match settled {
+        Some(true) => way_is_clear(system, true),
+        // Without a node at the body the end of the travel need not be awaited.
+        _ => system.state.sums.contacts == 0 && way_is_clear(system, false),
     }
+}
 
-    /// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
-    fn complete(&self, region: &mut Region) {
-        let symmetry = self.scene.symmetry;
-        let swings = self.scene.attachment.kind != AttachmentKind::Free;
-        for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
-            if mirrored {
-                region.mirror(k);
-            }
-        }
+/// The body has missed the sheet.
+fn has_passed(system: &System<'_>) -> bool {
+    let half = system.scene.half_size();
+    let half = [half[0], half[1], 0.0];
+    let flight = flight(system);
+    if system.scene.drive == Drive::Prescribed {
+        // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
+        let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
+        return (0..3).any(|k| {
+            let (from, x, limit) = (start[k], flight.position[k], half[k] + flight.extents[k]);
+            (from < -half[k] && x > limit) || (from > half[k] && x < -limit)
+        });
     }
-
-    fn flight(&self) -> Flight {
-        let (body, solid) = (&self.state.body, &self.model.solid);
-        let free = self.scene.drive == Drive::Free;
-        Flight {
-            position: body.position,
-            velocity: body.velocity,
-            acceleration: if free { self.state.force * self.model.inertia.inverse_mass } else { Vector::zeros() },
-            extents: solid.half_extents(&body.orientation),
-            reach: solid.reach(),
-            turning: if solid.feels_torque() { body.angular_velocity.norm() * solid.reach() } else { 0.0 },
+    let mut region = Region { low: half.map(|half| -half), high: half, ..Region::EMPTY };
+    let [first, end] = system.awake;
+    for j in first..end {
+        for i in 0..system.layout.nodes_x {
+            // A sheet set in motion by the host may be faster than the body.
+            region.include(&system.position(i, j));
+            region.include_velocity(&system.velocity(i, j));
         }
     }
+    complete(system, &mut region);
+    flight.leaves(&region)
+}
 
-    /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
-    /// way are allowed if they have next to nothing to exchange with it.
-    fn way_is_clear(&mut self, beside_debris: bool) -> bool {
-        let (pieces, flight) = (self.pieces(), self.flight());
-        if !self.held_is_clear(&pieces, &flight) {
-            return false;
+/// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
+fn complete(system: &System<'_>, region: &mut Region) {
+    let symmetry = system.scene.symmetry;
+    let swings = system.scene.attachment.kind != AttachmentKind::Free;
+    for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
+        if mirrored {
+            region.mirror(k);
         }
-        let loose = self.loose_pieces(&pieces, &flight);
-        if loose.pursue {
-            return false;
-        }
-        if !loose.in_the_way && !loose.are_overtaken {
-            return true;
-        }
-        beside_debris && self.exchange(&pieces, &flight, &loose) <= 4.0 * settling(self.state.sums.work)
     }
+}
 
-    /// Whether what is held lies behind the body and stays there, or the body leaves the box about it for good.
-    fn held_is_clear(&self, pieces: &Pieces, flight: &Flight) -> bool {
-        let (mut held, mut behind, mut none) = (Region::EMPTY, true, true);
-        for (i, j) in self.nodes() {
-            if !pieces.hold(self.piece(pieces, i, j)) {
-                continue;
-            }
-            let (x, v) = (self.position(i, j), self.velocity(i, j));
-            none = false;
-            held.take(&x);
-            if self.scene.attachment.kind == AttachmentKind::Free {
-                held.take_velocity(&v);
-            }
-            behind = behind && !flight.has_ahead(&x) && flight.misses(&x, &v);
-        }
-        self.complete(&mut held);
-        none || behind || flight.leaves(&held)
+fn flight(system: &System<'_>) -> Flight {
+    let (body, solid) = (&system.state.body, &system.model.solid);
+    let free = system.scene.drive == Drive::Free;
+    Flight {
+        position: body.position,
+        velocity: body.velocity,
+        acceleration: if free { system.state.force * system.model.inertia.inverse_mass } else { Vector::zeros() },
+        extents: solid.half_extents(&body.orientation),
+        reach: solid.reach(),
+        turning: if solid.feels_torque() { body.angular_velocity.norm() * solid.reach() } else { 0.0 },
     }
+}
 
-    /// Looks for loose pieces in the body's way and flags them.
-    fn loose_pieces(&mut self, pieces: &Pieces, flight: &Flight) -> Loose {
-        self.blocks.flags.fill(0);
-        let (mut ahead, mut behind, mut in_the_way) = (Swarm::NOTHING, Swarm::NOTHING, false);
-        for (i, j) in self.nodes() {
-            let piece = self.piece(pieces, i, j);
-            if pieces.hold(piece) {
-                continue;
-            }
-            let (x, v) = (self.position(i, j), self.velocity(i, j));
-            let (node_ahead, node_behind) = (flight.has_ahead(&x), flight.has_behind(&x));
-            let piece_ahead = self.lies_ahead(piece, flight);
-            let weight = self.layout.node_weight(i, j);
-            if piece_ahead && !self.is_alone(i, j) {
-                ahead.take(weight, v.dot(&flight.velocity));
-            }
-            if node_behind {
-                behind.take(weight, v.dot(&flight.velocity));
-            }
-            if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
-                in_the_way = true;
-                if let Some(flags) = self.blocks.flags.get_mut(piece / 32) {
-                    *flags |= 1 << (piece % 32);
-                }
+/// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
+/// way are allowed if they have next to nothing to exchange with it.
+fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
+    let (pieces, flight) = (pieces(system), flight(system));
+    if !held_is_clear(system, &pieces, &flight) {
+        return false;
+    }
+    let loose = loose_pieces(system, &pieces, &flight);
+    if loose.pursue {
+        return false;
+    }
+    if !loose.in_the_way && !loose.are_overtaken {
+        return true;
+    }
+    beside_debris && exchange(system, &pieces, &flight, &loose) <= 4.0 * settling(system.state.sums.work)
+}
+
+/// Whether what is held lies behind the body and stays there, or the body leaves the box about it for good.
+fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool {
+    let (mut held, mut behind, mut none) = (Region::EMPTY, true, true);
+    for (i, j) in system.nodes() {
+        if !pieces.hold(piece(system, pieces, i, j)) {
+            continue;
+        }
+        let (x, v) = (system.position(i, j), system.velocity(i, j));
+        none = false;
+        held.include(&x);
+        if system.scene.attachment.kind == AttachmentKind::Free {
+            held.include_velocity(&v);
+        }
+        behind = behind && !flight.has_ahead(&x) && flight.misses(&x, &v);
+    }
+    complete(system, &mut held);
+    none || behind || flight.leaves(&held)
+}
+
+/// Looks for loose pieces in the body's way and flags them.
+fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Loose {
+    system.blocks.flags.fill(0);
+    let (mut ahead, mut behind, mut in_the_way) = (Swarm::NOTHING, Swarm::NOTHING, false);
+    for (i, j) in system.nodes() {
+        let piece = piece(system, pieces, i, j);
+        if pieces.hold(piece) {
+            continue;
+        }
+        let (x, v) = (system.position(i, j), system.velocity(i, j));
+        let (node_ahead, node_behind) = (flight.has_ahead(&x), flight.has_behind(&x));
+        let piece_ahead = lies_ahead(system, piece, flight);
+        let weight = system.layout.node_weight(i, j);
+        if piece_ahead && !is_alone(system, i, j) {
+            ahead.add(weight, v.dot(&flight.velocity));
+        }
+        if node_behind {
+            behind.add(weight, v.dot(&flight.velocity));
+        }
+        if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
+            in_the_way = true;
+            if let Some(flags) = system.blocks.flags.get_mut(piece / 32) {
+                *flags |= 1 << (piece % 32);
             }
         }
-        let own = flight.velocity.norm_squared();
-        Loose {
-            in_the_way,
-            are_overtaken: ahead.weight > 0.0 && ahead.sum <= ahead.weight * own,
-            pursue: behind.weight > 0.0 && behind.sum >= behind.weight * own,
-        }
     }
-
-    /// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and their kinetic
-    /// energy E seen from the body.
-    fn exchange(&self, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
-        let (mut mass, mut energy) = (0.0, 0.0);
-        for (i, j) in self.nodes() {
-            let piece = self.piece(pieces, i, j);
-            let flagged = self.blocks.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
-            let overtaken =
-                || loose.are_overtaken && self.lies_ahead(piece, flight) && !pieces.hold(piece) && !self.is_alone(i, j);
-            if flagged || overtaken() {
-                let node_mass = self.layout.node_weight(i, j) * self.model.node_mass;
-                mass += node_mass;
-                energy += 0.5 * node_mass * (self.velocity(i, j) - flight.velocity).norm_squared();
-            }
-        }
-        flight.velocity.norm() * math::sqrt(2.0 * mass * energy)
+    let own = flight.velocity.norm_squared();
+    Loose {
+        in_the_way,
+        are_overtaken: ahead.weight > 0.0 && ahead.sum <= ahead.weight * own,
+        pursue: behind.weight > 0.0 && behind.sum >= behind.weight * own,
     }
+}
 
-    /// All nodes, row by row.
-    fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
-        (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j)))
-    }
-
-    /// Whether a piece, by the node with its smallest number, lies before the body's centre.
-    fn lies_ahead(&self, piece: usize, flight: &Flight) -> bool {
-        let nx = self.layout.nodes_x.max(1);
-        flight.has_ahead(&self.position(piece % nx, piece / nx))
-    }
-
-    /// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
-    /// loose.
-    pub(crate) fn pieces(&mut self) -> Pieces {
-        let labelled = self.failed_segments > 0 && self.layout.track_detachment;
-        let support = if labelled { self.join_nodes() } else { None };
-        let held = self.scene.attachment.kind != AttachmentKind::Free || !self.layout.track_detachment;
-        Pieces { support, labelled, held }
-    }
-
-    /// The number of the piece that a node belongs to.
-    pub(crate) fn piece(&self, pieces: &Pieces, i: usize, j: usize) -> usize {
-        let label = self.blocks.labels.get(j * self.layout.nodes_x + i);
-        label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
-    }
-
-    /// Whether no live segment ends at a node: then it flies straight.
-    fn is_alone(&self, i: usize, j: usize) -> bool {
-        let before = |axis: Axis, i: Option<usize>, j: Option<usize>| match (i, j) {
-            (Some(i), Some(j)) => self.is_live(axis, i, j),
-            _ => false,
+/// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and their kinetic
+/// energy E seen from the body.
+fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
+    let (mut mass, mut energy) = (0.0, 0.0);
+    for (i, j) in system.nodes() {
+        let piece = piece(system, pieces, i, j);
+        let flagged = system.blocks.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
+        let overtaken = || {
+            loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
-        !(self.is_live(Axis::Horizontal, i, j)
-            || before(Axis::Horizontal, i.checked_sub(1), Some(j))
-            || self.is_live(Axis::Vertical, i, j)
-            || before(Axis::Vertical, Some(i), j.checked_sub(1)))
-    }
-
-    /// Whether the segment that starts at node (i, j) has not failed.
-    fn is_live(&self, axis: Axis, i: usize, j: usize) -> bool {
-        let row = layout::row(self.blocks.hot, self.layout.chunks, j);
-        layout::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
-    }
-
-    /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
-    fn contact_is_detached(&mut self) -> bool {
-        let can_be = self.layout.track_detachment && self.scene.attachment.kind != AttachmentKind::Free;
-        let watched = can_be && self.failed_segments > 0;
-        if !watched || self.blocks.flags.iter().all(|&f| f == 0) || self.held_by_a_straight_yarn() {
-            return false;
+        if flagged || overtaken() {
+            let node_mass = system.layout.node_weight(i, j) * system.model.node_mass;
+            mass += node_mass;
+            energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
         }
-        let Some(support) = self.join_nodes() else { return false };
-        let Blocks { labels, flags, .. } = &self.blocks;
-        let mut touched =
-            labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
-        !touched.any(|(_, &label)| label as usize == support)
     }
+    flight.velocity.norm() * math::sqrt(2.0 * mass * energy)
+}
 
-    /// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count as joined.
-    /// Gives the label of the fixed nodes, if there are any.
-    fn join_nodes(&mut self) -> Option<usize> {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let Blocks { hot, labels, runs, .. } = &mut self.blocks;
-        let mut sets = Components::new(labels);
-        for j in 0..ny {
-            let row = layout::row(hot, chunks, j);
-            let live = |axis: usize, i: usize| layout::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
-            for i in 0..nx {
-                let k = j * nx + i;
-                if i + 1 < nx && live(0, i) {
-                    sets.join(k, k + 1);
-                }
-                if j + 1 < ny && live(1, i) {
-                    sets.join(k, k + nx);
-                }
+/// Whether a piece, by the node with its smallest number, lies before the body's centre.
+fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
+    let (i, j) = system.layout.column_and_row(piece);
+    flight.has_ahead(&system.position(i, j))
+}
+
+/// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
+/// loose.
+pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
+    let labelled = system.failed_segments > 0 && system.layout.track_detachment;
+    let support = if labelled { join_nodes(system) } else { None };
+    let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.track_detachment;
+    Pieces { support, labelled, held }
+}
+
+/// The number of the piece that a node belongs to.
+pub(crate) fn piece(system: &System<'_>, pieces: &Pieces, i: usize, j: usize) -> usize {
+    let label = system.blocks.labels.get(j * system.layout.nodes_x + i);
+    label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
+}
+
+/// Whether no live segment ends at a node: then it flies straight.
+fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
+    let before = |axis: Axis, i: Option<usize>, j: Option<usize>| match (i, j) {
+        (Some(i), Some(j)) => is_live(system, axis, i, j),
+        _ => false,
+    };
+    !(is_live(system, Axis::Horizontal, i, j)
+        || before(Axis::Horizontal, i.checked_sub(1), Some(j))
+        || is_live(system, Axis::Vertical, i, j)
+        || before(Axis::Vertical, Some(i), j.checked_sub(1)))
+}
+
+/// Whether the segment that starts at node (i, j) has not failed.
+fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
+    let row = planes::row(system.blocks.hot, system.layout.chunks, j);
+    planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+}
+
+/// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
+fn contact_is_detached(system: &mut System<'_>) -> bool {
+    let can_be = system.layout.track_detachment && system.scene.attachment.kind != AttachmentKind::Free;
+    let watched = can_be && system.failed_segments > 0;
+    if !watched || system.blocks.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(system) {
+        return false;
+    }
+    let Some(support) = join_nodes(system) else { return false };
+    let Blocks { labels, flags, .. } = &system.blocks;
+    let mut touched =
+        labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
+    !touched.any(|(_, &label)| label as usize == support)
+}
+
+/// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count as joined.
+/// Gives the label of the fixed nodes, if there are any.
+fn join_nodes(system: &mut System<'_>) -> Option<usize> {
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let Blocks { hot, labels, runs, .. } = &mut system.blocks;
+    let mut sets = Components::new(labels);
+    for j in 0..ny {
+        let row = planes::row(hot, chunks, j);
+        let live = |axis: usize, i: usize| planes::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
+        for i in 0..nx {
+            let k = j * nx + i;
+            if i + 1 < nx && live(0, i) {
+                sets.join(k, k + 1);
+            }
+            if j + 1 < ny && live(1, i) {
+                sets.join(k, k + nx);
             }
         }
-        // All fixed nodes into one component.
-        let mut support = None;
-        for (j, run) in runs.iter().enumerate() {
-            for i in (run[0]..run[1]).chain(run[2]..run[3]) {
-                let k = j * nx + i as usize;
-                match support {
-                    None => support = Some(k),
-                    Some(first) => sets.join(first, k),
-                }
+    }
+    // All fixed nodes into one component.
+    let mut support = None;
+    for (j, run) in runs.iter().enumerate() {
+        for i in (run[0]..run[1]).chain(run[2]..run[3]) {
+            let k = j * nx + i as usize;
+            match support {
+                None => support = Some(k),
+                Some(first) => sets.join(first, k),
             }
         }
-        sets.flatten();
-        support.map(|k| sets.find(k))
     }
+    sets.flatten();
+    support.map(|k| sets.find(k))
+}
 
-    /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
-    fn held_by_a_straight_yarn(&self) -> bool {
-        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
-        let live = |axis: Axis, i: usize, j: usize| self.is_live(axis, i, j);
-        let fixed = |i: usize, j: usize| self.is_fixed(i, j);
-        let held = |i: usize, j: usize| {
-            // Left, right, down and up, as far as the yarn is whole.
-            (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
-                || (i + 1..nx)
-                    .map_while(|i| live(Axis::Horizontal, i - 1, j).then_some((i, j)))
-                    .any(|(i, j)| fixed(i, j))
-                || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
-                || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
-        };
-        let words = self.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
-        // At least 1, so that no division by zero has to be compiled in.
-        let nx = nx.max(1);
-        words
-            .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
-            .any(|k| held(k % nx, k / nx))
-    }
+/// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
+fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
+    let (nx, ny) = (system.layout.nodes_x, system.layout.nodes_y);
+    let live = |axis: Axis, i: usize, j: usize| is_live(system, axis, i, j);
+    let fixed = |i: usize, j: usize| system.is_fixed(i, j);
+    let held = |i: usize, j: usize| {
+        // Left, right, down and up, as far as the yarn is whole.
+        (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+            || (i + 1..nx).map_while(|i| live(Axis::Horizontal, i - 1, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+            || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+            || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
+    };
+    let words = system.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
+    words
+        .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
+        .map(|k| system.layout.column_and_row(k))
+        .any(|(i, j)| held(i, j))
 }
 
 /// By how much the work may still change when it counts as final, J.
 fn settling(work: f64) -> f64 {
-    let part = SETTLED_PART * if work < 0.0 { -work } else { work };
-    if part > SETTLED_WORK { part } else { SETTLED_WORK }
+    let part = SETTLED_PART * math::abs(work);
+    math::max(part, SETTLED_WORK)
 }
 
 /// Disjoint sets over the nodes, in caller's memory.

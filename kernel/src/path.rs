@@ -60,7 +60,7 @@ impl Track {
     }
 }
 
-/// Cubic Hermite polynomial on [0, 1] with end values and end slopes.
+/// (M13) Cubic Hermite polynomial on [0, 1] with end values and end slopes.
 fn hermite(s: f64, p0: &Vector, m0: &Vector, p1: &Vector, m1: &Vector) -> Vector {
     let r = 1.0 - s;
     p0 * (r * r * (1.0 + 2.0 * s)) + m0 * (s * r * r) + p1 * (s * s * (3.0 - 2.0 * s)) - m1 * (s * s * r)

@@ -10,7 +10,15 @@ use crate::error::{Code, Error, positive};
 use crate::math;
 use crate::pose::Vector;
 use crate::scene::{Faces, MAX_FACES};
-use crate::shape::Gap;
+
+/// Gap of a point: signed distance (negative inside) and outward unit normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Signed distance, m.
+    pub distance: f64,
+    /// Gradient of the distance, outward.
+    pub normal: Vector,
+}
 
 /// Largest number of vertices: Euler's formula, 2 F - 4.
 pub const MAX_VERTICES: usize = 2 * MAX_FACES - 4;
@@ -56,11 +64,11 @@ impl Polyhedron {
     /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
     pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
         let mut body = Polyhedron::NOTHING;
-        body.take(faces.in_use(), gyration);
+        body.set(faces.in_use(), gyration);
         body
     }
 
-    /// No faces: a place for [`Polyhedron::take`].
+    /// No faces: a place for [`Polyhedron::set`].
     pub(crate) const NOTHING: Polyhedron = Polyhedron {
         faces: [Face { normal: Vector::new(0.0, 0.0, 0.0), distance: 0.0 }; MAX_FACES],
         face_count: 0,
@@ -71,7 +79,7 @@ impl Polyhedron {
     };
 
     /// Makes a polyhedron of nothing, where it is: a copy would take a kilobyte of stack.
-    pub(crate) fn take(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+    pub(crate) fn set(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
         self.faces.iter_mut().zip(planes).for_each(|(face, plane)| *face = Face::of(*plane));
         self.face_count = planes.len();
         self.gyration = gyration;
@@ -103,7 +111,7 @@ impl Polyhedron {
             for j in i + 1..self.face_count {
                 for k in j + 1..self.face_count {
                     if let Some(vertex) = self.meeting_point(i, j, k) {
-                        self.take_vertex(vertex);
+                        self.add_vertex(vertex);
                     }
                 }
             }
@@ -120,7 +128,7 @@ impl Polyhedron {
     }
 
     /// Keeps a point where three planes meet, unless it lies outside another or is known.
-    fn take_vertex(&mut self, vertex: Vector) {
+    fn add_vertex(&mut self, vertex: Vector) {
         let length = math::length([vertex.x, vertex.y, vertex.z]);
         let near = SAME * length;
         let outside = self.faces().iter().any(|face| face.gap(&vertex) > near);
@@ -135,7 +143,7 @@ impl Polyhedron {
             *place = vertex;
         }
         self.vertex_count += 1;
-        self.reach = if length > self.reach { length } else { self.reach };
+        self.reach = math::max(length, self.reach);
     }
 
     /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
@@ -161,7 +169,7 @@ impl Polyhedron {
 
     /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits inside.
     pub fn least_distance(&self) -> f64 {
-        self.faces().iter().map(|face| face.distance).reduce(|a, b| if b < a { b } else { a }).unwrap_or(0.0)
+        self.faces().iter().map(|face| face.distance).reduce(|a, b| math::min(b, a)).unwrap_or(0.0)
     }
 
     /// Distance of the farthest vertex from the centre of mass, m.
@@ -174,7 +182,7 @@ impl Polyhedron {
         self.vertices().iter().fold(0.0, |greatest, vertex| {
             let across = direction.cross(vertex);
             let distance = math::length([across.x, across.y, across.z]);
-            if distance > greatest { distance } else { greatest }
+            math::max(distance, greatest)
         })
     }
 
@@ -182,7 +190,7 @@ impl Polyhedron {
     /// principal axis.
     pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
         let turned = normal.component_mul(&Vector::from(self.gyration)).cross(normal);
-        let largest = self.gyration.iter().fold(0.0, |a, &b| if b > a { b } else { a });
+        let largest = self.gyration.iter().fold(0.0, |a, &b| math::max(b, a));
         let close = |v: &Vector, scale: f64| math::length([v.x, v.y, v.z]) <= SAME * scale;
         close(&turned, largest)
             && self.faces().iter().all(|face| {
@@ -204,7 +212,7 @@ impl Polyhedron {
     pub fn support(&self, direction: &Vector) -> f64 {
         self.vertices().iter().fold(0.0, |farthest, vertex| {
             let along = vertex.dot(direction);
-            if along > farthest { along } else { farthest }
+            math::max(along, farthest)
         })
     }
 
@@ -241,7 +249,7 @@ pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
         }
     }
     let mut body = Polyhedron::NOTHING;
-    body.take(faces.in_use(), [0.0; 3]);
+    body.set(faces.in_use(), [0.0; 3]);
     if body.is_unbounded() {
         return Err(Error::plain(Code::UnboundedFaces, FIELD));
     }

@@ -84,6 +84,16 @@ pub fn rotate(q: &Quaternion<f64>, v: &Vector) -> Vector {
     v + t * q.w + u.cross(&t)
 }
 
+/// A vector of the world in body axes. The identity orientation changes no bit.
+pub fn into_body(orientation: &Quaternion<f64>, v: &Vector) -> Vector {
+    rotate(&orientation.conjugate(), v)
+}
+
+/// A body vector in world axes.
+pub fn out_of_body(orientation: &Quaternion<f64>, v: &Vector) -> Vector {
+    rotate(orientation, v)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

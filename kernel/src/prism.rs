@@ -51,7 +51,7 @@ fn built(corners: &[[f64; 2]], thickness: f64, mass: f64) -> Prism {
     let centre = [first.x / first.area, first.y / first.area];
     let polygon = moments_about(corners, centre);
     // The axes of the corners stay the body's where they are principal axes already.
-    let principal = magnitude(polygon.xy) <= 1e-12 * (polygon.xx + polygon.yy);
+    let principal = math::abs(polygon.xy) <= 1e-12 * (polygon.xx + polygon.yy);
     let angle = if principal { 0.0 } else { principal_angle(&polygon) };
     let (cosine, sine) = (math::cos(angle), math::sin(angle));
     let xx = cosine * cosine * polygon.xx + 2.0 * sine * cosine * polygon.xy + sine * sine * polygon.yy;
@@ -204,11 +204,11 @@ fn refuse_not_convex(corners: &[[f64; 2]]) -> Result<(), Error> {
         let mut inside = 0.0;
         for &corner in corners {
             let (_, distance) = side(start, end, corner);
-            let reach = magnitude(corner[0]) + magnitude(corner[1]) + magnitude(start[0]) + magnitude(start[1]);
+            let reach = math::abs(corner[0]) + math::abs(corner[1]) + math::abs(start[0]) + math::abs(start[1]);
             if distance.is_nan() || distance < -1e-12 * reach {
                 return bad(k);
             }
-            inside = if distance > inside { distance } else { inside };
+            inside = math::max(distance, inside);
         }
         if inside == 0.0 {
             return bad(k);
@@ -217,17 +217,13 @@ fn refuse_not_convex(corners: &[[f64; 2]]) -> Result<(), Error> {
     Ok(())
 }
 
-fn magnitude(x: f64) -> f64 {
-    if x < 0.0 { -x } else { x }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::shape::Solid;
 
     fn close(a: f64, b: f64, relative: f64) {
-        assert!((a - b).abs() <= relative * magnitude(b), "{a:e} {b:e}");
+        assert!((a - b).abs() <= relative * math::abs(b), "{a:e} {b:e}");
     }
 
     #[test]
@@ -251,7 +247,7 @@ mod tests {
             let ends = [[0.0, 0.0, 1.0, 0.005], [0.0, 0.0, -1.0, 0.005]];
             let all = sides.iter().chain(&ends).flatten();
             let found = made.projectile.faces.in_use().iter().flatten();
-            assert!(found.zip(all).all(|(a, b)| magnitude(a - b) < 1e-12));
+            assert!(found.zip(all).all(|(a, b)| math::abs(a - b) < 1e-12));
         }
     }
 
@@ -282,7 +278,7 @@ mod tests {
             let centre = 2.0 / 3.0 * math::sin(w) / w * (outer * outer * outer - inner * inner * inner)
                 / (outer * outer - inner * inner);
             assert_eq!(made.angle, 0.0);
-            assert!(magnitude(made.centre[1]) < 1e-17);
+            assert!(math::abs(made.centre[1]) < 1e-17);
             close(made.centre[0], centre, tolerance);
             let about_axis = made.projectile.moments[2] + 2.0 * made.centre[0] * made.centre[0];
             close(about_axis, outer * outer + inner * inner, tolerance);
@@ -297,7 +293,7 @@ mod tests {
         assert_eq!((scene.projectile.faces.count, body.vertices().len(), body.edges().count()), (13, 22, 33));
         let q = crate::pose::normalised(scene.projectile.orientation);
         let extents = Solid::Polyhedron(body.clone()).half_extents(&q);
-        let ahead = crate::projectile::into_body(&q, &crate::pose::Vector::new(0.0, 0.0, 1.0));
+        let ahead = crate::pose::into_body(&q, &crate::pose::Vector::new(0.0, 0.0, 1.0));
         close(body.support(&ahead), -scene.projectile.position[2], 1e-14);
         // The disc's axis lies along y, where the body is as long as the disc is thick.
         close(extents[1], 0.005, 1e-14);

@@ -7,7 +7,8 @@
 //! Limits: dt |w| <= 0.5.
 //! Reference: J. C. Simo, K. K. Wong, Int. J. Numer. Meth. Engng 31 (1991) 19; Powell and Zohdi (2009), equations 14-16.
 
-use crate::pose::{self, Vector};
+use crate::math;
+use crate::pose::{self, Vector, into_body, out_of_body};
 use crate::scene::{RotationKind, RotationRule};
 use crate::shape::Solid;
 use nalgebra::{Quaternion, Vector4};
@@ -130,16 +131,6 @@ impl Body {
     }
 }
 
-/// A vector of the world in body axes. The identity orientation changes no bit.
-pub fn into_body(orientation: &Quaternion<f64>, v: &Vector) -> Vector {
-    pose::rotate(&orientation.conjugate(), v)
-}
-
-/// A body vector in world axes.
-pub fn out_of_body(orientation: &Quaternion<f64>, v: &Vector) -> Vector {
-    pose::rotate(orientation, v)
-}
-
 /// Midpoint angular velocity of a torque-free step: w_m = w + (dt/2) I^-1 ((I w_m) x w_m).
 fn midpoint_rate(w: &Vector, moments: &Vector, dt: f64) -> Vector {
     let mut middle = *w;
@@ -176,8 +167,8 @@ fn theta_rate(w: &Vector, moments: &Vector, theta: f64, dt: f64) -> Vector {
 
 fn max_component(v: &Vector) -> f64 {
     v.iter().fold(0.0, |largest, &x| {
-        let size = if x < 0.0 { -x } else { x };
-        if size > largest { size } else { largest }
+        let size = math::abs(x);
+        math::max(size, largest)
     })
 }
 

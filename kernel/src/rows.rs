@@ -1,10 +1,12 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
-use crate::blocks::place_image_column;
+use crate::blocks::Blocks;
 use crate::lanes::InstructionSet;
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, Layout, MARK_PLANES, YARN_PLANES};
+use crate::layout::Layout;
+use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::sweep::{Pass, Report, YarnRow};
+use crate::symmetry::Line;
 use crate::toe::Toe;
 use crate::yarn::DamageLaw;
 
@@ -39,7 +41,7 @@ impl Terms {
     /// Constants of the segments of the k-th row of `yarn`, which is empty for uniform yarn.
     pub fn yarn_row<'y>(&self, yarn: &'y [Chunk<YARN_PLANES>], k: usize) -> YarnRow<'y> {
         if self.layout.stochastic {
-            YarnRow::Stochastic(layout::row(yarn, self.layout.chunks, k))
+            YarnRow::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
             YarnRow::Uniform { stiffness: self.stiffness, damage_rate: self.damage_rate }
         }
@@ -67,6 +69,27 @@ pub(crate) struct Rows<'r> {
     pub kept: &'r mut [[f64; 3]],
 }
 
+impl<'r> Rows<'r> {
+    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
+    /// a toe.
+    pub fn of(blocks: &'r mut Blocks<'_>, layout: &Layout, [first, end]: [usize; 2], marked: bool) -> Option<Rows<'r>> {
+        let own = first * layout.chunks..end * layout.chunks;
+        let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
+        Some(Rows {
+            first,
+            hot: swept.get_mut(own.start..)?,
+            above: planes::row(rest, layout.chunks, 0),
+            history: blocks.history.get_mut(own.clone())?,
+            yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
+            marks: if marked { blocks.marks.get(own)? } else { &[] },
+            ranges: blocks.ranges.get_mut(first..end)?,
+            runs: blocks.runs.get(first..end)?,
+            carry: blocks.carry,
+            kept: blocks.kept,
+        })
+    }
+}
+
 impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
@@ -77,18 +100,18 @@ impl Rows<'_> {
         let pass = terms.pass();
         let Rows { first, hot, above, history, yarn, marks, ranges, runs, carry, kept } = self;
         if layout.x.mirrored {
-            (0..ranges.len()).for_each(|k| place_image_column(layout::row_mut(hot, chunks, k), layout.x));
+            (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
-            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { break };
-            let row = layout::row_mut(below, chunks, k);
-            let above = if k + 1 < rows { layout::row(next, chunks, 0) } else { above };
+            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
+            let row = planes::row_mut(below, chunks, k);
+            let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, k);
             let (met, reach) =
-                pass.row(row, layout::row_mut(history, chunks, k), above, carry, yarn, layout::row(marks, chunks, k));
+                pass.row(row, planes::row_mut(history, chunks, k), above, carry, yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));
@@ -129,4 +152,49 @@ fn restore_fixed(
         }
     }
     pulls
+}
+
+/// The image column of one row, at rest: only displacements, the first three planes, are read.
+pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
+    let place = line.modelled();
+    let (node, _) = line.node(place);
+    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+        let value = planes::get(row, plane, node).unwrap_or(0.0);
+        if let Some(slot) = planes::get_mut(row, plane, place) {
+            *slot = sign * value;
+        }
+        if let Some(slot) = planes::get_mut(row, 3 + plane, place) {
+            *slot = 0.0;
+        }
+    }
+}
+
+/// The image row of a block: only displacements, the first three planes, are read.
+pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
+    let place = line.modelled();
+    let (node, _) = line.node(place);
+    let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
+    for (from, to) in planes::row(rows, chunks, node).iter().zip(planes::row_mut(images, chunks, 0)) {
+        to[0] = from[0];
+        to[1] = from[1].map(|y| -y);
+        to[2] = from[2];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Failure, Layout, Memory, Scene, Sim};
+
+    #[test]
+    fn a_block_that_is_too_short_is_a_failure_and_no_row_that_stands_still() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
+        let layout = Layout::of(&scene).unwrap();
+        let (mut reals, mut words) = (std::vec![0.0; layout.reals()], std::vec![0; layout.words()]);
+        let mut sim = Sim::new(&scene, Memory { reals: &mut reals, words: &mut words }).unwrap();
+        sim.step_every_row();
+        sim.step().unwrap();
+        sim.system.blocks.history = &mut [];
+        assert_eq!(sim.step(), Err(Failure::NonFinite));
+    }
 }

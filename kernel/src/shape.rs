@@ -9,9 +9,8 @@
 
 use crate::error::{Code, Error};
 use crate::math;
-use crate::polyhedron::{self, Polyhedron};
-use crate::pose::Vector;
-use crate::projectile::into_body;
+use crate::polyhedron::{self, Gap, Polyhedron};
+use crate::pose::{Vector, into_body};
 use crate::scene::{Projectile, Shape};
 use nalgebra::Quaternion;
 
@@ -42,15 +41,6 @@ pub enum Solid {
     },
     /// Box or polyhedron.
     Polyhedron(Polyhedron),
-}
-
-/// Gap of a point: signed distance (negative inside) and outward unit normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gap {
-    /// Signed distance, m.
-    pub distance: f64,
-    /// Gradient of the distance, outward.
-    pub normal: Vector,
 }
 
 /// Refuses dimensions that are too small for the node spacing, or of no body. `moments` only of known mass.
@@ -103,15 +93,15 @@ impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
         let mut solid = Solid::NOTHING;
-        solid.take(body);
+        solid.set(body);
         solid
     }
 
-    /// No solid: a place for [`Solid::take`].
+    /// No solid: a place for [`Solid::set`].
     pub(crate) const NOTHING: Solid = Solid::Sphere { radius: 0.0 };
 
     /// Makes the solid of a projectile, where it is: a copy would take a kilobyte of stack.
-    pub(crate) fn take(&mut self, body: &Projectile) {
+    pub(crate) fn set(&mut self, body: &Projectile) {
         let radius = body.radius;
         match body.shape {
             Shape::Sphere => *self = Solid::Sphere { radius },
@@ -123,21 +113,21 @@ impl Solid {
             Shape::Box => {
                 let [a, b, c] = body.size;
                 let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
-                self.take_polyhedron(&box_faces(body.size), gyration);
+                self.set_polyhedron(&box_faces(body.size), gyration);
             }
             Shape::Polyhedron => {
                 // A body of unknown mass has no known moments.
                 let known = body.mass > 0.0;
                 let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
-                self.take_polyhedron(body.faces.in_use(), gyration);
+                self.set_polyhedron(body.faces.in_use(), gyration);
             }
         }
     }
 
-    fn take_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+    fn set_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
         *self = Solid::Polyhedron(Polyhedron::NOTHING);
         if let Solid::Polyhedron(body) = self {
-            body.take(planes, gyration);
+            body.set(planes, gyration);
         }
     }
 
@@ -160,7 +150,7 @@ impl Solid {
             Solid::HemisphericalCylinder { radius, shank, nose } => {
                 let end = nose - shank;
                 let rim = math::sqrt(radius * radius + end * end);
-                if nose + radius > rim { nose + radius } else { rim }
+                math::max(nose + radius, rim)
             }
             Solid::Polyhedron(body) => body.reach(),
         }
@@ -213,9 +203,9 @@ impl Solid {
 
     /// How far the body reaches from its centre of mass along a unit direction given in body axes, m.
     pub fn support(&self, direction: &Vector) -> f64 {
-        let along = if direction.z < 0.0 { -direction.z } else { direction.z };
+        let along = math::abs(direction.z);
         let across = 1.0 - along * along;
-        let across = math::sqrt(if across > 0.0 { across } else { 0.0 });
+        let across = math::sqrt(math::max(across, 0.0));
         match self {
             Solid::Sphere { radius } => *radius,
             Solid::Cylinder { radius, half_length } => half_length * along + radius * across,
@@ -244,11 +234,11 @@ impl Solid {
         [x, y, z].map(|axis| {
             let direction = into_body(orientation, &axis);
             let (ahead, behind) = (self.support(&direction), self.support(&-direction));
-            if ahead > behind { ahead } else { behind }
+            math::max(ahead, behind)
         })
     }
 
-    /// Gap of the point `p`, given in the body's frame from its centre of mass.
+    /// (M12) Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
         match self {
             Solid::Sphere { radius } => {
@@ -257,7 +247,7 @@ impl Solid {
             }
             Solid::Cylinder { radius, half_length } => {
                 let axial = Vector::new(0.0, 0.0, if p.z < 0.0 { -1.0 } else { 1.0 });
-                let beyond_end = (if p.z < 0.0 { -p.z } else { p.z }) - half_length;
+                let beyond_end = math::abs(p.z) - half_length;
                 rim_gap(p, *radius, beyond_end, axial)
             }
             Solid::HemisphericalCylinder { radius, shank, nose } => {

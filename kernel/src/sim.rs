@@ -3,51 +3,28 @@
 //! Read-outs are pure: they commit nothing, so asking for them changes no bit. After a failure every call but reset, load, the
 //! counters, the outcomes (whose status then says "faulted") and the digest repeats it.
 
-use crate::blocks::Blocks;
-use crate::contact::Search;
-use crate::energy::SegmentView;
+use crate::bands::Bands;
+use crate::blocks::{Blocks, Memory};
+use crate::energy::{self, Energy};
 use crate::error::{Code, Error, Failure};
 use crate::lanes::InstructionSet;
-use crate::layout::{self, Layout};
+use crate::layout::Layout;
 use crate::math;
-use crate::model::{Model, start_body, start_motion};
-use crate::outcome::{FirstContact, Latch, Outcome};
+use crate::model::start_motion;
+use crate::outcome;
 use crate::path::{self, Path, Track};
+use crate::planes::Axis;
 use crate::pose::Vector;
 use crate::projectile::{Body, Motion};
 use crate::scene::{AttachmentKind, Drive, Scene, StepLimits};
+use crate::snapshot;
+use crate::start;
 use crate::state::{COUNT_MAX, State};
-use crate::sweep::Axis;
-use crate::yarn::squared_stretch_excess;
+use crate::step;
+use crate::system::{SegmentView, System};
+use crate::watch::{FirstContact, Latch, Outcome};
+use crate::yarn;
 use core::mem::MaybeUninit;
-
-/// Largest stretch that a segment may be given beforehand; its square is far from overflow.
-pub(crate) const LARGEST_STRETCH: f64 = 1e100;
-/// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy is a number then. The
-/// first step may find it lost (see [`crate::sweep::LOST`]).
-const LARGEST_GIVEN_MOTION: f64 = 1e30;
-
-/// The caller's memory: lengths from [`Layout::reals`] and [`Layout::words`]; longer is fine, content does not matter.
-pub struct Memory<'a> {
-    /// Numbers.
-    pub reals: &'a mut [f64],
-    /// Integers.
-    pub words: &'a mut [u32],
-}
-
-impl Memory<'_> {
-    /// Refuses memory that is too short for a scene of these sizes.
-    fn check(&self, layout: &Layout) -> Result<(), Error> {
-        for (field, have, need) in
-            [("memory.reals", self.reals.len(), layout.reals()), ("memory.words", self.words.len(), layout.words())]
-        {
-            if have < need {
-                return Err(Error::new(Code::ShortBuffer, field, have as f64, need as f64));
-            }
-        }
-        Ok(())
-    }
-}
 
 /// Contact sums (M8) since the start or reset, host's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,17 +124,7 @@ pub struct Outcomes {
 
 /// A simulation on the caller's memory.
 pub struct Sim<'a> {
-    pub(crate) scene: Scene,
-    pub(crate) layout: Layout,
-    pub(crate) model: Model,
-    pub(crate) state: State,
-    pub(crate) blocks: Blocks<'a>,
-    pub(crate) failed_segments: u64,
-    pub(crate) failure: Option<Failure>,
-    /// Rows [first, end) that may hold a node that is not exactly at rest in its place.
-    pub(crate) awake: [usize; 2],
-    pub(crate) skip_rest: bool,
-    pub(crate) instructions: InstructionSet,
+    pub(crate) system: System<'a>,
 }
 
 impl<'a> Sim<'a> {
@@ -185,18 +152,7 @@ impl<'a> Sim<'a> {
     }
 
     /// What is in a place before a simulation is made there.
-    const NOTHING: Sim<'a> = Sim {
-        scene: Scene::sheet_3in_sphere(),
-        layout: Layout::NOTHING,
-        model: Model::NOTHING,
-        state: State::at_start(Body::AT_REST),
-        blocks: Blocks::nothing(),
-        failed_segments: 0,
-        failure: None,
-        awake: [0, 0],
-        skip_rest: true,
-        instructions: InstructionSet::Scalar,
-    };
+    const NOTHING: Sim<'a> = Sim { system: System::NOTHING };
 
     /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`] is.
     fn make<'p>(
@@ -211,13 +167,13 @@ impl<'a> Sim<'a> {
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
         memory.check(&layout)?;
         let limits = scene.step_limits()?;
-        let body = start_body(scene, limits)?;
+        let body = start::start_body(scene, limits)?;
         let sim = place();
-        sim.scene = *scene;
-        sim.layout = layout;
-        sim.model.take(scene, limits);
-        sim.state = State::at_start(body);
-        sim.instructions = InstructionSet::widest();
+        sim.system.scene = *scene;
+        sim.system.layout = layout;
+        sim.system.model.derive(scene, limits);
+        sim.system.state = State::at_start(body);
+        sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;
         Ok(sim)
     }
@@ -225,32 +181,34 @@ impl<'a> Sim<'a> {
     /// Takes the memory, which has been found to be enough, and fills it.
     #[inline(never)] // The blocks must not add to the stack of the checks.
     fn fill(&mut self, memory: Memory<'a>) -> Result<(), Error> {
-        self.blocks = Blocks::carve(memory, &self.layout)?;
-        self.fill_model()?;
-        self.clear_state();
-        self.start_audit();
+        self.system.blocks = Blocks::carve(memory, &self.system.layout)?;
+        self.system.fill_model()?;
+        self.system.clear_state();
+        step::start_forces(&mut self.system);
+        energy::start_audit(&mut self.system);
         Ok(())
     }
 
     /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the external load.
     pub fn reset(&mut self) {
-        let motion = path::into_sheet(&self.model.pose, &start_motion(&self.scene));
+        let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
         let mut body = Body::of(&motion);
         // Accepted once, so accepted again.
-        let _ = self.scene.symmetry.settle(&self.model.solid, &mut body, self.scene.sheet.spacing);
-        self.state = State::at_start(body);
-        self.take_halves(false);
-        self.clear_state();
-        self.start_audit();
+        let _ = self.system.scene.symmetry.align(&self.system.model.solid, &mut body, self.system.scene.sheet.spacing);
+        self.system.state = State::at_start(body);
+        self.system.use_half_steps(false);
+        self.system.clear_state();
+        step::start_forces(&mut self.system);
+        energy::start_audit(&mut self.system);
     }
 
     /// One step. After a failure: the same failure again.
     pub fn step(&mut self) -> Result<(), Failure> {
-        self.sound()?;
-        match self.step_once() {
+        self.system.sound()?;
+        match step::step_once(&mut self.system) {
             Ok(()) => Ok(()),
             Err(failure) => {
-                self.failure = Some(failure);
+                self.system.failure = Some(failure);
                 Err(failure)
             }
         }
@@ -258,7 +216,7 @@ impl<'a> Sim<'a> {
 
     /// `steps` steps. Stops at the first failure.
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        self.sound()?;
+        self.system.sound()?;
         for _ in 0..steps {
             self.step()?;
         }
@@ -268,9 +226,9 @@ impl<'a> Sim<'a> {
     /// Up to `steps` steps, ending after the step at which any outcome of `mask` is latched (at once if it already is).
     /// Returns the steps taken.
     pub fn advance_until(&mut self, mask: u32, steps: u64) -> Result<u64, Failure> {
-        self.sound()?;
+        self.system.sound()?;
         for taken in 0..steps {
-            if self.state.watch.mask() & mask != 0 {
+            if self.system.state.watch.mask() & mask != 0 {
                 return Ok(taken);
             }
             self.step()?;
@@ -284,24 +242,24 @@ impl<'a> Sim<'a> {
     /// # Errors
     /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite, or too fast.
     pub fn follow(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
-        self.take_path(path, steps)?;
+        self.start_path(path, steps)?;
         Ok(self.advance(steps)?)
     }
 
     /// Starts a path, or goes on along it, for `steps` steps to come.
     #[inline(never)] // It must not add to the stack of the steps.
-    fn take_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
-        self.sound()?;
-        if self.scene.drive != Drive::Prescribed {
+    fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
+        self.system.sound()?;
+        if self.system.scene.drive != Drive::Prescribed {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
-        let step = self.state.step;
+        let step = self.system.state.step;
         let bad = |field, value: u64, limit: u64| Error::new(Code::BadPath, field, value as f64, limit as f64);
         let Some(last) = path.first.checked_add(path.steps).filter(|&last| path.steps > 0 && last <= COUNT_MAX) else {
             return Err(bad("path.steps", path.steps, 1));
         };
         let end = self.body_of_path(path)?;
-        let track = &self.state.track;
+        let track = &self.system.state.track;
         let continued = track.steps == path.steps && track.first == path.first && track.end == end && step < last;
         if !continued && path.first != step {
             return Err(bad("path.first", path.first, step));
@@ -311,16 +269,16 @@ impl<'a> Sim<'a> {
         }
         if !continued {
             let track = Track { first: path.first, steps: path.steps, start: self.path_start(), end };
-            self.model.check_track(&track)?;
-            self.state.track = track;
+            self.system.model.check_track(&track)?;
+            self.system.state.track = track;
         }
         Ok(())
     }
 
     /// The body as a path starts from it: with the rates the path before ended with, if one ended just here.
     fn path_start(&self) -> Body {
-        let (body, track) = (self.state.body, &self.state.track);
-        if track.steps > 0 && track.first + track.steps == self.state.step {
+        let (body, track) = (self.system.state.body, &self.system.state.track);
+        if track.steps > 0 && track.first + track.steps == self.system.state.step {
             Body { velocity: track.end.velocity, angular_velocity: track.end.angular_velocity, ..body }
         } else {
             body
@@ -333,25 +291,25 @@ impl<'a> Sim<'a> {
         finite3("path.velocity", path.end.velocity)?;
         unit_quaternion("path.orientation", path.end.orientation)?;
         finite3("path.angular_velocity", path.end.angular_velocity)?;
-        Ok(Body::of(&path::into_sheet(&self.model.pose, &path.end)))
+        Ok(Body::of(&path::into_sheet(&self.system.model.pose, &path.end)))
     }
 
     /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a host).
     pub fn set_external_load(&mut self, force: [f64; 3], torque: [f64; 3]) -> Result<(), Error> {
-        self.sound()?;
+        self.system.sound()?;
         crate::error::finite3("external.force", force)?;
         crate::error::finite3("external.torque", torque)?;
-        if self.scene.drive != Drive::Free {
+        if self.system.scene.drive != Drive::Free {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
-        let force = Vector::from(self.model.pose.vector_in(force));
-        let torque = Vector::from(self.model.pose.vector_in(torque));
+        let force = Vector::from(self.system.model.pose.vector_in(force));
+        let torque = Vector::from(self.system.model.pose.vector_in(torque));
         // What is a number in the host's axes may be none in the sheet's.
         crate::error::finite3("external.force", force.into())?;
         crate::error::finite3("external.torque", torque.into())?;
-        self.scene.symmetry.check_load(&force, &torque)?;
-        self.state.force = force.component_mul(&self.scene.symmetry.force_mask());
-        self.state.torque = torque.component_mul(&self.scene.symmetry.torque_mask());
+        self.system.scene.symmetry.check_load(&force, &torque)?;
+        self.system.state.force = force.component_mul(&self.system.scene.symmetry.force_mask());
+        self.system.state.torque = torque.component_mul(&self.system.scene.symmetry.torque_mask());
         Ok(())
     }
 
@@ -362,111 +320,27 @@ impl<'a> Sim<'a> {
     /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a node inside the
     /// projectile (a fixed one in a prescribed body may be), or a step already taken.
     pub fn set_motion(&mut self, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
-        self.sound()?;
-        self.refuse_if_started()?;
-        for (field, values) in [("positions", positions), ("velocities", velocities)] {
-            if values.len() != 3 * self.layout.nodes() {
-                let wanted = 3.0 * self.layout.nodes() as f64;
-                return Err(Error::new(Code::WrongLength, field, values.len() as f64, wanted));
-            }
-            values.iter().try_for_each(|&x| crate::error::finite(field, x))?;
-        }
-        let (points, _) = positions.as_chunks::<3>();
-        let (speeds, _) = velocities.as_chunks::<3>();
-        // At least 1, so that no division by zero has to be compiled in.
-        let nx = self.layout.nodes_x.max(1);
-        let search = Search::new(&self.model.solid, &self.state.body, self.scene.sheet.spacing, self.instructions);
-        for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
-            let fixed = self.is_fixed(k % nx, k / nx);
-            if fixed && *velocity != [0.0; 3] {
-                return Err(Error::new(Code::OutOfRange, "velocities", k as f64, 0.0));
-            }
-            let x = Vector::from(self.model.pose.point_in(*point));
-            let meets = !fixed || self.scene.drive == Drive::Free;
-            if meets && search.candidate(&x).is_some_and(|(gap, _, _)| self.model.overlaps(gap)) {
-                return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
-            }
-            let v = Vector::from(self.model.pose.vector_in(*velocity));
-            let units = [("positions", x, self.scene.sheet.spacing), ("velocities", v, self.model.unit_speed)];
-            for (field, vector, unit) in units {
-                let limit = LARGEST_GIVEN_MOTION * unit;
-                if !vector.iter().all(|component| (-limit..=limit).contains(component)) {
-                    return Err(Error::new(Code::OutOfRange, field, k as f64, limit));
-                }
-            }
-            if self.leaves_plane(k % nx, k / nx, &x, &v) {
-                return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
-            }
-        }
-        let h = self.scene.sheet.spacing;
-        for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
-            let (i, j) = (k % nx, k / nx);
-            let x = self.model.pose.point_in(*point);
-            let v = self.model.pose.vector_in(*velocity);
-            let rest = self.rest(i, j);
-            let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h];
-            let mut v = v.map(|v| v / self.model.unit_speed);
-            for (axis, on_plane) in self.on_planes(i, j).into_iter().enumerate() {
-                if on_plane {
-                    (u[axis], v[axis]) = (0.0, 0.0);
-                }
-            }
-            self.set_node(i, j, u, v);
-        }
-        self.rebuild_derived();
-        // The explicit scheme stores the velocity at t_{-1/2}: back by half a kick with the forces at t_0.
-        if !self.layout.implicit {
-            for (i, j) in (0..self.layout.nodes()).map(|k| (k % nx, k / nx)) {
-                if !self.is_fixed(i, j) {
-                    let (u, v) = self.node(i, j);
-                    let a = self.acceleration(i, j);
-                    self.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
-                }
-            }
-        }
-        self.start_audit();
-        Ok(())
+        start::set_motion(&mut self.system, positions, velocities)
     }
 
     /// Gives every segment the largest stretch it has ever had (1 or less: undamaged), in the order of the segments'
     /// numbers: a pre-damaged sheet. Call before [`Sim::set_motion`] if both are used.
     pub fn set_largest_stretch(&mut self, stretches: &[f64]) -> Result<(), Error> {
-        self.sound()?;
-        self.refuse_if_started()?;
-        if stretches.len() != self.layout.segments() {
-            let wanted = self.layout.segments() as f64;
-            return Err(Error::new(Code::WrongLength, "stretches", stretches.len() as f64, wanted));
-        }
-        stretches.iter().try_for_each(|&x| crate::error::finite("stretches", x))?;
-        if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
-            return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
-        }
-        if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
-            return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
-        }
-        let mut stretches = stretches.iter();
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let critical = self.model.critical;
-        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        for (axis, columns, rows) in [(0, across, ny), (1, nx, up)] {
-            for j in 0..rows {
-                let history = layout::row_mut(self.blocks.history, chunks, j);
-                for i in 0..columns {
-                    let excess = squared_stretch_excess(stretches.next().copied().unwrap_or(0.0));
-                    if let Some(slot) = layout::get_mut(history, axis, i) {
-                        *slot = if excess > critical { excess } else { 0.0 };
-                    }
-                }
-            }
-        }
-        self.rebuild_derived();
-        self.start_audit();
-        Ok(())
+        start::set_largest_stretch(&mut self.system, stretches)
+    }
+
+    /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: numbers, their count from
+    /// [`Layout::band_reals`], content does not matter.
+    ///
+    /// # Errors
+    /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
+    pub fn bands<'s>(&'s mut self, scratch: &'s mut [f64], of: u32) -> Result<Bands<'s, 'a>, Error> {
+        Bands::of(&mut self.system, scratch, of)
     }
 
     /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping saves.
     pub fn step_every_row(&mut self) {
-        self.skip_rest = false;
+        self.system.skip_rest = false;
     }
 
     /// Uses another instruction set than the widest this machine has; the bits are the same. One that it lacks is refused.
@@ -474,65 +348,65 @@ impl<'a> Sim<'a> {
         if !set.available() {
             return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
         }
-        self.instructions = set;
+        self.system.instructions = set;
         Ok(())
     }
 
     /// The instruction set in use.
     pub fn instructions(&self) -> InstructionSet {
-        self.instructions
+        self.system.instructions
     }
 
     /// The scene this simulation was made with.
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.system.scene
     }
 
     /// Sizes.
     pub fn layout(&self) -> &Layout {
-        &self.layout
+        &self.system.layout
     }
 
     /// Steps taken.
     pub fn step_count(&self) -> u64 {
-        self.state.step
+        self.system.state.step
     }
 
     /// Time, s: step count times dt.
     pub fn time(&self) -> f64 {
-        self.state.step as f64 * self.model.limits.dt
+        self.system.state.step as f64 * self.system.model.limits.dt
     }
 
     /// The time step and its limits.
     pub fn step_limits(&self) -> StepLimits {
-        self.model.limits
+        self.system.model.limits
     }
 
     /// The latched failure, if any.
     pub fn failure(&self) -> Option<Failure> {
-        self.failure
+        self.system.failure
     }
 
     /// The projectile, host's frame: pose at t_n, rates at t_{n-1/2} (constant between impulses; on a path the means over the
     /// last step; with the theta rule the rates at t_n).
     pub fn projectile(&self) -> Result<Motion, Failure> {
-        self.sound()?;
-        Ok(path::out_of_sheet(&self.model.pose, &self.state.body.motion()))
+        self.system.sound()?;
+        Ok(path::out_of_sheet(&self.system.model.pose, &self.system.state.body.motion()))
     }
 
     /// Contact sums.
     pub fn contact(&self) -> Result<Contact, Failure> {
-        self.sound()?;
-        let (sums, steps) = (&self.state.sums, self.state.step);
+        self.system.sound()?;
+        let (sums, steps) = (&self.system.state.sums, self.system.state.step);
         // No window has been closed before the first is full: a run shorter than that still has its mean force.
-        let force_peak = if steps > 0 && steps < self.model.window_steps {
-            math::length(sums.window.into()) / (steps as f64 * self.model.limits.dt)
+        let force_peak = if steps > 0 && steps < self.system.model.window_steps {
+            math::length(sums.window.into()) / (steps as f64 * self.system.model.limits.dt)
         } else {
             sums.force_peak
         };
         Ok(Contact {
-            impulse: self.model.pose.vector_out(sums.impulse.into()),
-            angular_impulse: self.model.pose.vector_out(sums.angular_impulse.into()),
+            impulse: self.system.model.pose.vector_out(sums.impulse.into()),
+            angular_impulse: self.system.model.pose.vector_out(sums.angular_impulse.into()),
             work: sums.work,
             loss: sums.loss,
             force_peak,
@@ -541,52 +415,69 @@ impl<'a> Sim<'a> {
 
     /// Impulses on the supports; zero without `track_support`.
     pub fn support(&self) -> Result<Support, Failure> {
-        self.sound()?;
+        self.system.sound()?;
         let mut total = Vector::zeros();
-        let attachments = self.state.sums.support.map(|support| {
-            let impulse = support * self.model.unit_impulse;
+        let attachments = self.system.state.sums.support.map(|support| {
+            let impulse = support * self.system.model.unit_impulse;
             total += impulse;
-            self.model.pose.vector_out(impulse.into())
+            self.system.model.pose.vector_out(impulse.into())
         });
-        Ok(Support { total: self.model.pose.vector_out(total.into()), attachments })
+        Ok(Support { total: self.system.model.pose.vector_out(total.into()), attachments })
+    }
+
+    /// The energies, with a full pass over the sheet. Commits nothing.
+    pub fn energy(&self) -> Result<Energy, Failure> {
+        energy::energy(&self.system)
+    }
+
+    /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s, host's axes.
+    /// Meaningful with `track_support` (or without fixed nodes). Commits nothing.
+    pub fn momentum_residual(&self) -> Result<[f64; 3], Failure> {
+        energy::momentum_residual(&self.system)
     }
 
     /// Deflection and stretch, with a full pass over the sheet. Changes nothing but scratch.
     pub fn fabric(&mut self) -> Result<Fabric, Failure> {
-        self.sound()?;
+        self.system.sound()?;
         // Of a free sheet every node counts.
-        let pieces = if self.scene.attachment.kind == AttachmentKind::Free { None } else { Some(self.pieces()) };
-        let (mut deflection, mut excess) = (0.0, 0.0);
-        for j in 0..self.layout.nodes_y {
-            for i in 0..self.layout.nodes_x {
-                let (u, _) = self.node(i, j);
-                let z = if u[2] < 0.0 { -u[2] } else { u[2] };
-                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(self.piece(pieces, i, j)));
-                deflection = if held && z > deflection { z } else { deflection };
+        let pieces = if self.system.scene.attachment.kind == AttachmentKind::Free {
+            None
+        } else {
+            Some(outcome::pieces(&mut self.system))
+        };
+        let (mut deflection, mut largest) = (0.0, 0.0);
+        for j in 0..self.system.layout.nodes_y {
+            for i in 0..self.system.layout.nodes_x {
+                let (u, _) = self.system.node(i, j);
+                let z = math::abs(u[2]);
+                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
+                if held {
+                    deflection = math::max(z, deflection);
+                }
                 for axis in [Axis::Horizontal, Axis::Vertical] {
-                    if let Some(segment) = self.segment(axis, i, j)
+                    if let Some(segment) = self.system.segment(axis, i, j)
                         && segment.stiffness > 0.0
                     {
-                        let q = segment.excess_now();
-                        excess = if q > excess { q } else { excess };
+                        let q = segment.twice_strain();
+                        largest = math::max(q, largest);
                     }
                 }
             }
         }
-        Ok(Fabric { max_deflection: deflection * self.scene.sheet.spacing, max_stretch: math::sqrt(1.0 + excess) })
+        Ok(Fabric { max_deflection: deflection * self.system.scene.sheet.spacing, max_stretch: yarn::stretch(largest) })
     }
 
     /// Counters; also after a failure.
     pub fn counters(&self) -> Counters {
-        let sums = &self.state.sums;
+        let sums = &self.system.state.sums;
         Counters {
-            steps: self.state.step,
-            failed_segments: self.failed_segments,
+            steps: self.system.state.step,
+            failed_segments: self.system.failed_segments,
             contacts: sums.contacts,
             unconverged: sums.unconverged,
             most_sweeps: sums.most_sweeps,
             most_candidates: sums.most_candidates,
-            candidate_capacity: self.layout.candidates as u64,
+            candidate_capacity: self.system.layout.candidates as u64,
             worst_penetration: sums.worst_penetration,
             iterations: sums.iterations,
             most_iterations: sums.most_iterations,
@@ -595,7 +486,7 @@ impl<'a> Sim<'a> {
 
     /// Outcomes latched so far.
     pub fn outcomes(&self) -> Outcomes {
-        let watch = &self.state.watch;
+        let watch = &self.system.state.watch;
         // The latest latch wins; of several in one test, the one with the highest number.
         let mut latest: Option<(Outcome, u64)> = None;
         for (outcome, latch) in Outcome::ALL.iter().zip(&watch.latched) {
@@ -605,13 +496,13 @@ impl<'a> Sim<'a> {
                 latest = Some((*outcome, latch.step));
             }
         }
-        let status = match (self.failure, latest) {
+        let status = match (self.system.failure, latest) {
             (Some(_), _) => Status::Faulted,
             (None, Some((Outcome::Arrested, _))) => Status::Arrested,
             (None, Some((Outcome::Detached, _))) => Status::Detached,
             (None, Some((Outcome::Exited, _))) => Status::Exited,
             (None, Some((Outcome::Passed, _))) => Status::Passed,
-            (None, None) if self.state.sums.contacts > 0 => Status::Contact,
+            (None, None) if self.system.state.sums.contacts > 0 => Status::Contact,
             (None, None) => Status::Flight,
         };
         Outcomes {
@@ -622,67 +513,80 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Positions at t_n, m, 3 per node modelled, node by node (rows along x first), host's frame.
-    pub fn copy_positions(&self, out: &mut [f64]) -> Result<(), Error> {
-        self.sound()?;
-        self.copy_nodes("out", out, |sim, i, j| sim.model.pose.point_out(sim.position(i, j).into()))
+    /// Bytes of a snapshot image of this simulation.
+    pub fn snapshot_bytes(&self) -> usize {
+        self.system.layout.snapshot_bytes()
     }
 
-    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a kick, or those
+    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing.
+    pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
+        snapshot::save(&self.system, image)
+    }
+
+    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
+    /// On an error nothing has changed.
+    pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
+        snapshot::load(&mut self.system, image)
+    }
+
+    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
+    /// happens to bytes on their way, is not looked at. Everything else is.
+    pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
+        snapshot::load_kept(&mut self.system, image)
+    }
+
+    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set
+    /// and number of threads. Commits nothing.
+    pub fn digest(&self) -> u64 {
+        snapshot::digest(&self.system)
+    }
+
+    /// Positions at t_n, m, 3 per node modelled, node by node (rows along x first), host's frame.
+    pub fn copy_positions(&self, out: &mut [f64]) -> Result<(), Error> {
+        self.system.sound()?;
+        self.copy_nodes("out", out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
+    }
+
+    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a step of the forces, or those
     /// that the theta rule stores.
     pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
-        self.sound()?;
+        self.system.sound()?;
         self.copy_nodes("out", out, |sim, i, j| {
-            let (_, v) = sim.node(i, j);
-            let stored = sim.layout.implicit || sim.is_fixed(i, j);
-            let a = if stored { [0.0; 3] } else { sim.acceleration(i, j) };
-            let unit = sim.model.unit_speed;
+            let (_, v) = sim.system.node(i, j);
+            let stored = sim.system.layout.implicit || sim.system.is_fixed(i, j);
+            let a = if stored { [0.0; 3] } else { sim.system.acceleration(i, j) };
+            let unit = sim.system.model.unit_speed;
             let v = [(v[0] + 0.5 * a[0]) * unit, (v[1] + 0.5 * a[1]) * unit, (v[2] + 0.5 * a[2]) * unit];
-            sim.model.pose.vector_out(v)
+            sim.system.model.pose.vector_out(v)
         })
     }
 
     /// alpha at t_n of every segment in the order of their numbers: 1 whole, 0 failed.
     pub fn copy_damage(&self, out: &mut [f64]) -> Result<(), Error> {
-        self.sound()?;
+        self.system.sound()?;
         self.copy_segments(out, |sim, segment| {
-            let q = segment.excess_now();
-            let largest = if q > segment.history { q } else { segment.history };
-            sim.model.law.alpha(segment.damage_rate, largest)
+            let q = segment.twice_strain();
+            let largest = math::max(q, segment.history);
+            sim.system.model.law.alpha(segment.damage_rate, largest)
         })
     }
 
     /// Stretch at t_n of every segment in the order of their numbers.
     pub fn copy_stretch(&self, out: &mut [f64]) -> Result<(), Error> {
-        self.sound()?;
-        self.copy_segments(out, |_, segment| {
-            let u2 = 1.0 + segment.excess_now();
-            math::sqrt(if u2 > 0.0 { u2 } else { 0.0 })
-        })
-    }
-
-    /// Whether a node lies on the mirror planes x = 0 and y = 0.
-    fn on_planes(&self, i: usize, j: usize) -> [bool; 2] {
-        [(self.layout.x, i), (self.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
-    }
-
-    /// Whether a position, m, or velocity, m/s, takes a node off a mirror plane, beyond rounding.
-    fn leaves_plane(&self, i: usize, j: usize, x: &Vector, v: &Vector) -> bool {
-        let small = |value: f64, scale: f64| value <= 1e-9 * scale && value >= -1e-9 * scale;
-        let (h, unit_speed) = (self.scene.sheet.spacing, self.model.unit_speed);
-        (0..2).any(|k| self.on_planes(i, j)[k] && !(small(x[k], h) && small(v[k], unit_speed)))
+        self.system.sound()?;
+        self.copy_segments(out, |_, segment| yarn::stretch(segment.twice_strain()))
     }
 
     fn copy_segments(&self, out: &mut [f64], value: impl Fn(&Self, &SegmentView) -> f64) -> Result<(), Error> {
-        let needed = self.layout.segments();
+        let needed = self.system.layout.segments();
         if out.len() != needed {
             return Err(Error::new(Code::WrongLength, "out", out.len() as f64, needed as f64));
         }
         let mut slots = out.iter_mut();
         for axis in [Axis::Horizontal, Axis::Vertical] {
-            for j in 0..self.layout.nodes_y {
-                for i in 0..self.layout.nodes_x {
-                    if let Some(segment) = self.segment(axis, i, j)
+            for j in 0..self.system.layout.nodes_y {
+                for i in 0..self.system.layout.nodes_x {
+                    if let Some(segment) = self.system.segment(axis, i, j)
                         && let Some(slot) = slots.next()
                     {
                         *slot = value(self, &segment);
@@ -699,24 +603,15 @@ impl<'a> Sim<'a> {
         out: &mut [f64],
         value: impl Fn(&Self, usize, usize) -> [f64; 3],
     ) -> Result<(), Error> {
-        let needed = 3 * self.layout.nodes();
+        let needed = 3 * self.system.layout.nodes();
         if out.len() != needed {
             return Err(Error::new(Code::WrongLength, field, out.len() as f64, needed as f64));
         }
         let (slots, _) = out.as_chunks_mut::<3>();
-        let nx = self.layout.nodes_x.max(1);
         for (k, slot) in slots.iter_mut().enumerate() {
-            *slot = value(self, k % nx, k / nx);
+            let (i, j) = self.system.layout.column_and_row(k);
+            *slot = value(self, i, j);
         }
         Ok(())
-    }
-
-    /// The latched failure as an error, so that every call after it says the same.
-    pub(crate) fn sound(&self) -> Result<(), Failure> {
-        self.failure.map_or(Ok(()), Err)
-    }
-
-    fn refuse_if_started(&self) -> Result<(), Error> {
-        if self.state.step == 0 { Ok(()) } else { Err(Error::plain(Code::AlreadyStarted, "")) }
     }
 }

@@ -7,36 +7,27 @@
 //! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
-use crate::blocks::in_runs;
 use crate::error::{Code, Error};
 use crate::fields;
-use crate::layout::{self, CHUNK};
+use crate::layout::HEADER_WORDS;
+use crate::planes::{self, CHUNK};
 use crate::pose::Vector;
 use crate::scene::Scene;
-use crate::sim::{LARGEST_STRETCH, Sim};
-use crate::state::{COUNT_MAX, Parts, State, Visitor};
-use crate::sweep::FAILED;
+use crate::start::LARGEST_STRETCH;
+use crate::state::{COUNT_MAX, State, Visitor};
+use crate::step;
+use crate::system::System;
 use crate::toe::NO_TOE;
-use crate::yarn::squared_stretch_excess;
+use crate::weave::in_runs;
+use crate::yarn::{FAILED, twice_strain_at};
 
 /// Displacements and velocities of an image, in spacings and spacings a step: beyond this their energy need not be finite.
-/// A simulation that has not failed stays far below (see [`crate::sweep::LOST`]).
+/// A simulation that has not failed stays far below (see [`crate::yarn::LOST`]).
 const LARGEST_MOTION: f64 = 1e100;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRSNAP");
 /// Version of the image's format; changes whenever its content or meaning does.
 pub const FORMAT: u64 = 1;
-const HEADER_WORDS: usize = 4;
-/// Words of the scalar state (tested against the traversal).
-const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
-/// Words of the scalar state that only the theta rule, or a step to be halved, has.
-const PART_WORDS: usize = 2;
-
-/// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
-pub fn frame_words(parts: Parts) -> usize {
-    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + 1
-}
-
 /// A running 64-bit hash over words, FNV-1a with a fold; each step is a bijection, so changing one word always shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Hash(u64);
@@ -149,205 +140,197 @@ impl Visitor for Reader<'_> {
     }
 }
 
-impl Sim<'_> {
-    /// Bytes of a snapshot image of this simulation.
-    pub fn snapshot_bytes(&self) -> usize {
-        self.layout.snapshot_bytes()
+/// Writes the image into the first bytes of `image`. Commits nothing.
+pub(crate) fn save(system: &System<'_>, image: &mut [u8]) -> Result<(), Error> {
+    system.sound()?;
+    let needed = system.layout.snapshot_bytes();
+    let Some(image) = image.get_mut(..needed) else {
+        return Err(Error::new(Code::ShortBuffer, "image", image.len() as f64, needed as f64));
+    };
+    let (chunks, _) = image.as_chunks_mut::<8>();
+    let mut writer = Writer { chunks: chunks.iter_mut(), hash: Hash::default() };
+    for word in header(system) {
+        writer.word(word);
+    }
+    let mut state = system.state;
+    state.visit(system.layout.parts(), &mut writer);
+    each_word(system, &mut |word| writer.word(word));
+    let checksum = writer.hash.value();
+    writer.word(checksum);
+    Ok(())
+}
+
+/// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
+/// On an error nothing has changed.
+pub(crate) fn load(system: &mut System<'_>, image: &[u8]) -> Result<(), Error> {
+    let body = body_of(system, image)?;
+    let mut hash = Hash::default();
+    body.iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
+    let checksum = image.last_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+    if hash.value() != checksum {
+        return Err(malformed(0.0, 0.0));
+    }
+    restore(system, body)
+}
+
+/// [`load`] without a look at the checksum.
+pub(crate) fn load_kept(system: &mut System<'_>, image: &[u8]) -> Result<(), Error> {
+    let body = body_of(system, image)?;
+    restore(system, body)
+}
+
+/// The words of an image before its checksum, if it is one of this scene.
+fn body_of<'b>(system: &System<'_>, image: &'b [u8]) -> Result<&'b [[u8; 8]], Error> {
+    let needed = system.layout.snapshot_bytes();
+    let header_bytes = image.get(..8 * HEADER_WORDS).ok_or(malformed(image.len() as f64, needed as f64))?;
+    let mut found = Reader { chunks: header_bytes.as_chunks::<8>().0.iter(), sound: true };
+    let [magic, format, print, words] = header(system);
+    if found.word() != magic {
+        return Err(malformed(0.0, 0.0));
+    }
+    if found.word() != format || found.word() != print {
+        return Err(Error::plain(Code::ImageOfAnotherScene, "image"));
+    }
+    if found.word() != words || image.len() != needed {
+        return Err(malformed(image.len() as f64, needed as f64));
+    }
+    let (_, body) = image.as_chunks::<8>().0.split_last().ok_or(malformed(0.0, needed as f64))?;
+    Ok(body)
+}
+
+/// Takes the state that the words of an image hold, if it is one that a simulation can have.
+fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
+    // First pass: every value is one a simulation can have.
+    let mut reader = Reader { chunks: body.iter(), sound: true };
+    (0..HEADER_WORDS).for_each(|_| _ = reader.word());
+    let mut state = system.state;
+    state.visit(system.layout.parts(), &mut reader);
+    let arrays = reader.chunks.as_slice();
+    if !reader.sound || !plausible(&state) || !arrays_sound(system, arrays) {
+        return Err(Error::plain(Code::ImageInvalid, "image"));
     }
 
-    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing.
-    pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
-        self.sound()?;
-        let needed = self.snapshot_bytes();
-        let Some(image) = image.get_mut(..needed) else {
-            return Err(Error::new(Code::ShortBuffer, "image", image.len() as f64, needed as f64));
-        };
-        let (chunks, _) = image.as_chunks_mut::<8>();
-        let mut writer = Writer { chunks: chunks.iter_mut(), hash: Hash::default() };
-        for word in self.header() {
-            writer.word(word);
-        }
-        let mut state = self.state;
-        state.visit(self.layout.parts(), &mut writer);
-        self.each_word(&mut |word| writer.word(word));
-        let checksum = writer.hash.value();
-        writer.word(checksum);
-        Ok(())
+    // Second pass: take them.
+    system.state = state;
+    system.use_half_steps(system.state.halved);
+    let mut words = arrays;
+    // After a failure nothing is taken for granted.
+    let failed = system.failure.is_some();
+    system.refill(|system, j| read_row(system, j, &mut words) | failed);
+    step::start_forces(system);
+    for (flags, &word) in system.blocks.flags.iter_mut().zip(words) {
+        *flags = u64::from_le_bytes(word) as u32;
     }
+    Ok(())
+}
 
-    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
-    /// On an error nothing has changed.
-    pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
-        let body = self.body_of(image)?;
-        let mut hash = Hash::default();
-        body.iter().for_each(|word| hash.word(u64::from_le_bytes(*word)));
-        let checksum = image.last_chunk().map_or(0, |word| u64::from_le_bytes(*word));
-        if hash.value() != checksum {
-            return Err(malformed(0.0, 0.0));
-        }
-        self.take(body)
+/// A hash of the whole state, row-major and unpadded. Commits nothing.
+pub(crate) fn digest(system: &System<'_>) -> u64 {
+    let mut hash = Hash::default();
+    for word in header(system) {
+        hash.word(word);
     }
+    let mut state = system.state;
+    state.visit(system.layout.parts(), &mut hash);
+    each_word(system, &mut |word| hash.word(word));
+    hash.value()
+}
 
-    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
-    /// happens to bytes on their way, is not looked at. Everything else is.
-    pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
-        let body = self.body_of(image)?;
-        self.take(body)
-    }
+fn header(system: &System<'_>) -> [u64; HEADER_WORDS] {
+    [MAGIC, FORMAT, fingerprint(&system.scene, system.model.limits.dt), system.layout.snapshot_bytes() as u64 / 8]
+}
 
-    /// The words of an image before its checksum, if it is one of this scene.
-    fn body_of<'b>(&self, image: &'b [u8]) -> Result<&'b [[u8; 8]], Error> {
-        let needed = self.snapshot_bytes();
-        let header_bytes = image.get(..8 * HEADER_WORDS).ok_or(malformed(image.len() as f64, needed as f64))?;
-        let mut header = Reader { chunks: header_bytes.as_chunks::<8>().0.iter(), sound: true };
-        let [magic, format, print, words] = self.header();
-        if header.word() != magic {
-            return Err(malformed(0.0, 0.0));
-        }
-        if header.word() != format || header.word() != print {
-            return Err(Error::plain(Code::ImageOfAnotherScene, "image"));
-        }
-        if header.word() != words || image.len() != needed {
-            return Err(malformed(image.len() as f64, needed as f64));
-        }
-        let (_, body) = image.as_chunks::<8>().0.split_last().ok_or(malformed(0.0, needed as f64))?;
-        Ok(body)
-    }
-
-    /// Takes the state that the words of an image hold, if it is one that a simulation can have.
-    fn take(&mut self, body: &[[u8; 8]]) -> Result<(), Error> {
-        // First pass: every value is one a simulation can have.
-        let mut reader = Reader { chunks: body.iter(), sound: true };
-        (0..HEADER_WORDS).for_each(|_| _ = reader.word());
-        let mut state = self.state;
-        state.visit(self.layout.parts(), &mut reader);
-        let arrays = reader.chunks.as_slice();
-        if !reader.sound || !plausible(&state) || !self.arrays_sound(arrays) {
-            return Err(Error::plain(Code::ImageInvalid, "image"));
-        }
-
-        // Second pass: take them.
-        self.state = state;
-        self.take_halves(self.state.halved);
-        let mut words = arrays;
-        // After a failure nothing is taken for granted.
-        let failed = self.failure.is_some();
-        self.refill(|sim, j| sim.read_row(j, &mut words) | failed);
-        for (flags, &word) in self.blocks.flags.iter_mut().zip(words) {
-            *flags = u64::from_le_bytes(word) as u32;
-        }
-        Ok(())
-    }
-
-    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set
-    /// and number of threads. Commits nothing.
-    pub fn digest(&self) -> u64 {
-        let mut hash = Hash::default();
-        for word in self.header() {
-            hash.word(word);
-        }
-        let mut state = self.state;
-        state.visit(self.layout.parts(), &mut hash);
-        self.each_word(&mut |word| hash.word(word));
-        hash.value()
-    }
-
-    fn header(&self) -> [u64; HEADER_WORDS] {
-        [MAGIC, FORMAT, fingerprint(&self.scene, self.model.limits.dt), self.layout.snapshot_bytes() as u64 / 8]
-    }
-
-    /// Every word of the node, segment and flag arrays, in image order.
-    fn each_word(&self, word: &mut impl FnMut(u64)) {
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
-        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
-        for j in 0..ny {
-            let (row, history) = (layout::row(self.blocks.hot, chunks, j), layout::row(self.blocks.history, chunks, j));
-            let marks = layout::row(self.blocks.marks, chunks, j);
-            for i in 0..nx {
-                (0..6).for_each(|plane| word(bits(layout::get(row, plane, i))));
-                for (axis, exists) in [(0, i < across), (1, j < up)] {
-                    if exists {
-                        word(bits(layout::get(history, axis, i)));
-                    }
-                    if exists && self.layout.toe {
-                        word(bits(layout::get(marks, axis, i)));
-                    }
+/// Every word of the node, segment and flag arrays, in image order.
+fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
+    for j in 0..ny {
+        let (row, history) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.history, chunks, j));
+        let marks = planes::row(system.blocks.marks, chunks, j);
+        for i in 0..nx {
+            (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
+            for (axis, exists) in [(0, i < across), (1, j < up)] {
+                if exists {
+                    word(bits(planes::get(history, axis, i)));
+                }
+                if exists && system.layout.toe {
+                    word(bits(planes::get(marks, axis, i)));
                 }
             }
         }
-        self.blocks.flags.iter().for_each(|&flags| word(flags as u64));
     }
+    system.blocks.flags.iter().for_each(|&flags| word(flags as u64));
+}
 
-    /// Looks at the words of the arrays: motion whose energy is finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
-    fn arrays_sound(&self, mut words: &[[u8; 8]]) -> bool {
-        // A segment breaks long before: only one that was broken beforehand has such a history.
-        let largest = squared_stretch_excess(LARGEST_STRETCH);
-        let possible = -LARGEST_MOTION..=LARGEST_MOTION;
-        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        let toe = self.layout.toe;
-        let mut sound = true;
-        for (j, run) in self.blocks.runs.iter().enumerate() {
-            for i in 0..self.layout.nodes_x {
-                let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
-                let node = node.map(real);
-                let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
-                sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
+/// Looks at the words of the arrays: motion whose energy is finite, histories and marks such as there are, fixed nodes at rest, flags 32 bits wide.
+fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
+    // A segment breaks long before: only one that was broken beforehand has such a history.
+    let largest = twice_strain_at(LARGEST_STRETCH);
+    let possible = -LARGEST_MOTION..=LARGEST_MOTION;
+    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let toe = system.layout.toe;
+    let mut sound = true;
+    for (j, run) in system.blocks.runs.iter().enumerate() {
+        for i in 0..system.layout.nodes_x {
+            let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
+            let node = node.map(real);
+            let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
+            sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
+            words = rest;
+            for _ in 0..usize::from(i < across) + usize::from(j < up) {
+                let Some((&q, rest)) = words.split_first() else { return false };
+                let q = real(q);
+                sound &= (q == 0.0) | (q == FAILED) | ((q > system.model.critical) & (q <= largest));
                 words = rest;
-                for _ in 0..usize::from(i < across) + usize::from(j < up) {
-                    let Some((&q, rest)) = words.split_first() else { return false };
-                    let q = real(q);
-                    sound &= (q == 0.0) | (q == FAILED) | ((q > self.model.critical) & (q <= largest));
+                if toe {
+                    let Some((&mark, rest)) = words.split_first() else { return false };
+                    let mark = real(mark);
+                    sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
                     words = rest;
-                    if toe {
-                        let Some((&mark, rest)) = words.split_first() else { return false };
-                        let mark = real(mark);
-                        sound &= mark == NO_TOE || (-1.0..=0.0).contains(&mark);
-                        words = rest;
-                    }
                 }
             }
         }
-        sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
     }
+    sound && words.iter().all(|flags| u64::from_le_bytes(*flags) <= u64::from(u32::MAX))
+}
 
-    /// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
-    fn read_row(&mut self, j: usize, words: &mut &[[u8; 8]]) -> bool {
-        let mut changed = false;
-        let (nx, chunks) = (self.layout.nodes_x, self.layout.chunks);
-        let (across, up) = (self.layout.x.segments(), self.layout.y.segments());
-        let row = layout::row_mut(self.blocks.hot, chunks, j);
-        let history = layout::row_mut(self.blocks.history, chunks, j);
-        let marks = layout::row_mut(self.blocks.marks, chunks, j);
-        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
-            let mut marks = marks.get_mut(c);
-            #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
-            for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
-                let i = c * CHUNK + lane;
-                let Some((node, rest)) = words.split_first_chunk::<6>() else { return true };
-                *words = rest;
-                for (plane, &word) in hot.iter_mut().zip(node) {
-                    plane[lane] = real(word);
+/// Takes the words of row j, which are sound, off the front. Returns whether a history has changed.
+fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
+    let mut changed = false;
+    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
+    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let row = planes::row_mut(system.blocks.hot, chunks, j);
+    let history = planes::row_mut(system.blocks.history, chunks, j);
+    let marks = planes::row_mut(system.blocks.marks, chunks, j);
+    for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
+        let mut marks = marks.get_mut(c);
+        #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+        for lane in 0..CHUNK.min(nx.saturating_sub(c * CHUNK)) {
+            let i = c * CHUNK + lane;
+            let Some((node, rest)) = words.split_first_chunk::<6>() else { return true };
+            *words = rest;
+            for (plane, &word) in hot.iter_mut().zip(node) {
+                plane[lane] = real(word);
+            }
+            for (axis, exists) in [(0, i < across), (1, j < up)] {
+                if !exists {
+                    continue;
                 }
-                for (axis, exists) in [(0, i < across), (1, j < up)] {
-                    if !exists {
-                        continue;
-                    }
-                    let Some((&largest, rest)) = words.split_first() else { return true };
-                    let largest = real(largest);
-                    changed |= history[axis][lane] != largest;
-                    history[axis][lane] = largest;
+                let Some((&largest, rest)) = words.split_first() else { return true };
+                let largest = real(largest);
+                changed |= history[axis][lane] != largest;
+                history[axis][lane] = largest;
+                *words = rest;
+                if let Some(marks) = &mut marks {
+                    let Some((&mark, rest)) = words.split_first() else { return true };
+                    marks[axis][lane] = real(mark);
                     *words = rest;
-                    if let Some(marks) = &mut marks {
-                        let Some((&mark, rest)) = words.split_first() else { return true };
-                        marks[axis][lane] = real(mark);
-                        *words = rest;
-                    }
                 }
             }
         }
-        changed
     }
+    changed
 }
 
 /// A word of an image as a number.
@@ -380,9 +363,12 @@ fn plausible(state: &State) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Sim;
     use crate::error::Failure;
+    use crate::layout::{STATE_WORDS, frame_words};
     use crate::projectile::{Body, Motion};
     use crate::scene::{Draw, Integrator, RotationRule, Shape, StepAfterFailure, Symmetry};
+    use crate::state::Parts;
     use std::vec::Vec;
 
     struct Counter(usize);
@@ -587,7 +573,7 @@ mod tests {
         let mut sim = Sim::new(&scene, crate::Memory { reals: &mut reals, words: &mut words }).unwrap();
         let mut image = std::vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
-        let (critical, first) = (sim.model.critical, sim.digest());
+        let (critical, first) = (sim.system.model.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
             let found = sim.load(&forged);
@@ -792,9 +778,9 @@ mod tests {
             for failed in [false, true] {
                 for k in [4, 0, 3, 4, 4] {
                     if failed {
-                        sim.failure = Some(Failure::NonFinite);
+                        sim.system.failure = Some(Failure::NonFinite);
                         // What follows from the histories.
-                        sim.blocks.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
+                        sim.system.blocks.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
                     }
                     let (image, digest, failed_segments) = &images[k];
                     sim.load(image).unwrap();

@@ -1,11 +1,11 @@
 //! The scalar state of a simulation: everything a snapshot holds besides the node and segment arrays.
 
-use crate::outcome::{FirstContact, Latch, Watch};
 use crate::path::Track;
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::scene::{AttachmentKind, Symmetry};
 use crate::symmetry;
+use crate::watch::{FirstContact, Latch, Watch};
 use crate::weave::ATTACHMENTS;
 use nalgebra::Quaternion;
 
@@ -157,7 +157,7 @@ impl State {
 
 impl Sums {
     /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its images to theirs.
-    pub fn pull_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
+    pub fn add_to_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
         if symmetry == Symmetry::default() {
             // Every row of every step comes here, and the rows of all bands in turn.
             if let Some(sum) = self.support.get_mut(attachment) {

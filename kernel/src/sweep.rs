@@ -1,9 +1,8 @@
-//! The one hot pass: damage, kick and drift of every node, row by row, in place. Knows nothing of contact.
+//! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of contact.
 //!
-//! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. For a
-//! segment with relative displacement d of its ends, d_a along its rest direction, q = U^2 - 1 = d_a (d_a + 2) + d_b^2 + d_c^2
-//! (the components in the order x, y, z behind the axial one), and its force adds kk max(q, 0) (e_a + d) to the velocity of
-//! its first node, where kk = alpha E A_0 dt^2 / (2 m h). No root and no division below the critical stretch.
+//! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. A segment's
+//! force by the yarn law (`yarn.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h), is the change of velocity that it
+//! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
 //! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart.
@@ -11,16 +10,20 @@
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::math;
+use crate::planes::{
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES,
+    vertical_axes,
+};
 use crate::toe::{NO_TOE, Toe};
-use crate::yarn::DamageLaw;
+use crate::yarn::{self, DamageLaw, LOST};
 
 /// What one pass met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     /// Segments whose alpha became 0.
     pub newly_failed: u64,
-    /// A q beyond [`LOST`], or none at all, was met.
+    /// A strain beyond [`LOST`], or none at all, was met.
     pub non_finite: bool,
 }
 
@@ -38,29 +41,13 @@ pub enum YarnRow<'a> {
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
 
-/// History of a failed segment: above every q.
-pub const FAILED: f64 = f64::MAX;
-
-/// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest number that what the
-/// next pass makes of a state is still a number, whose energy is one.
-pub const LOST: f64 = 1e50;
-
-/// Direction of a segment.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// To the right-hand neighbour, along x.
-    Horizontal = 0,
-    /// To the neighbour above, along y.
-    Vertical = 1,
-}
-
 impl YarnRow<'_> {
     /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
         match self {
             YarnRow::Uniform { stiffness, damage_rate } => (*stiffness, *damage_rate),
             YarnRow::Stochastic(row) => {
-                let at = |plane: usize| layout::get(row, axis as usize + plane, i).unwrap_or(0.0);
+                let at = |plane: usize| planes::get(row, axis as usize + plane, i).unwrap_or(0.0);
                 (at(0), at(2))
             }
         }
@@ -82,32 +69,6 @@ pub struct Pass<'a> {
     pub toe: Toe,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
-}
-
-/// q = U^2 - 1 of a horizontal segment from the relative displacement of its ends.
-#[inline(always)]
-pub fn excess_horizontal<L: Lane>(d: [L; 3]) -> L {
-    d[0].mul(d[0].add(L::splat(2.0))).add(d[1].mul(d[1])).add(d[2].mul(d[2]))
-}
-
-/// q = U^2 - 1 of a vertical segment.
-#[inline(always)]
-pub fn excess_vertical<L: Lane>(d: [L; 3]) -> L {
-    d[1].mul(d[1].add(L::splat(2.0))).add(d[0].mul(d[0])).add(d[2].mul(d[2]))
-}
-
-/// Force of a horizontal segment on its first node, as a change of velocity: kk max(q, 0) (e_x + d).
-#[inline(always)]
-pub fn pull_horizontal<L: Lane>(stiffness: L, q: L, d: [L; 3]) -> [L; 3] {
-    let s = stiffness.mul(q.max(L::splat(0.0)));
-    [s.mul(d[0].add(L::splat(1.0))), s.mul(d[1]), s.mul(d[2])]
-}
-
-/// Force of a vertical segment on its first node: kk max(q, 0) (e_y + d).
-#[inline(always)]
-pub fn pull_vertical<L: Lane>(stiffness: L, q: L, d: [L; 3]) -> [L; 3] {
-    let s = stiffness.mul(q.max(L::splat(0.0)));
-    [s.mul(d[0]), s.mul(d[1].add(L::splat(1.0))), s.mul(d[2])]
 }
 
 /// Sum of a node's four forces, in the order that everything keeps.
@@ -205,7 +166,7 @@ impl Job for LiftJob<'_> {
                     L::load(&L::groups(ay)[g]).sub(L::load(&L::groups(uy)[g])),
                     L::load(&L::groups(az)[g]).sub(L::load(&L::groups(uz)[g])),
                 ];
-                let q = excess_vertical(d);
+                let q = yarn::twice_strain(vertical_axes(d));
                 let mut stiffness = L::load(&L::groups(kv)[g]);
                 let largest = L::load(&L::groups(history)[g]);
                 if q.any_not_below(limit) && q.any_above(largest) {
@@ -219,7 +180,7 @@ impl Job for LiftJob<'_> {
                 if let Some([_, mark]) = marks.get(c) {
                     stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
-                let lift = pull_vertical(stiffness, q, d);
+                let lift = vertical_axes(yarn::force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
                 lift[2].store(&mut L::groups_mut(cz)[g]);
@@ -242,7 +203,7 @@ impl<const TOE: bool> Job for RowJob<'_, TOE> {
             report: Report::default(),
         };
         let zero = L::splat(0.0);
-        let mut along = Along::<L> { limit: L::splat(pass.critical), left_pull: [zero; 3], low: zero, high: zero };
+        let mut along = Along::<L> { limit: L::splat(pass.critical), left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -288,7 +249,7 @@ struct Planes<'a> {
 /// that is not inlined.
 struct Along<L> {
     limit: L,
-    left_pull: [L; 3],
+    left_force: [L; 3],
     low: L,
     high: L,
 }
@@ -305,7 +266,7 @@ struct Cold<'a> {
 }
 
 impl<L: Lane> Along<L> {
-    /// One lane group: damage, forces, kick and drift. The two segments are worked on side by side, so that a processor has
+    /// One lane group: damage, forces, velocity and position. The two segments are worked on side by side, so that a processor has
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
@@ -329,7 +290,7 @@ impl<L: Lane> Along<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let (q_v, q_h) = (excess_vertical(up), excess_horizontal(along));
+        let (q_v, q_h) = (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along));
         if q_v.any_not_below_either(q_h, self.limit) {
             if q_h.any_not_below(self.limit) && q_h.any_above(L::load(&history_h[g])) {
                 let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
@@ -346,22 +307,22 @@ impl<L: Lane> Along<L> {
             kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(mark_h)[g])));
             kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
         }
-        let lift = pull_vertical(kv, q_v, up);
-        let pull = pull_horizontal(kh, q_h, along);
+        let lift = vertical_axes(yarn::force(yarn::stress(kv, q_v), vertical_axes(up)));
+        let force = yarn::force(yarn::stress(kh, q_h), along);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let left = [
-            pull[0].left_of(self.left_pull[0]),
-            pull[1].left_of(self.left_pull[1]),
-            pull[2].left_of(self.left_pull[2]),
+            force[0].left_of(self.left_force[0]),
+            force[1].left_of(self.left_force[1]),
+            force[2].left_of(self.left_force[2]),
         ];
-        move_along(here[0], with_vertical(pull[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
+        move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
         let y =
-            move_along(here[1], with_vertical(pull[1], left[1], vertical[1]), &mut vy[g], &mut L::groups_mut(uy)[g]);
-        move_along(here[2], with_vertical(pull[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+            move_along(here[1], with_vertical(force[1], left[1], vertical[1]), &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
-        self.left_pull = pull;
+        self.left_force = force;
     }
 }
 
@@ -379,12 +340,7 @@ fn hand_on<L: Lane>(up: L, carry: &mut L::Group) -> L {
     vertical
 }
 
-/// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall off faster than
-/// exponentially, and without a least one nearly every force there would be a subnormal number, which processors are slow
-/// with. Sums of numbers above it are multiples of 2^-308, so no product of three of them is subnormal.
-pub const AT_REST: f64 = f64::from_bits((1023 - 256) << 52);
-
-/// v <- v + a, u <- u + v along one axis. Returns the new u.
+/// (M7) v <- v + a, u <- u + v along one axis. Returns the new u.
 #[inline(always)]
 fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L {
     let velocity = L::load(v).add(sum).or_zero_below(L::splat(AT_REST));
@@ -399,7 +355,7 @@ fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L
 fn least<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| if b < a { b } else { a })
+    group.as_ref().iter().fold(0.0, |a, &b| math::min(b, a))
 }
 
 /// Greatest number of a lane group, or 0.
@@ -407,7 +363,7 @@ fn least<L: Lane>(lanes: L) -> f64 {
 fn greatest<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| if b > a { b } else { a })
+    group.as_ref().iter().fold(0.0, |a, &b| math::max(b, a))
 }
 
 /// Which segments a lane group holds.
@@ -426,10 +382,10 @@ impl Cold<'_> {
     #[cold]
     #[inline(never)]
     fn damage<L: Lane>(&mut self, q: L, place: Place, history: &mut L::Group, stiffness: &mut L::Group) {
-        let mut excess = L::ZEROS;
-        q.store(&mut excess);
+        let mut strains = L::ZEROS;
+        q.store(&mut strains);
         let slots = history.as_mut().iter_mut().zip(stiffness.as_mut());
-        for (lane, (&q, (history, stiffness))) in excess.as_ref().iter().zip(slots).enumerate() {
+        for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
                 let met = self.pass.damage_segment(q, &self.yarn, place.axis, column, history, stiffness);
@@ -452,22 +408,25 @@ impl Pass<'_> {
     ) -> Report {
         let usable = q <= LOST || q <= *history;
         if !usable {
-            return Report { newly_failed: 0, non_finite: true };
+            return Report::LOST;
         }
-        if !(q > self.critical && q > *history) {
+        if !self.law.is_damaging(q, *history) {
             return Report::default();
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let alpha = self.law.alpha(damage_rate, q);
-        *stiffness = alpha * undamaged;
-        // A failed segment never comes here again: no q is above this.
-        *history = if alpha == 0.0 { FAILED } else { q };
-        Report { newly_failed: u64::from(alpha == 0.0 && !failed_before), non_finite: false }
+        let damage = self.law.damage(damage_rate, q);
+        *stiffness = damage.alpha * undamaged;
+        // A failed segment never comes here again: no q is above its history.
+        *history = damage.history;
+        Report { newly_failed: u64::from(damage.alpha == 0.0 && !failed_before), non_finite: false }
     }
 }
 
 impl Report {
+    /// A state that cannot be stepped.
+    pub(crate) const LOST: Report = Report { newly_failed: 0, non_finite: true };
+
     fn add(&mut self, other: Report) {
         self.newly_failed += other.newly_failed;
         self.non_finite |= other.non_finite;

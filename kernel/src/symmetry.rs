@@ -10,8 +10,8 @@
 //! Reference: docs/model.md, "Symmetry planes".
 
 use crate::error::{Code, Error};
-use crate::pose::Vector;
-use crate::projectile::{Body, into_body};
+use crate::pose::{Vector, into_body};
+use crate::projectile::Body;
 use crate::scene::{AttachmentKind, Symmetry};
 use crate::shape::Solid;
 
@@ -94,7 +94,7 @@ impl Symmetry {
     }
 
     /// Refuses a body or a motion that a plane would change; takes away what rounding left of the components across the planes.
-    pub fn settle(self, solid: &Solid, body: &mut Body, spacing: f64) -> Result<(), Error> {
+    pub fn align(self, solid: &Solid, body: &mut Body, spacing: f64) -> Result<(), Error> {
         let (force, torque) = (self.force_mask(), self.torque_mask());
         let close = |v: &Vector, mask: &Vector, scale: f64| {
             let across = v - v.component_mul(mask);

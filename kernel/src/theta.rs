@@ -11,304 +11,279 @@
 //! constant is twice Verlet's. Without convergence the step fails with the state kept at t_n.
 //! Reference: Powell and Zohdi (2009), their temporal discretisation and adaptive iteration.
 
-use crate::blocks::{Blocks, in_runs, place_image_column, place_image_row};
-use crate::contact::Candidate;
+use crate::blocks::Blocks;
+use crate::body;
+use crate::contact::{self, Candidate, Found};
 use crate::error::Failure;
-use crate::layout::{self, CARRY_PLANES, CHUNK, Chunk, ITERATE_PLANES};
+use crate::math;
+use crate::planes::{
+    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
+};
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::rows::{place_image_column, place_image_row};
 use crate::scene::Integrator;
-use crate::sim::Sim;
 use crate::state::COUNT_MAX;
-use crate::sweep::{self, Axis, FAILED, YarnRow};
+use crate::sweep::{self, YarnRow};
+use crate::system::{System, mean_acceleration};
+use crate::weave::in_runs;
+use crate::yarn::{self, Damage};
 
-// First planes of the iterate's rows, three each.
-/// Guess of the displacement at the step's end.
-const GUESS: usize = 0;
-/// Velocity after contact, without the forces.
-const PUSHED: usize = 3;
-/// Acceleration at the step's start.
-const AT_START: usize = 6;
-/// Acceleration at the guess.
-const AT_GUESS: usize = 9;
-
-/// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`sweep::LOST`]).
+/// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`crate::yarn::LOST`]).
 const LARGEST_FORCE: f64 = 1e80;
 
-impl Sim<'_> {
-    /// One step of nodes and rates. On a failure nothing has changed.
-    pub(crate) fn iterate(&mut self, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
-        let rates = self.state.body;
-        self.start_pushed();
-        self.keep_gap_rates(count);
-        let mut kept = 0;
-        for iteration in 1..=rule.max_iterations {
-            self.state.body = rates;
-            self.load_body(self.model.pass_dt);
-            self.approach_with_forces(rule, count);
-            // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
-            // not end.
-            kept = if iteration == 1 { self.let_pass(count) } else { kept };
-            let solved;
-            (solved, kept) = self.solve_contact(kept, count);
-            self.push_candidates(count);
-            let moved = self.guess(rule);
-            let sound = self.forces_at_guess() && moved.is_finite();
-            if !sound {
-                break;
+/// One step of nodes and rates. On a failure nothing has changed.
+pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
+    let rates = system.state.body;
+    start_pushed(system);
+    keep_gaps(system, count);
+    let mut kept = 0;
+    for iteration in 1..=rule.max_iterations {
+        system.state.body = rates;
+        body::load_body(system, system.model.pass_dt);
+        approach_with_forces(system, rule, count);
+        // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
+        // not end.
+        kept = if iteration == 1 { contact::let_pass(system, count) } else { kept };
+        let solved;
+        (solved, kept) = contact::solve_contact(system, kept, count);
+        push_candidates(system, count);
+        let moved = guess(system, rule);
+        let sound = forces_at_guess(system) && moved.is_finite();
+        if !sound {
+            break;
+        }
+        if moved <= rule.tolerance {
+            contact::set_rates(system, &solved);
+            commit(system, rule);
+            contact::book_contact(system, count, before);
+            body::book_load(system, system.model.pass_dt, before);
+            let sums = &mut system.state.sums;
+            sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
+            sums.most_iterations = sums.most_iterations.max(iteration as u64);
+            return Ok(());
+        }
+    }
+    system.state.body = *before;
+    start_iterates(system);
+    Err(Failure::NotConverged)
+}
+
+/// The state's displacements as the first guess, and the forces there as those at the step's start.
+pub(crate) fn start_iterates(system: &mut System<'_>) {
+    if !system.layout.implicit {
+        return;
+    }
+    for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
+        iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
+    }
+    forces_at_guess(system);
+    forces_to_start(system);
+}
+
+fn forces_to_start(system: &mut System<'_>) {
+    for chunk in system.blocks.iterate.iter_mut() {
+        chunk.copy_within(AT_GUESS..AT_GUESS + 3, AT_START);
+    }
+}
+
+/// Velocities at t_n, before any impulse.
+fn start_pushed(system: &mut System<'_>) {
+    for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
+        iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[3..6]);
+    }
+}
+
+/// Keeps phi/dt of the nodes found: every iteration starts from it.
+fn keep_gaps(system: &mut System<'_>, count: usize) {
+    for (gap, slot) in system.blocks.gaps_over_dt.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
+        *gap = Found::read(slot).gap_over_dt;
+    }
+}
+
+/// phi/dt + n.(v_n + g) of every candidate.
+fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
+    let unit_speed = system.model.unit_speed;
+    for c in 0..count {
+        let Some(&node) = system.blocks.candidate_nodes.get(c) else { break };
+        let (i, j) = system.layout.column_and_row(node as usize);
+        let velocity = system.velocity_with_forces(rule.theta, i, j);
+        let (Some(slot), Some(gap)) = (system.blocks.candidates.get_mut(c), system.blocks.gaps_over_dt.get(c)) else {
+            break;
+        };
+        let mut candidate = Candidate::read(slot);
+        candidate.approach = gap + candidate.normal.dot(&velocity) * unit_speed;
+        candidate.write(slot);
+    }
+}
+
+/// v_n and the impulse of every candidate.
+fn push_candidates(system: &mut System<'_>, count: usize) {
+    for c in 0..count {
+        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+            break;
+        };
+        let candidate = Candidate::read(slot);
+        let (i, j) = system.layout.column_and_row(node as usize);
+        let (_, v) = system.node(i, j);
+        let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
+        let row = planes::row_mut(system.blocks.iterate, system.layout.chunks, j);
+        for axis in 0..3 {
+            if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
+                *pushed = v[axis] + push[axis];
             }
-            if moved <= rule.tolerance {
-                self.take_solved(&solved);
-                self.commit(rule);
-                self.book_contact(count, before);
-                self.book_load(self.model.pass_dt, before);
-                let sums = &mut self.state.sums;
-                sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
-                sums.most_iterations = sums.most_iterations.max(iteration as u64);
-                return Ok(());
-            }
-        }
-        self.state.body = *before;
-        self.start_iterates();
-        Err(Failure::NotConverged)
-    }
-
-    /// The state's displacements as the first guess, and the forces there as those at the step's start.
-    pub(crate) fn start_iterates(&mut self) {
-        if !self.layout.implicit {
-            return;
-        }
-        for (iterate, hot) in self.blocks.iterate.iter_mut().zip(self.blocks.hot.iter()) {
-            iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
-        }
-        self.forces_at_guess();
-        self.forces_to_start();
-    }
-
-    fn forces_to_start(&mut self) {
-        for chunk in self.blocks.iterate.iter_mut() {
-            chunk.copy_within(AT_GUESS..AT_GUESS + 3, AT_START);
-        }
-    }
-
-    /// Velocities at t_n, before any impulse.
-    fn start_pushed(&mut self) {
-        for (iterate, hot) in self.blocks.iterate.iter_mut().zip(self.blocks.hot.iter()) {
-            iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[3..6]);
-        }
-    }
-
-    /// Keeps phi/dt of the candidates: every iteration's approach starts from it.
-    fn keep_gap_rates(&mut self, count: usize) {
-        for (gap_rate, slot) in self.blocks.gap_rates.iter_mut().zip(self.blocks.candidates.iter()).take(count) {
-            *gap_rate = Candidate::read(slot).approach;
-        }
-    }
-
-    /// phi/dt + n.(v_n + g) of every candidate.
-    fn approach_with_forces(&mut self, rule: Integrator, count: usize) {
-        let nx = self.layout.nodes_x.max(1);
-        let unit_speed = self.model.unit_speed;
-        for c in 0..count {
-            let Some(&node) = self.blocks.candidate_nodes.get(c) else { break };
-            let (i, j) = (node as usize % nx, node as usize / nx);
-            let velocity = self.velocity_with_forces(rule, i, j);
-            let (Some(slot), Some(gap_rate)) = (self.blocks.candidates.get_mut(c), self.blocks.gap_rates.get(c)) else {
-                break;
-            };
-            let mut candidate = Candidate::read(slot);
-            candidate.approach = gap_rate + candidate.normal.dot(&velocity) * unit_speed;
-            candidate.write(slot);
-        }
-    }
-
-    /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
-    pub(crate) fn velocity_with_forces(&self, rule: Integrator, i: usize, j: usize) -> Vector {
-        if self.is_fixed(i, j) {
-            return Vector::zeros();
-        }
-        let (_, v) = self.node(i, j);
-        let iterate = layout::row(self.blocks.iterate, self.layout.chunks, j);
-        let g = [0, 1, 2].map(|axis| {
-            let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
-            mean_kick(rule.theta, at(AT_START + axis), at(AT_GUESS + axis))
-        });
-        Vector::from(v) + Vector::from(g)
-    }
-
-    /// v_n and the impulse of every candidate.
-    fn push_candidates(&mut self, count: usize) {
-        let nx = self.layout.nodes_x.max(1);
-        for c in 0..count {
-            let (Some(slot), Some(&node)) = (self.blocks.candidates.get(c), self.blocks.candidate_nodes.get(c)) else {
-                break;
-            };
-            let candidate = Candidate::read(slot);
-            let (i, j) = (node as usize % nx, node as usize / nx);
-            let (_, v) = self.node(i, j);
-            let kick = candidate.normal * (candidate.impulse / self.model.unit_impulse);
-            let row = layout::row_mut(self.blocks.iterate, self.layout.chunks, j);
-            for axis in 0..3 {
-                if let Some(pushed) = layout::get_mut(row, PUSHED + axis, i) {
-                    *pushed = v[axis] + kick[axis];
-                }
-            }
-        }
-    }
-
-    /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
-    fn guess(&mut self, rule: Integrator) -> f64 {
-        let chunks = self.layout.chunks;
-        let (mut largest, mut finite) = (0.0, true);
-        for j in 0..self.layout.nodes_y {
-            let run = self.blocks.runs.get(j).copied().unwrap_or([0; 4]);
-            let hot = layout::row(self.blocks.hot, chunks, j);
-            let iterate = layout::row_mut(self.blocks.iterate, chunks, j);
-            for i in (0..self.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
-                let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
-                let lane = i % CHUNK;
-                for axis in 0..3 {
-                    let g = mean_kick(rule.theta, iterate[AT_START + axis][lane], iterate[AT_GUESS + axis][lane]);
-                    let next = hot[axis][lane] + (iterate[PUSHED + axis][lane] + g);
-                    let change = next - iterate[GUESS + axis][lane];
-                    let size = if change < 0.0 { -change } else { change };
-                    finite &= size.is_finite();
-                    largest = if size > largest { size } else { largest };
-                    iterate[GUESS + axis][lane] = next;
-                }
-            }
-        }
-        if finite { largest } else { f64::INFINITY }
-    }
-
-    /// Accelerations at the guess, with damage from the history at t_n. The same expressions in the same order as the sweep.
-    /// false if the state would be lost.
-    fn forces_at_guess(&mut self) -> bool {
-        let chunks = self.layout.chunks;
-        let (nx, ny, across, up) =
-            (self.layout.nodes_x, self.layout.nodes_y, self.layout.x.segments(), self.layout.y.segments());
-        let uniform =
-            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate };
-        let (law, critical) = (&self.model.law, self.model.critical);
-        let Blocks { hot, history, yarn, iterate, carry, .. } = &mut self.blocks;
-        if self.layout.x.mirrored {
-            (0..ny).for_each(|j| place_image_column(layout::row_mut(iterate, chunks, j), self.layout.x));
-        }
-        if self.layout.y.mirrored {
-            place_image_row(iterate, chunks, self.layout.y);
-        }
-        carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-        let mut sound = true;
-        for j in 0..ny {
-            let Some((below, above)) = iterate.split_at_mut_checked((j + 1) * chunks) else { break };
-            let (row, above) = (layout::row_mut(below, chunks, j), layout::row(above, chunks, 0));
-            let (hot, history) = (layout::row(hot, chunks, j), layout::row(history, chunks, j));
-            let yarn = if self.layout.stochastic { YarnRow::Stochastic(layout::row(yarn, chunks, j)) } else { uniform };
-            let stiffness = |axis: Axis, i: usize, q: f64| {
-                if q > critical && layout::get(history, axis as usize, i).is_some_and(|largest| q > largest) {
-                    let (undamaged, damage_rate) = yarn.constants(axis, i);
-                    law.alpha(damage_rate, q) * undamaged
-                } else {
-                    layout::get(hot, 6 + axis as usize, i).unwrap_or(0.0)
-                }
-            };
-            let mut here = displacement(row, 0);
-            let mut left = [0.0; 3];
-            for i in 0..nx {
-                let next = displacement(row, i + 1);
-                let mut right = [0.0; 3];
-                if i < across {
-                    let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
-                    let q = sweep::excess_horizontal(d);
-                    right = sweep::pull_horizontal(stiffness(Axis::Horizontal, i, q), q, d);
-                }
-                let mut lift = [0.0; 3];
-                if j < up {
-                    let over = displacement(above, i);
-                    let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
-                    let q = sweep::excess_vertical(d);
-                    lift = sweep::pull_vertical(stiffness(Axis::Vertical, i, q), q, d);
-                }
-                for axis in 0..3 {
-                    let Some(down) = layout::get_mut(carry, axis, i) else { break };
-                    let sum = sweep::node_sum(right[axis], left[axis], lift[axis], *down);
-                    sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
-                    *down = lift[axis];
-                    if let Some(slot) = layout::get_mut(row, AT_GUESS + axis, i) {
-                        *slot = sum;
-                    }
-                }
-                here = next;
-                left = right;
-            }
-        }
-        sound
-    }
-
-    /// Takes the converged guess: positions, velocities without impulses, supports, damage.
-    fn commit(&mut self, rule: Integrator) {
-        let chunks = self.layout.chunks;
-        let theta = rule.theta;
-        for j in 0..self.layout.nodes_y {
-            let run = self.blocks.runs.get(j).copied().unwrap_or([0; 4]);
-            let (mut low, mut high) = (0.0, 0.0);
-            for i in 0..self.layout.nodes_x {
-                let iterate = layout::row(self.blocks.iterate, chunks, j);
-                let at = |plane: usize| layout::get(iterate, plane, i).unwrap_or(0.0);
-                let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
-                let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
-                low = if u[1] < low { u[1] } else { low };
-                high = if u[1] > high { u[1] } else { high };
-                if in_runs(&run, i) {
-                    self.pull_fixed(i, j, &Vector::from(a));
-                    continue;
-                }
-                let (_, v) = self.node(i, j);
-                self.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
-            }
-            if let Some(range) = self.blocks.ranges.get_mut(j) {
-                *range = [low, high];
-            }
-        }
-        self.awake = [0, self.layout.nodes_y];
-        self.commit_damage();
-        self.forces_to_start();
-    }
-
-    /// History and stiffness at the new positions, once a step.
-    fn commit_damage(&mut self) {
-        let chunks = self.layout.chunks;
-        let mut failed = false;
-        for j in 0..self.layout.nodes_y {
-            for i in 0..self.layout.nodes_x {
-                for axis in [Axis::Horizontal, Axis::Vertical] {
-                    let Some(segment) = self.segment(axis, i, j) else { continue };
-                    let q = segment.excess_now();
-                    if !(q > self.model.critical && q > segment.history) {
-                        continue;
-                    }
-                    let alpha = self.model.law.alpha(segment.damage_rate, q);
-                    failed |= alpha == 0.0;
-                    let stiffness = layout::row_mut(self.blocks.hot, chunks, j);
-                    if let Some(slot) = layout::get_mut(stiffness, 6 + axis as usize, i) {
-                        *slot = alpha * segment.undamaged;
-                    }
-                    let history = layout::row_mut(self.blocks.history, chunks, j);
-                    if let Some(slot) = layout::get_mut(history, axis as usize, i) {
-                        *slot = if alpha == 0.0 { FAILED } else { q };
-                    }
-                }
-            }
-        }
-        if failed {
-            self.failed_segments = self.count_failed();
         }
     }
 }
 
-/// g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
-fn mean_kick(theta: f64, at_start: f64, at_guess: f64) -> f64 {
-    theta * ((1.0 - theta) * at_start + theta * at_guess)
+/// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
+fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
+    let chunks = system.layout.chunks;
+    let (mut largest, mut finite) = (0.0, true);
+    for j in 0..system.layout.nodes_y {
+        let run = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+        let hot = planes::row(system.blocks.hot, chunks, j);
+        let iterate = planes::row_mut(system.blocks.iterate, chunks, j);
+        for i in (0..system.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
+            let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
+            let lane = i % CHUNK;
+            for axis in 0..3 {
+                let g = mean_acceleration(rule.theta, iterate[AT_START + axis][lane], iterate[AT_GUESS + axis][lane]);
+                let next = hot[axis][lane] + (iterate[PUSHED + axis][lane] + g);
+                let change = next - iterate[GUESS + axis][lane];
+                let size = math::abs(change);
+                finite &= size.is_finite();
+                largest = math::max(size, largest);
+                iterate[GUESS + axis][lane] = next;
+            }
+        }
+    }
+    if finite { largest } else { f64::INFINITY }
+}
+
+/// Accelerations at the guess, with damage from the history at t_n. The same expressions in the same order as the sweep.
+/// false if the state would be lost.
+fn forces_at_guess(system: &mut System<'_>) -> bool {
+    let chunks = system.layout.chunks;
+    let (nx, ny, across, up) =
+        (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
+    let uniform =
+        YarnRow::Uniform { stiffness: system.model.mean_stiffness, damage_rate: system.model.mean_damage_rate };
+    let law = &system.model.law;
+    let Blocks { hot, history, yarn, iterate, carry, .. } = &mut system.blocks;
+    if system.layout.x.mirrored {
+        (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
+    }
+    if system.layout.y.mirrored {
+        place_image_row(iterate, chunks, system.layout.y);
+    }
+    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    let mut sound = true;
+    for j in 0..ny {
+        let Some((below, above)) = iterate.split_at_mut_checked((j + 1) * chunks) else { break };
+        let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
+        let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
+        let yarn = if system.layout.stochastic { YarnRow::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
+        let stiffness = |axis: Axis, i: usize, q: f64| {
+            if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
+                let (undamaged, damage_rate) = yarn.constants(axis, i);
+                law.alpha(damage_rate, q) * undamaged
+            } else {
+                planes::get(hot, 6 + axis as usize, i).unwrap_or(0.0)
+            }
+        };
+        let mut here = displacement(row, 0);
+        let mut left = [0.0; 3];
+        for i in 0..nx {
+            let next = displacement(row, i + 1);
+            let mut right = [0.0; 3];
+            if i < across {
+                let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
+                let q = yarn::twice_strain(d);
+                right = yarn::force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
+            }
+            let mut lift = [0.0; 3];
+            if j < up {
+                let over = displacement(above, i);
+                let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
+                let d = vertical_axes(d);
+                let q = yarn::twice_strain(d);
+                lift = vertical_axes(yarn::force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
+            }
+            for axis in 0..3 {
+                let Some(down) = planes::get_mut(carry, axis, i) else { break };
+                let sum = sweep::node_sum(right[axis], left[axis], lift[axis], *down);
+                sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
+                *down = lift[axis];
+                if let Some(slot) = planes::get_mut(row, AT_GUESS + axis, i) {
+                    *slot = sum;
+                }
+            }
+            here = next;
+            left = right;
+        }
+    }
+    sound
+}
+
+/// Takes the converged guess: positions, velocities without impulses, supports, damage.
+fn commit(system: &mut System<'_>, rule: Integrator) {
+    let chunks = system.layout.chunks;
+    let theta = rule.theta;
+    for j in 0..system.layout.nodes_y {
+        let run = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+        let (mut low, mut high) = (0.0, 0.0);
+        for i in 0..system.layout.nodes_x {
+            let iterate = planes::row(system.blocks.iterate, chunks, j);
+            let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
+            let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
+            let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
+            low = math::min(u[1], low);
+            high = math::max(u[1], high);
+            if in_runs(&run, i) {
+                system.load_support(i, j, &Vector::from(a));
+                continue;
+            }
+            let (_, v) = system.node(i, j);
+            system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
+        }
+        if let Some(range) = system.blocks.ranges.get_mut(j) {
+            *range = [low, high];
+        }
+    }
+    system.awake = [0, system.layout.nodes_y];
+    commit_damage(system);
+    forces_to_start(system);
+}
+
+/// History and stiffness at the new positions, once a step.
+fn commit_damage(system: &mut System<'_>) {
+    let chunks = system.layout.chunks;
+    let mut failed = false;
+    for j in 0..system.layout.nodes_y {
+        for i in 0..system.layout.nodes_x {
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                let Some(segment) = system.segment(axis, i, j) else { continue };
+                let q = segment.twice_strain();
+                if !system.model.law.is_damaging(q, segment.history) {
+                    continue;
+                }
+                let Damage { alpha, history: largest } = system.model.law.damage(segment.damage_rate, q);
+                failed |= alpha == 0.0;
+                let stiffness = planes::row_mut(system.blocks.hot, chunks, j);
+                if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
+                    *slot = alpha * segment.undamaged;
+                }
+                let history = planes::row_mut(system.blocks.history, chunks, j);
+                if let Some(slot) = planes::get_mut(history, axis as usize, i) {
+                    *slot = largest;
+                }
+            }
+        }
+    }
+    if failed {
+        system.failed_segments = system.count_failed();
+    }
 }
 
 /// Guess of a node's displacement; zero outside the row.

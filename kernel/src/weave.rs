@@ -3,6 +3,7 @@
 //! Node (i, j) rests at ((i - (nx-1)/2) h, (j - (ny-1)/2) h, 0) and has the number j nx + i. Segments: first the horizontal
 //! ones (i, j)-(i+1, j), row by row, then the vertical ones (i, j)-(i, j+1), row by row.
 
+use crate::math;
 use crate::scene::{AttachmentKind, Scene};
 
 /// Number of attachments that can hold a sheet: four sides or four corners.
@@ -52,6 +53,12 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
     }
 }
 
+/// Whether column i lies in one of a row's fixed runs.
+pub(crate) fn in_runs(run: &[u32; 4], i: usize) -> bool {
+    let i = i as u32;
+    (run[0] <= i && i < run[1]) || (run[2] <= i && i < run[3])
+}
+
 /// Centre (a - c, b - c) of the corner disc at +x, +y, m. The others are its images about the sheet's middle.
 pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
     scene.half_size().map(|half| half - scene.attachment.disc_inset)
@@ -60,7 +67,7 @@ pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
 /// Coordinate of a node along its line, measured from the corner discs' centre on the node's side of the middle, m.
 fn from_disc_centre(index: usize, nodes: u32, spacing: f64, centre: f64) -> f64 {
     let x = rest_offset(index, nodes) * spacing;
-    (if x < 0.0 { -x } else { x }) - centre
+    math::abs(x) - centre
 }
 
 /// Square of the distance from the centre of a corner disc to the node nearest to it, m^2; the same for all four discs, because
@@ -75,7 +82,7 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
             let d = from_disc_centre(i.min(last), nodes, h, centre);
             d * d
         });
-        if a < b { a } else { b }
+        math::min(a, b)
     };
     nearest(scene.sheet.nodes_x, centre[0]) + nearest(scene.sheet.nodes_y, centre[1])
 }

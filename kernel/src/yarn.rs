@@ -1,12 +1,19 @@
-//! The yarn segment: Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
+//! The yarn law, (M1) to (M5): Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
 //!
+//! This is the law that steps: the sweep, the theta rule, the energies and the tests call these functions, the first with lanes
+//! of several segments at once.
 //! Method: with the stretch U and the Green-Lagrange strain e = (U^2 - 1)/2, the second Piola-Kirchhoff stress is
 //! S = alpha E e in tension and 0 in compression. Beyond the critical stretch U_c the damage variable follows
 //! alpha = A (exp(-lambda (U_max - U_c)) - B), cut to 0 at `alpha_fail`, where U_max is the largest stretch so far.
-//! The hot loop never takes a root: it works with q = U^2 - 1 and the history variable is the largest q beyond q_c.
+//! Twice the strain, q = 2 e = U^2 - 1, follows from the displacements without a root: it is what all functions take, and the
+//! history of a segment is the largest q beyond the critical one.
+//! Stiffness, stress, force and energy are in the caller's units: the stiffness is half of alpha E, as S = (alpha E/2) q. In Pa it
+//! gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m h) gives a force in m h/dt^2, which is a change
+//! of velocity in h/dt a step, and an energy in m h^2/dt^2.
 //! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their yarn constitutive law.
 
+use crate::lanes::Lane;
 use crate::math;
 
 /// Constants of the damage law that all segments share.
@@ -31,24 +38,82 @@ pub struct Segment {
     pub damage_rate: f64,
 }
 
-/// U^2 - 1 from the stretch.
-pub fn squared_stretch_excess(stretch: f64) -> f64 {
+/// History of a failed segment: above every q.
+pub const FAILED: f64 = f64::MAX;
+
+/// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest number that what the
+/// next pass makes of a state is still a number, whose energy is one.
+pub const LOST: f64 = 1e50;
+
+/// What a new largest strain makes of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damage {
+    /// The damage variable.
+    pub alpha: f64,
+    /// The largest q so far; [`FAILED`] once alpha is 0.
+    pub history: f64,
+}
+
+/// (M1) Stretch U of a segment from twice its strain; 0 if rounding leaves a negative U^2.
+pub fn stretch(twice_strain: f64) -> f64 {
+    let squared = 1.0 + twice_strain;
+    math::sqrt(math::max(squared, 0.0))
+}
+
+/// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1, from the relative displacement of a segment's ends in rest lengths: along
+/// its rest direction, and across it.
+#[inline(always)]
+pub fn twice_strain<L: Lane>(d: [L; 3]) -> L {
+    d[0].mul(d[0].add(L::splat(2.0))).add(d[1].mul(d[1])).add(d[2].mul(d[2]))
+}
+
+/// Twice the strain at a stretch.
+pub fn twice_strain_at(stretch: f64) -> f64 {
     (stretch - 1.0) * (stretch + 1.0)
 }
 
+/// (M3) Second Piola-Kirchhoff stress, in tension only. `stiffness`: half of alpha E.
+#[inline(always)]
+pub fn stress<L: Lane>(stiffness: L, twice_strain: L) -> L {
+    stiffness.mul(twice_strain.max(L::splat(0.0)))
+}
+
+/// (M4) Force on a segment's first node: stress times section along the present direction, N = A_0 U S, of which the part
+/// along rest direction and those across it are given. `d`: relative displacement of its ends, as for [`twice_strain`].
+#[inline(always)]
+pub fn force<L: Lane>(stress: L, d: [L; 3]) -> [L; 3] {
+    [stress.mul(d[0].add(L::splat(1.0))), stress.mul(d[1]), stress.mul(d[2])]
+}
+
+/// Strain energy, the integral of stress over strain: alpha E e^2/2 in tension. `stiffness`: half of alpha E.
+pub fn strain_energy(stiffness: f64, twice_strain: f64) -> f64 {
+    if twice_strain > 0.0 { 0.25 * stiffness * twice_strain * twice_strain } else { 0.0 }
+}
+
 impl DamageLaw {
-    /// q_c = U_c^2 - 1: no damage below it.
-    pub fn critical_excess(&self) -> f64 {
-        squared_stretch_excess(self.critical_stretch)
+    /// Twice the strain at the critical stretch: no damage up to it.
+    pub fn critical_twice_strain(&self) -> f64 {
+        twice_strain_at(self.critical_stretch)
     }
 
-    /// Damage variable alpha in [0, 1] after the largest q = U^2 - 1 ever seen; 1 up to and including U_c.
-    pub fn alpha(&self, damage_rate: f64, largest_excess: f64) -> f64 {
-        if largest_excess <= self.critical_excess() {
+    /// Whether a strain damages a segment further: it is beyond the critical one and beyond all before.
+    #[inline]
+    pub fn is_damaging(&self, twice_strain: f64, history: f64) -> bool {
+        twice_strain > history && twice_strain > self.critical_twice_strain()
+    }
+
+    /// What a strain that is damaging makes of a segment.
+    pub fn damage(&self, damage_rate: f64, twice_strain: f64) -> Damage {
+        let alpha = self.alpha(damage_rate, twice_strain);
+        Damage { alpha, history: if alpha == 0.0 { FAILED } else { twice_strain } }
+    }
+
+    /// (M5) Damage variable alpha in [0, 1] after the largest strain ever seen; 1 up to and including U_c.
+    pub fn alpha(&self, damage_rate: f64, largest_twice_strain: f64) -> f64 {
+        if largest_twice_strain <= self.critical_twice_strain() {
             return 1.0;
         }
-        let stretch = math::sqrt(1.0 + largest_excess);
-        let beyond = stretch - self.critical_stretch;
+        let beyond = stretch(largest_twice_strain) - self.critical_stretch;
         let alpha = self.a * (math::exp(-damage_rate * beyond) - self.b);
         if alpha <= self.alpha_fail {
             0.0
@@ -63,13 +128,13 @@ impl DamageLaw {
     fn beyond_critical(&self, damage_rate: f64, alpha: f64) -> f64 {
         let decay = alpha / self.a + self.b;
         // A law without offset never reaches exactly 0: the smallest positive number stands for it.
-        -math::ln(if decay > f64::MIN_POSITIVE { decay } else { f64::MIN_POSITIVE }) / damage_rate
+        -math::ln(math::max(decay, f64::MIN_POSITIVE)) / damage_rate
     }
 
     /// Where alpha is just before it becomes 0: `alpha_fail`, or less if the law starts below it and so fails at U_c.
     fn cut(&self) -> f64 {
         let first = self.a * (1.0 - self.b);
-        if self.alpha_fail < first { self.alpha_fail } else { first }
+        math::min(self.alpha_fail, first)
     }
 
     /// Stretch at which a segment fails (alpha becomes 0).
@@ -86,14 +151,14 @@ impl DamageLaw {
         }
         let half_modulus = 0.5 * segment.modulus;
         let (uc, rate) = (self.critical_stretch, segment.damage_rate);
-        let excess = self.critical_excess();
+        let critical = self.critical_twice_strain();
         // A law that starts below 1 drops at once at U_c.
-        let mut density = if first < 1.0 { half_modulus * (1.0 - first) * (0.25 * excess * excess) } else { 0.0 };
+        let mut density = if first < 1.0 { half_modulus * (1.0 - first) * (0.25 * critical * critical) } else { 0.0 };
         let smooth_end = if alpha > 0.0 { alpha } else { self.cut() };
         let u = self.beyond_critical(rate, smooth_end);
         let decay = math::exp(-rate * u);
         // e(U_c + s)^2 = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4; J_k = integral of s^k lambda exp(-lambda s).
-        let c = [0.25 * excess * excess, uc * excess, 0.5 * (3.0 * uc * uc - 1.0), uc, 0.25];
+        let c = [0.25 * critical * critical, uc * critical, 0.5 * (3.0 * uc * uc - 1.0), uc, 0.25];
         let mut power = 1.0;
         let mut integral = 1.0 - decay;
         let mut sum = c[0] * integral;
@@ -104,28 +169,10 @@ impl DamageLaw {
         }
         density += half_modulus * self.a * sum;
         if alpha <= 0.0 {
-            let excess = squared_stretch_excess(uc + u);
-            density += half_modulus * self.cut() * (0.25 * excess * excess);
+            let last = twice_strain_at(uc + u);
+            density += half_modulus * self.cut() * (0.25 * last * last);
         }
         density
-    }
-}
-
-impl Segment {
-    /// Second Piola-Kirchhoff stress S, Pa, at the given stretch.
-    pub fn stress(&self, alpha: f64, stretch: f64) -> f64 {
-        if stretch > 1.0 { alpha * self.modulus * (0.5 * squared_stretch_excess(stretch)) } else { 0.0 }
-    }
-
-    /// Axial force, N: area times Cauchy stress U S (the section keeps its undeformed area).
-    pub fn force(&self, area: f64, alpha: f64, stretch: f64) -> f64 {
-        area * stretch * self.stress(alpha, stretch)
-    }
-
-    /// Strain energy per undeformed volume, J/m^3.
-    pub fn stored(&self, alpha: f64, stretch: f64) -> f64 {
-        let strain = if stretch > 1.0 { 0.5 * squared_stretch_excess(stretch) } else { 0.0 };
-        0.5 * alpha * self.modulus * strain * strain
     }
 }
 
@@ -141,17 +188,33 @@ mod tests {
         assert!((value - expected).abs() <= relative * expected.abs(), "{value} is not {expected}");
     }
 
+    /// Second Piola-Kirchhoff stress, Pa, of a segment pulled along its rest direction.
+    fn stress_at(alpha: f64, stretch: f64) -> f64 {
+        stress(0.5 * alpha * YARN.modulus, twice_strain([stretch - 1.0, 0.0, 0.0]))
+    }
+
+    /// Axial force, N.
+    fn force_at(alpha: f64, stretch: f64) -> f64 {
+        let d = [stretch - 1.0, 0.0, 0.0];
+        force(AREA * stress_at(alpha, stretch), d)[0]
+    }
+
+    /// Strain energy, J/m^3.
+    fn stored_at(alpha: f64, stretch: f64) -> f64 {
+        strain_energy(0.5 * alpha * YARN.modulus, twice_strain([stretch - 1.0, 0.0, 0.0]))
+    }
+
     fn alpha_at(stretch: f64) -> f64 {
-        LAW.alpha(YARN.damage_rate, squared_stretch_excess(stretch))
+        LAW.alpha(YARN.damage_rate, twice_strain_at(stretch))
     }
 
     #[test]
     fn peak_values() {
-        close(YARN.stress(1.0, 1.03), 4.2693945e9, 1e-8);
-        close(1.03 * YARN.stress(1.0, 1.03), 4.3974763e9, 1e-8);
-        close(YARN.force(AREA, 1.0, 1.03), 472.72871, 1e-8);
-        close(YARN.stored(1.0, 1.03), 65.0015313e6, 1e-8);
-        close(YARN.stored(1.0, 1.03) * AREA * (0.0254 / 35.0), 5.0710480e-3, 1e-7);
+        close(stress_at(1.0, 1.03), 4.2693945e9, 1e-8);
+        close(1.03 * stress_at(1.0, 1.03), 4.3974763e9, 1e-8);
+        close(force_at(1.0, 1.03), 472.72871, 1e-8);
+        close(stored_at(1.0, 1.03), 65.0015313e6, 1e-8);
+        close(stored_at(1.0, 1.03) * AREA * (0.0254 / 35.0), 5.0710480e-3, 1e-7);
     }
 
     #[test]
@@ -180,12 +243,12 @@ mod tests {
 
     #[test]
     fn a_law_that_starts_below_its_end_releases_all_at_the_critical_stretch() {
-        let excess = LAW.critical_excess();
-        let stored = 0.5 * YARN.modulus * (0.25 * excess * excess);
+        let critical = LAW.critical_twice_strain();
+        let stored = strain_energy(0.5 * YARN.modulus, critical);
         // Without an offset, and with one: 0.5 (1 - 0.5) is below 0.4.
         let with_offset = DamageLaw { a: 0.5, b: 0.5, alpha_fail: 0.4, ..LAW };
         for law in [0.01, 0.005, 1e-100, 3e-312].map(|a| DamageLaw { a, ..LAW }).into_iter().chain([with_offset]) {
-            assert_eq!(law.alpha(YARN.damage_rate, excess.next_up()), 0.0);
+            assert_eq!(law.alpha(YARN.damage_rate, critical.next_up()), 0.0);
             close(law.dissipated(&YARN, 0.0), stored, 1e-12);
             close(law.failure_stretch(YARN.damage_rate), law.critical_stretch, 1e-15);
         }
@@ -199,23 +262,23 @@ mod tests {
         let n = 200_000;
         let width = (end - law.critical_stretch) / n as f64;
         let slope = |u: f64| law.a * YARN.damage_rate * math::exp(-YARN.damage_rate * (u - law.critical_stretch));
-        let strain = |u: f64| 0.5 * squared_stretch_excess(u);
+        let strain = |u: f64| 0.5 * twice_strain_at(u);
         let mut sum = 0.5 * YARN.modulus * (1.0 - 0.9 * 0.98) * strain(1.03) * strain(1.03);
         for i in 0..n {
             let u = law.critical_stretch + (i as f64 + 0.5) * width;
             sum += 0.5 * YARN.modulus * strain(u) * strain(u) * slope(u) * width;
         }
-        close(law.dissipated(&YARN, law.alpha(YARN.damage_rate, squared_stretch_excess(end))), sum, 1e-8);
+        close(law.dissipated(&YARN, law.alpha(YARN.damage_rate, twice_strain_at(end))), sum, 1e-8);
     }
 
     #[test]
     fn alpha_never_grows_with_the_largest_stretch() {
         // The history variable stands for the running minimum of alpha only if the computed law is monotone, to the last bit.
         let mut last = 1.0;
-        let mut excess = LAW.critical_excess();
+        let mut q = LAW.critical_twice_strain();
         for _ in 0..2_000_000 {
-            excess = excess.next_up();
-            let alpha = LAW.alpha(YARN.damage_rate, excess);
+            q = q.next_up();
+            let alpha = LAW.alpha(YARN.damage_rate, q);
             assert!(alpha <= last);
             last = alpha;
         }
@@ -236,19 +299,19 @@ mod tests {
         let work: f64 = (0..n)
             .map(|i| {
                 let u = 1.0 + (i as f64 + 0.5) * width;
-                u * YARN.stress(alpha_at(u), u) * width
+                u * stress_at(alpha_at(u), u) * width
             })
             .sum();
-        close(YARN.stored(alpha, largest) + LAW.dissipated(&YARN, alpha), work, 1e-7);
+        close(stored_at(alpha, largest) + LAW.dissipated(&YARN, alpha), work, 1e-7);
     }
 
     #[test]
     fn limits_of_the_law() {
         // A value at alpha_fail itself is cut, the next above is not.
-        let excess = squared_stretch_excess(1.035);
-        let alpha = LAW.alpha(YARN.damage_rate, excess);
-        assert_eq!(DamageLaw { alpha_fail: alpha, ..LAW }.alpha(YARN.damage_rate, excess), 0.0);
-        assert_eq!(DamageLaw { alpha_fail: alpha.next_down(), ..LAW }.alpha(YARN.damage_rate, excess), alpha);
+        let q = twice_strain_at(1.035);
+        let alpha = LAW.alpha(YARN.damage_rate, q);
+        assert_eq!(DamageLaw { alpha_fail: alpha, ..LAW }.alpha(YARN.damage_rate, q), 0.0);
+        assert_eq!(DamageLaw { alpha_fail: alpha.next_down(), ..LAW }.alpha(YARN.damage_rate, q), alpha);
         // Without offset and cut it ends where exp(-lambda s) leaves the normal numbers, 1022 ln 2 on.
         let endless = DamageLaw { alpha_fail: 0.0, ..LAW };
         close(endless.failure_stretch(100.0), 1.03 + 1022.0 * core::f64::consts::LN_2 / 100.0, 1e-14);
@@ -260,7 +323,7 @@ mod tests {
     #[test]
     fn nothing_pulls_at_or_below_the_length_at_rest() {
         for stretch in [1.0, 0.9] {
-            assert_eq!((YARN.stress(1.0, stretch), YARN.stored(1.0, stretch)), (0.0, 0.0));
+            assert_eq!((stress_at(1.0, stretch), stored_at(1.0, stretch)), (0.0, 0.0));
         }
         assert_eq!(LAW.dissipated(&YARN, 1.0), 0.0);
     }

@@ -35,6 +35,11 @@ struct Arguments {
 enum Command {
     /// Run one scene: table, history, plots.
     Run(run::Options),
+    /// Print a preset as a scene file with every parameter, its unit and its meaning.
+    Scene {
+        /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector.
+        preset: String,
+    },
     /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
@@ -51,7 +56,7 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
     let fabric::Error { code, field, value, limit } = *refused;
     match (value, limit) {
         (0.0, 0.0) if ["step_after_failure", "slack_toe"].contains(&field) => {
-            format!("{refused}: it needs integrator = \"verlet\"")
+            format!("{refused}: it needs integrator.kind = \"verlet\"")
         }
         (0.0, 0.0) => refused.to_string(),
         _ if code == fabric::Code::ProjectileTooFast => {
@@ -64,6 +69,7 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
+        Command::Scene { preset } => scene_file::print(&preset),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),

@@ -32,7 +32,7 @@ pub struct Options {
     sample: u64,
     /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,
     /// on cores that are free.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::bands::MAX_BANDS)))]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::layout::MAX_BANDS)))]
     threads: u32,
     /// Write no plots.
     #[arg(long)]
@@ -290,16 +290,21 @@ fn projectile(body: &fabric::Projectile) -> String {
 /// What the numbers alone do not say loudly enough.
 fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
     if scene.step_check == StepCheck::None {
-        eprintln!("warning: the step was not checked; above 0.5 dt_crit results are plausible garbage");
+        eprintln!(
+            "warning: the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible"
+        );
     }
     if summary.energy_residual_relative.abs() > 0.01 {
         eprintln!(
-            "warning: the energy balance is off by more than 1 % of the kinetic energy at the start: take a smaller step, \
-             step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")"
+            "warning: the energy balance does not close within 1 % of the kinetic energy at the start: take a smaller step; for \
+             a sheet that hangs slack take step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")"
         );
     }
     if summary.unconverged > 0 {
-        eprintln!("warning: {} contact solves ran out of sweeps: the projectile is too light", summary.unconverged);
+        eprintln!(
+            "warning: {} contact solves ended at the largest number of sweeps: their impulses are inexact",
+            summary.unconverged
+        );
     }
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
     let free = |j: usize| {

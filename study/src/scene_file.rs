@@ -13,7 +13,7 @@
 //! velocity = [0.0, 0.0, 154.3]
 //! ```
 //!
-//! All keys with units and defaults: study/scenes/every_key.toml.
+//! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given. A disc sector gets its faces,
 //! mass centre and moments from its dimensions:
@@ -70,6 +70,62 @@ fn preset(name: Option<Value>) -> Result<Scene> {
     let Some(name) = name else { return Err(format!("no key `preset`: one of {names}").into()) };
     let found = PRESETS.iter().find(|(known, _)| name.as_str() == Some(known));
     found.map(|(_, make)| make()).ok_or_else(|| format!("preset = {name}: must be one of {names}").into())
+}
+
+/// Prints a preset as a scene file.
+pub fn print(name: &str) -> Result<bool> {
+    print!("{}", write(name, &preset(Some(Value::from(name)))?));
+    Ok(true)
+}
+
+/// A scene as such a file, with every key and what it is.
+pub fn write(name: &str, scene: &Scene) -> String {
+    let mut copy = *scene;
+    let mut text = format!("# Every parameter. Those left out keep the preset's value.\npreset = \"{name}\"\n\n");
+    // TOML wants the keys without a table first.
+    let (inner, outer): (Vec<&Field>, Vec<&Field>) = FIELDS.iter().partition(|field| field.name.contains('.'));
+    let mut table = "";
+    for field in outer.into_iter().chain(inner) {
+        let (group, key) = field.name.split_once('.').unwrap_or(("", field.name));
+        if group != table {
+            table = group;
+            text.push_str(&format!("\n[{group}]\n"));
+        }
+        let unit = field.quantity.map_or("1", |quantity| quantity.unit);
+        let unit = if unit == "1" { String::new() } else { format!("{unit}: ") };
+        text.push_str(&format!("# {unit}{}\n{key} = {}\n", about(field), value(field, &mut copy)));
+    }
+    text
+}
+
+/// What a parameter is, its names if it is a choice.
+fn about(field: &Field) -> String {
+    match field.place {
+        Place::Choice(..) => format!("{}: {}", field.about, expected(field)),
+        _ => field.about.to_string(),
+    }
+}
+
+/// A parameter's value as TOML has it.
+fn value(field: &Field, scene: &mut Scene) -> String {
+    let words: Vec<u64> = (0..field.size()).map(|element| field.word(scene, element)).collect();
+    let numbers = |words: &[u64]| {
+        let texts: Vec<_> = words.iter().map(|word| format!("{:?}", f64::from_bits(*word))).collect();
+        format!("[{}]", texts.join(", "))
+    };
+    let first = words.first().copied().unwrap_or(0);
+    match field.place {
+        Place::Reals(_, []) => format!("{:?}", f64::from_bits(first)),
+        Place::Reals(_, [_]) => numbers(&words),
+        Place::Reals(_, shape) => {
+            let rows = scene.projectile.faces.in_use().len();
+            let rows: Vec<_> = words.chunks(shape[1]).take(rows).map(numbers).collect();
+            format!("[{}]", rows.join(", "))
+        }
+        Place::Count(_) | Place::Seed(_) => first.to_string(),
+        Place::Flag(_) => (first == 1).to_string(),
+        Place::Choice(choice, ..) => format!("\"{}\"", choice.items[first as usize].0),
+    }
 }
 
 /// Every key below a table with its whole name, tables of tables taken apart.
@@ -194,10 +250,15 @@ mod tests {
         assert_eq!(parse(text).unwrap(), expected);
     }
 
+    /// Each with numbers that are not those of the preset it names.
     #[test]
-    fn every_key_with_its_default_is_the_preset() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/every_key.toml");
-        assert_eq!(read(&path).unwrap(), Scene::sheet_3in_sphere());
+    fn what_is_written_is_read_as_the_same_scene() {
+        for (name, make) in PRESETS {
+            let mut scene = make();
+            (scene.seed, scene.time_step.seconds, scene.yarn.draw) = (7, 1.23456789e-8, Draw::Yarn);
+            scene.attachment.kind = AttachmentKind::Free;
+            assert_eq!(parse(&write("sheet_3in_sphere", &scene)).unwrap(), scene, "{name}");
+        }
     }
 
     #[test]

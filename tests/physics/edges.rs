@@ -140,8 +140,8 @@ fn no_edge_lets_a_node_in() {
             angular_velocity: [rate * draw(7), rate * draw(8), rate * draw(9)],
             ..body
         };
-        let ahead = Solid::of(&body)
-            .support(&fabric::projectile::into_body(&pose::normalised(orientation), &[0.0, 0.0, 1.0].into()));
+        let ahead =
+            Solid::of(&body).support(&fabric::pose::into_body(&pose::normalised(orientation), &[0.0, 0.0, 1.0].into()));
         scene.projectile.position = [4e-3 * draw(10), 4e-3 * draw(11), -ahead - 1e-6];
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);

@@ -289,7 +289,7 @@ fn refusals() {
         (error.code, error.field, error.limit)
     };
     let out = |limit: f64| (Code::OutOfRange, "slack_toe", limit);
-    let critical = 0.5 * scene.damage_law().critical_excess();
+    let critical = 0.5 * scene.damage_law().critical_twice_strain();
     assert_eq!(refused(with_toe(scene, 0.004)), out(0.005));
     assert_eq!(refused(with_toe(scene, -0.01)), out(0.0));
     assert_eq!(refused(with_toe(scene, critical + 1e-9)), out(critical));

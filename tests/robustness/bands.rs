@@ -3,7 +3,7 @@
 
 use crate::golden;
 use fabric::{
-    AttachmentKind, Bands, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry, bands::MAX_BANDS,
+    AttachmentKind, Bands, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry, layout::MAX_BANDS,
 };
 use fabric_tests::{Buffers, small_sheet};
 use std::sync::Barrier;

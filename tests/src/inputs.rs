@@ -1,12 +1,12 @@
-//! What a scene may hold: one table of every number of a scene, the ranges its documentation gives, and what is said outside
-//! of them. From it come the cases of bad input that the kernel, the C interface and the FMUs are tried with (`cases`).
+//! The cases of bad input that the kernel, the C interface and the FMUs are tried with (`cases`): every number of a scene within,
+//! at and beyond its range, and what is said of it.
 //!
-//! The table is written from the documentation of the fields, not from the checks. Where a number that is good by itself makes
-//! another one bad (a heavy node, a light projectile) the row says so.
+//! A number that is good or bad by itself is tried by its row of the kernel's table of parameters. Where a number that is good by
+//! itself makes another one bad (a heavy node, a light projectile) a row here says so.
 
 use fabric::Code::{self, *};
 use fabric::Scene;
-use fabric::fields::field;
+use fabric::fields::{FIELDS, Field, Place, Range, field};
 use fabric::scene::{MAX_NODES_PER_SIDE, PAPER_SPACING, STEP_WITH_TOE};
 
 /// What is expected of a scene.
@@ -47,7 +47,7 @@ enum Kind {
 /// One number of a scene, or several alike.
 struct Row {
     base: &'static str,
-    names: &'static [&'static str],
+    names: Vec<&'static str>,
     kind: Kind,
     /// What is expected along the number line, from minus infinity on.
     line: Vec<(Up, Expected)>,
@@ -132,27 +132,23 @@ fn rows() -> Vec<Row> {
     let negative = (Below(0.0), own(OutOfRange));
     let rest = (End, Accepted);
     let beyond = (End, own(OutOfRange));
-    let real = |base, names: &'static [&'static str], line: &[(Up, Expected)], also| Row { base, names, kind: Kind::Real, line: line.to_vec(), also };
-    let not_read = |base, names: &'static [&'static str]| Row { base, names, kind: Kind::NotRead, line: vec![rest], also: &[] };
-    let count = |base, names: &'static [&'static str], line: &[(Up, Expected)], also| Row { base, names, kind: Kind::Count, line: line.to_vec(), also };
-    let choice = |base, names: &'static [&'static str], last: f64| Row {
-        base, names, kind: Kind::Count, line: vec![(To(last), Accepted), (End, own(UnknownChoice))], also: &[],
+    let real = |base, names: &[&'static str], line: &[(Up, Expected)], also| Row { base, names: names.to_vec(), kind: Kind::Real, line: line.to_vec(), also };
+    let not_read = |base, names: &[&'static str]| Row { base, names: names.to_vec(), kind: Kind::NotRead, line: vec![rest], also: &[] };
+    let count = |base, names: &[&'static str], line: &[(Up, Expected)], also| Row { base, names: names.to_vec(), kind: Kind::Count, line: line.to_vec(), also };
+    let choice = |base, names: &[&'static str], last: f64| Row {
+        base, names: names.to_vec(), kind: Kind::Count, line: vec![(To(last), Accepted), (End, own(UnknownChoice))], also: &[],
     };
-    let most = f64::from(MAX_NODES_PER_SIDE);
     let step_max = scene("sphere").step_limits().expect("sound").step_max;
     let fastest = h / 5e-9;
     let rounding = 1.0 + 4.0 * f64::EPSILON;
     let turned = [(About(-0.0447), own(BadQuaternion)), (About(0.0447), Accepted), (End, own(BadQuaternion))];
     let at_least_two = [not_positive, (Below(2.0 * h), own(ProjectileTooSmall))];
-    let theta = [(Below(0.5), own(OutOfRange)), (To(1.0), Accepted), beyond];
     let line = |first: &[(Up, Expected)], then: &[(Up, Expected)]| [first, then].concat();
-    vec![
+    let mut rows = vec![
         // ---- Sheet. A small node or spacing, a thick or stiff yarn, make the stable step smaller, and at last no number.
-        count("sphere", &["sheet.nodes_x", "sheet.nodes_y"], &[(Below(2.0), own(OutOfRange)), (To(most), Accepted), (End, own(TooManyNodes))], &[17.0]),
         real("sphere", &["sheet.spacing"], &[not_positive, (About(1e-296), no_limit), (About(3e-5), too_long), (To(6.35e-3), Accepted), (End, Refused(ProjectileTooSmall, "projectile.radius"))], &[1e-300, 1e-6, 1e-3]),
         real("sphere", &["sheet.node_mass"], &[not_positive, (About(1e-299), no_limit), (About(3e-9), too_long), (To(8.4e-3), Accepted), (End, Refused(ProjectileTooLight, "projectile.mass"))], &[1e-20, 1e-6]),
         real("sphere", &["sheet.yarn_area"], &[not_positive, (About(1e-315), no_step), (About(3e-6), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e-8, 1e-5]),
-        count("sphere", &["sheet.plies"], &[(Below(1.0), own(OutOfRange)), (To(1000.0), Accepted), beyond], &[]),
         real("sphere", &["sheet.position[0]", "sheet.position[1]"], &[rest], &[1e-4]),
         real("sphere", &["sheet.position[2]"], &[(About(-13.35e-3), Accepted), (About(-0.65e-3), overlap), rest], &[-7e-3, -1e-3, 1e-4]),
         real("sphere", &["sheet.orientation[0]"], &TURN, &[]),
@@ -160,16 +156,12 @@ fn rows() -> Vec<Row> {
         // ---- Yarn. The mean damage rate, slope E + intercept, is at least 3.
         real("sphere", &["yarn.modulus_mean"], &[not_positive, (About(1.1143e11), weak), (About(3e12), Accepted), (About(1e290), too_long), (End, no_limit)], &[1.1e11, 1.2e11, 5e12]),
         real("sphere", &["yarn.modulus_sd"], &[negative, (About(1e11), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e9, 1e20]),
+        real("sphere", &["yarn.damage_sd"], &[negative, rest], &[]),
         real("uniform", &["yarn.modulus_sd", "yarn.damage_sd"], &[negative, rest], &[]),
         real("sphere", &["yarn.damage_slope"], &[(About(-1e297), own(NotFinite)), (About(6.2867e-9), weak), (About(1e297), Accepted), (End, own(NotFinite))], &[6.2e-9, 6.3e-9]),
         real("sphere", &["yarn.damage_intercept"], &[(Below(3.0 - 7.91e-9 * 140.21e9), weak), rest], &[]),
-        real("sphere", &["yarn.damage_sd"], &[negative, rest], &[]),
-        real("sphere", &["yarn.critical_stretch"], &[(To(1.0), own(OutOfRange)), (To(2.0), Accepted), beyond], &[]),
         real("sphere", &["yarn.damage_a"], &[not_positive, (To(rounding), Accepted), beyond], &[]),
         real("sphere", &["yarn.damage_b"], &[(About(-1e-15), Refused(OutOfRange, "yarn.damage_a")), (Below(1.0), Accepted), beyond], &[0.5, -0.01]),
-        real("sphere", &["yarn.alpha_fail"], &[negative, (Below(1.0), Accepted), beyond], &[]),
-        choice("sphere", &["yarn.stochastic", "yarn.draw"], 1.0),
-        count("sphere", &["seed"], &[rest], &[9_007_199_254_740_992.0, 18_446_744_073_709_549_568.0]),
         count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
         choice("uniform", &["symmetry.mirror_x", "symmetry.mirror_y"], 1.0),
         // ---- Attachment.
@@ -205,27 +197,57 @@ fn rows() -> Vec<Row> {
         real("sphere", &["projectile.orientation[1]", "projectile.orientation[2]", "projectile.orientation[3]"], &turned, &[0.04, -0.05]),
         real("sphere", &["projectile.angular_velocity[0]", "projectile.angular_velocity[1]", "projectile.angular_velocity[2]"], &[(About(-1e150), too_heavy), (About(1e150), Accepted), (End, too_heavy)], &[]),
         real("cylinder", &["projectile.angular_velocity[0]", "projectile.angular_velocity[1]", "projectile.angular_velocity[2]"], &[(About(-1.6e7), too_fast), (About(1.6e7), Accepted), (End, too_fast)], &[1e7, -1e7, 2e7]),
-        choice("sphere", &["drive"], 1.0),
         // ---- Step, integrator and the rest.
         real("sphere", &["time_step.seconds"], &[negative, (To(0.0), Accepted), (About(1e-50), no_step), (To(step_max), Accepted), (End, own(StepTooLarge))], &[1e-52, 1e-30]),
         real("fraction", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(0.5), Accepted), beyond], &[1e-30]),
         real("toe", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(STEP_WITH_TOE * 0.5), Accepted), beyond], &[1e-30]),
         real("unchecked", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
-        choice("sphere", &["step_check"], 1.0),
-        choice("sphere", &["integrator.kind", "rotation_rule.kind", "step_after_failure"], 1.0),
+        choice("sphere", &["step_after_failure"], 1.0),
         count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), own(OutOfRange)), (End, own(UnknownChoice))], &[]),
-        real("theta", &["integrator.theta"], &theta, &[]),
-        real("turning", &["rotation_rule.theta"], &theta, &[]),
-        real("theta", &["integrator.tolerance"], &[not_positive, rest], &[]),
-        count("theta", &["integrator.max_iterations"], &[(Below(1.0), own(OutOfRange)), rest], &[]),
         not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta", "time_step.fraction"]),
         real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
         real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
         real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
-        real("sphere", &["force_window"], &[not_positive, rest], &[]),
-        choice("sphere", &["track_detachment", "track_support"], 1.0),
-        count("sphere", &["contact_capacity"], &[rest], &[]),
-    ]
+    ];
+    // What is good or bad by itself.
+    for field in FIELDS {
+        if !rows.iter().filter(|row| row.kind != Kind::NotRead).flat_map(|row| &row.names).any(|name| field_of(name) == field.name) {
+            rows.push(by_itself(field));
+        }
+    }
+    rows
+}
+
+/// The row of a number that is good or bad by itself: in a scene that reads it, what the table of parameters says.
+fn by_itself(field: &'static Field) -> Row {
+    let bases = BASES.iter().map(|(name, _)| *name);
+    let base = bases.clone().find(|base| (field.read)(&scene(base)) > 0).expect("a sound scene that reads it");
+    let own = |code| Refused(code, "");
+    let last = match field.place {
+        Place::Choice(choice, ..) => Some(choice.items.len() as f64 - 1.0),
+        Place::Flag(_) => Some(1.0),
+        _ => None,
+    };
+    let line = match (last, field.range) {
+        (Some(last), _) => vec![(To(last), Accepted), (End, own(UnknownChoice))],
+        (None, Range::Any) => vec![(End, Accepted)],
+        (None, Range::Positive) => vec![(To(0.0), own(NotPositive)), (End, Accepted)],
+        (None, Range::NotNegative) => vec![(Below(0.0), own(OutOfRange)), (End, Accepted)],
+        (None, Range::Within(a, b)) => vec![(Below(a), own(OutOfRange)), (To(b), Accepted), (End, own(OutOfRange))],
+        (None, Range::Above(a, b)) => vec![(To(a), own(OutOfRange)), (To(b), Accepted), (End, own(OutOfRange))],
+        (None, Range::Below(a, b)) => vec![(Below(a), own(OutOfRange)), (Below(b), Accepted), (End, own(OutOfRange))],
+        (None, Range::Nodes) => {
+            let most = f64::from(MAX_NODES_PER_SIDE);
+            vec![(Below(2.0), own(OutOfRange)), (To(most), Accepted), (End, own(TooManyNodes))]
+        }
+        (None, Range::UnitQuaternion) => panic!("{}: a quaternion needs a row of its own", field.name),
+    };
+    let names = match field.shape() {
+        [] => vec![field.name],
+        [size] => (0..*size).map(|k| &*format!("{}[{k}]", field.name).leak()).collect(),
+        _ => panic!("{}: rows of numbers need a row of their own", field.name),
+    };
+    Row { base, names, kind: if field.is_real() { Kind::Real } else { Kind::Count }, line, also: &[] }
 }
 
 /// Every case.
@@ -245,7 +267,7 @@ pub fn cases() -> Vec<Case> {
         if row.kind != Kind::Count {
             values.extend([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
         }
-        for name in row.names {
+        for name in &row.names {
             let mut seen = Vec::new();
             for &value in &values {
                 if seen.contains(&value.to_bits()) || (row.kind == Kind::Count && value < 0.0) {

@@ -1,8 +1,7 @@
 //! Bochs, an emulator of x86-64 processors that knows AVX-512. It runs a program that is the whole ROM of a bare machine
 //! (tests/digests/processor.S): no firmware, no boot loader, no operating system.
 
-use crate::digests::{finish, wait_within};
-use crate::tools::{Outcome, target};
+use crate::tools::{Outcome, finish, target, wait_within};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

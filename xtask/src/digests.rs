@@ -3,9 +3,9 @@
 
 use crate::bochs;
 use crate::platforms;
-use crate::tools::{Outcome, output, target, top};
+use crate::tools::{Outcome, finish, output, target, top, wait_within};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -436,15 +436,6 @@ fn build_one(library: Library) -> Result<PathBuf, String> {
     Ok(folder.join(triple.unwrap_or("")).join("ship").join("libfabric_kernel.a"))
 }
 
-/// Runs a program to its end; what it says is the error if it fails.
-pub fn finish(command: &mut Command) -> Outcome {
-    let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    Err(format!("{command:?} failed ({}):\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
-}
-
 /// Links a target's program and runs it.
 fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
     let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
@@ -540,18 +531,6 @@ fn output_within(command: &mut Command, longest: Duration) -> Result<String, Str
     } else {
         Err(format!("{command:?} failed ({}): {printed}", output.status))
     }
-}
-
-/// Waits for the end of a program, which is stopped if it takes too long.
-pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
-    let start = Instant::now();
-    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
-        if start.elapsed() > longest {
-            child.kill().map_err(|error| error.to_string())?;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    Ok(())
 }
 
 /// The pinned digests.

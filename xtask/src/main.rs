@@ -42,6 +42,8 @@ enum Command {
     Rotorburst(rotorburst::Options),
     /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
     Install(install::Options),
+    /// Pack the C and C++ library with its headers, CMake package, pkg-config file and licences for a release.
+    Archive,
     /// Write include/fabric_kernel.h and tests/c/abi/scene.inc.
     Header,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
@@ -60,6 +62,7 @@ fn main() -> std::process::ExitCode {
         Command::Fmu(options) => fmu::run(&options),
         Command::Rotorburst(options) => rotorburst::run(&options),
         Command::Install(options) => install::run(&options),
+        Command::Archive => install::archive(),
         Command::Header => header::write(),
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),

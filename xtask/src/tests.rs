@@ -24,6 +24,7 @@ const TEST: &[Step] = &[
     ("every set of features", crate::gates::every_feature_set),
     ("gates on the libraries", crate::gates::run),
     ("documentation", documentation),
+    ("package of the kernel", package),
     ("C header", crate::header::check),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
@@ -57,6 +58,7 @@ const VERIFY: &[Step] = &[
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
+    ("C release archive", crate::install::archive),
     ("licences, sources and bans of the dependencies", crate::examples::deny),
 ];
 
@@ -72,6 +74,16 @@ fn documentation() -> Outcome {
         .status()
         .map_err(|error| format!("cannot start cargo: {error}"))?;
     if status.success() { Ok(()) } else { Err("rustdoc has warnings".into()) }
+}
+
+/// The kernel as crates.io would get it builds by itself, and its documentation as docs.rs would build it.
+fn package() -> Outcome {
+    cargo(&["package", "--quiet", "--package", "fabric-kernel", "--allow-dirty"])?;
+    let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
+    let folder = target().join("package/docs");
+    let (packed, folder) = (packed.to_string_lossy(), folder.to_string_lossy());
+    let features = ["--no-deps", "--features", "micro,implicit"];
+    cargo(&[&["doc", "--quiet", "--manifest-path", &packed, "--target-dir", &folder], &features[..]].concat())
 }
 
 /// Every check that a change must pass.

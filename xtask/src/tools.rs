@@ -1,7 +1,8 @@
 //! Running other programs from the project's top folder.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// What every command returns: nothing, or a message for the user.
 pub type Outcome = Result<(), String>;
@@ -73,4 +74,25 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     }
     Ok(python)
+}
+
+/// Runs a program to its end; what it says is the error if it fails.
+pub fn finish(command: &mut Command) -> Outcome {
+    let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(format!("{command:?} failed ({}):\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
+}
+
+/// Waits for the end of a program, which is stopped if it takes too long.
+pub fn wait_within(child: &mut Child, longest: Duration) -> Outcome {
+    let start = Instant::now();
+    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
+        if start.elapsed() > longest {
+            child.kill().map_err(|error| error.to_string())?;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    Ok(())
 }

@@ -7,8 +7,8 @@ use crate::Result;
 use crate::event::Summary;
 use crate::memory::Buffers;
 use crate::scene_file;
+use fabric::pose::into_body;
 use fabric::pose::{Vector, quaternion, rotate};
-use fabric::projectile::into_body;
 use fabric::shape::Solid;
 use fabric::{Failure, Outcome, Scene, Shape, Sim};
 

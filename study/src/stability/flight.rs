@@ -4,8 +4,8 @@ use super::{Answer, Books, Case, fmu};
 use crate::Result;
 use crate::event::{Summary, length, mask_of};
 use crate::memory::Buffers;
+use fabric::pose::into_body;
 use fabric::pose::{Vector, components, normalised};
-use fabric::projectile::into_body;
 use fabric::shape::Solid;
 use fabric::{Fabric, Failure, Outcome, Scene, Sim, StepCheck, TimeStep, math};
 

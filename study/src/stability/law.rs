@@ -2,13 +2,13 @@
 
 use super::{Answer, Case};
 use fabric::Scene;
-use fabric::yarn::{Segment, squared_stretch_excess};
+use fabric::yarn::{Segment, twice_strain_at};
 
 /// alpha at U_c, far beyond it, and the energy of one jump to failure.
 pub fn rows() -> Vec<Case> {
     let law = Scene::sheet_3in_sphere().damage_law();
     let segment = Segment { modulus: 140.21e9, damage_rate: 230.6 };
-    let alpha = move |stretch: f64| law.alpha(segment.damage_rate, squared_stretch_excess(stretch));
+    let alpha = move |stretch: f64| law.alpha(segment.damage_rate, twice_strain_at(stretch));
     let row = |name: &str, expected: &str, check: Box<dyn Fn() -> Answer + Sync + Send>| Case {
         theme: "Damage law",
         name: name.to_string(),

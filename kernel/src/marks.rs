@@ -1,0 +1,99 @@
+//! The search for slack segments, which get a toe (`toe.rs`).
+
+use crate::lanes::{self, Job, Lane};
+use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, vertical_axes};
+use crate::rows::place_image_column;
+use crate::system::System;
+use crate::yarn;
+
+/// Marks the segments that are slack at t_n and were at t_{n-1}.
+pub(crate) fn mark_slack(system: &mut System<'_>) {
+    let [first, end] = system.rows_to_step();
+    let (chunks, line) = (system.layout.chunks, system.layout.x);
+    if line.mirrored {
+        (first..end).for_each(|j| place_image_column(planes::row_mut(system.blocks.hot, chunks, j), line));
+    }
+    if system.layout.y.mirrored {
+        system.place_image_row();
+    }
+    for j in first..end {
+        let mut from = 0;
+        while let Some(found) = next_slack(system, j, from) {
+            from = found + 1;
+            for i in found * CHUNK..from * CHUNK {
+                mark_if_slack(system, Axis::Horizontal, i, j);
+                mark_if_slack(system, Axis::Vertical, i, j);
+            }
+        }
+    }
+}
+
+/// The next chunk of row j, from one on, with a segment that is slack at t_n and has no mark.
+fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
+    let chunks = system.layout.chunks;
+    let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
+    lanes::dispatch(
+        system.instructions,
+        NextSlack { row, above, marks: planes::row(system.blocks.marks, chunks, j), from },
+    )
+}
+
+fn mark_if_slack(system: &mut System<'_>, axis: Axis, i: usize, j: usize) {
+    let Some(segment) = system.segment(axis, i, j).filter(|s| s.alpha_when_marked().is_none() && s.is_slack()) else {
+        return;
+    };
+    let alpha = system.model.law.alpha(segment.damage_rate, segment.history);
+    let row = planes::row_mut(system.blocks.marks, system.layout.chunks, j);
+    if let Some(slot) = planes::get_mut(row, axis as usize, i) {
+        *slot = alpha - 1.0;
+    }
+}
+
+/// The search of [`next_slack`] as a job for the lanes. Most segments have their mark or are taut.
+struct NextSlack<'a> {
+    row: &'a [Chunk<HOT_PLANES>],
+    above: &'a [Chunk<HOT_PLANES>],
+    marks: &'a [Chunk<MARK_PLANES>],
+    from: usize,
+}
+
+impl Job for NextSlack<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Option<usize> {
+        let one = L::splat(1.0);
+        for (c, (chunk, [mark_h, mark_v])) in self.row.iter().zip(self.marks).enumerate().skip(self.from) {
+            let behind = displacement::<L>(self.row.get(c + 1), 0);
+            for g in 0..CHUNK / L::WIDTH {
+                let here = displacement::<L>(Some(chunk), g);
+                let next = if g + 1 < CHUNK / L::WIDTH { displacement(Some(chunk), g + 1) } else { behind };
+                let d = [
+                    here[0].right_of(next[0]).sub(here[0]),
+                    here[1].right_of(next[1]).sub(here[1]),
+                    here[2].right_of(next[2]).sub(here[2]),
+                ];
+                // A mark is 1 or at most 0: U^2 is below it where a segment is slack that has none.
+                if L::load(&L::groups(mark_h)[g]).any_above(yarn::twice_strain(d).add(one)) {
+                    return Some(c);
+                }
+                let Some(over) = self.above.get(c) else { continue };
+                let over = displacement::<L>(Some(over), g);
+                let d = [over[0].sub(here[0]), over[1].sub(here[1]), over[2].sub(here[2])];
+                if L::load(&L::groups(mark_v)[g]).any_above(yarn::twice_strain(vertical_axes(d)).add(one)) {
+                    return Some(c);
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Displacement of a lane group of nodes, zero where there is none.
+#[inline(always)]
+fn displacement<L: Lane>(chunk: Option<&Chunk<HOT_PLANES>>, g: usize) -> [L; 3] {
+    match chunk {
+        Some([x, y, z, ..]) => [L::load(&L::groups(x)[g]), L::load(&L::groups(y)[g]), L::load(&L::groups(z)[g])],
+        None => [L::splat(0.0); 3],
+    }
+}

@@ -1,0 +1,105 @@
+//! Rows of nodes in memory: chunks of planes of eight numbers each, and access to them.
+//!
+//! The hot arrays are interleaved in chunks of eight columns: row j is a sequence of chunks, and a chunk of the hot rows is
+//! eight planes [ux uy uz vx vy vz kh kv] of eight numbers each, one cache line a plane. Rows are padded with zeros to whole
+//! chunks on every target alike, so sizes agree everywhere and one pointer a row reaches all planes.
+
+/// Columns in a chunk.
+pub const CHUNK: usize = 8;
+/// Planes of the hot rows: displacement (3), velocity (3), stiffness of the horizontal and vertical segment.
+pub const HOT_PLANES: usize = 8;
+/// Planes of the history rows: largest q of the horizontal and vertical segment.
+pub const HISTORY_PLANES: usize = 2;
+/// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
+pub const YARN_PLANES: usize = 4;
+/// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
+pub const MARK_PLANES: usize = 2;
+/// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
+/// at the guess (3 each).
+pub const ITERATE_PLANES: usize = 12;
+// First planes of the theta rule's rows, three each.
+/// Guess of the displacement at the step's end.
+pub const GUESS: usize = 0;
+/// Velocity after contact, without the forces.
+pub const PUSHED: usize = 3;
+/// Acceleration at the step's start.
+pub const AT_START: usize = 6;
+/// Acceleration at the guess.
+pub const AT_GUESS: usize = 9;
+/// Planes of the row that carries vertical forces upwards.
+pub const CARRY_PLANES: usize = 3;
+/// Eight columns of P planes.
+pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
+
+/// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall off faster than
+/// exponentially, and without a least one nearly every force there would be a subnormal number, which processors are slow
+/// with. Sums of numbers above it are multiples of 2^-308, so no product of three of them is subnormal.
+pub const AT_REST: f64 = f64::from_bits((1023 - 256) << 52);
+
+/// Direction of a segment.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// To the right-hand neighbour, along x.
+    Horizontal = 0,
+    /// To the neighbour above, along y.
+    Vertical = 1,
+}
+
+impl Axis {
+    /// A vector of the sheet in the axes of a segment of this direction, the rest direction first, or back.
+    pub fn own_axes(self, vector: [f64; 3]) -> [f64; 3] {
+        match self {
+            Axis::Horizontal => vector,
+            Axis::Vertical => vertical_axes(vector),
+        }
+    }
+}
+
+/// A vector of the sheet in the axes of a vertical segment, the rest direction first, or back.
+#[inline(always)]
+pub fn vertical_axes<L>([x, y, z]: [L; 3]) -> [L; 3] {
+    [y, x, z]
+}
+
+/// One number of a chunked row: plane and column. None outside the row.
+#[inline(always)]
+pub fn get<const P: usize>(row: &[Chunk<P>], plane: usize, column: usize) -> Option<f64> {
+    row.get(column / CHUNK)?.get(plane).map(|numbers| numbers[column % CHUNK])
+}
+
+/// One number of a chunked row, to be changed.
+#[inline(always)]
+pub fn get_mut<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize) -> Option<&mut f64> {
+    row.get_mut(column / CHUNK)?.get_mut(plane).map(|numbers| &mut numbers[column % CHUNK])
+}
+
+/// Row j of a block of chunked rows; empty outside the block.
+#[inline(always)]
+pub fn row<const P: usize>(block: &[Chunk<P>], chunks: usize, j: usize) -> &[Chunk<P>] {
+    block.get(j * chunks..(j + 1) * chunks).unwrap_or(&[])
+}
+
+/// Row j of a block of chunked rows, to be changed.
+#[inline(always)]
+pub fn row_mut<const P: usize>(block: &mut [Chunk<P>], chunks: usize, j: usize) -> &mut [Chunk<P>] {
+    block.get_mut(j * chunks..(j + 1) * chunks).unwrap_or(&mut [])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_chunked_row() {
+        let mut block = [[[0.0; CHUNK]; 2]; 6];
+        // Three rows of two chunks: the number says its row, plane and column.
+        for (j, plane, column) in (0..3).flat_map(|j| (0..2).flat_map(move |p| (0..16).map(move |i| (j, p, i)))) {
+            let number = (100 * j + 20 * plane + column) as f64;
+            *get_mut(row_mut(&mut block, 2, j), plane, column).unwrap() = number;
+            assert_eq!(block[2 * j + column / 8][plane][column % 8], number);
+            assert_eq!(get(row(&block, 2, j), plane, column), Some(number));
+        }
+        assert!(row(&block, 2, 3).is_empty() && row_mut(&mut block, 2, 3).is_empty());
+        assert_eq!((get(row(&block, 2, 0), 2, 0), get(row(&block, 2, 0), 0, 16)), (None, None));
+    }
+}

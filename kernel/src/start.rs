@@ -1,0 +1,181 @@
+//! Starts: the projectile's first motion, and sheets that a host has moved or damaged before the first step.
+
+use crate::contact::Search;
+use crate::energy;
+use crate::error::{Code, Error};
+use crate::lanes::InstructionSet;
+use crate::model::{Model, start_motion};
+use crate::path;
+use crate::planes;
+use crate::pose::Vector;
+use crate::projectile::Body;
+use crate::scene::{Drive, Scene, StepLimits};
+use crate::step;
+use crate::system::System;
+use crate::weave::{self, in_runs};
+use crate::yarn::twice_strain_at;
+
+/// Largest stretch that a segment may be given beforehand; its square is far from overflow.
+pub(crate) const LARGEST_STRETCH: f64 = 1e100;
+/// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy is a number then. The
+/// first step may find it lost (see [`crate::yarn::LOST`]).
+const LARGEST_GIVEN_MOTION: f64 = 1e30;
+
+/// The projectile at the start of a checked scene, in the sheet's frame.
+///
+/// # Errors
+/// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
+#[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
+pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Error> {
+    let mut model = Model::NOTHING;
+    model.derive(scene, limits);
+    let motion = path::into_sheet(&model.pose, &start_motion(scene));
+    model.check_speed(&motion)?;
+    let mut body = Body::of(&motion);
+    scene.symmetry.align(&model.solid, &mut body, scene.sheet.spacing)?;
+    refuse_overlap(scene, &model, &body)?;
+    Ok(body)
+}
+
+/// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
+/// which it has no contact.
+#[inline(never)] // What it needs must not add to the stack of making the model.
+fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
+    let h = scene.sheet.spacing;
+    let search = Search::new(&model.solid, body, h, InstructionSet::Scalar);
+    let movable = scene.drive == Drive::Free;
+    for j in 0..scene.sheet.nodes_y as usize {
+        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h;
+        if !search.meets_row(y, y) {
+            continue;
+        }
+        let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
+        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h, y, 0.0);
+            if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
+                return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// See [`Sim::set_motion`](crate::Sim::set_motion).
+pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
+    system.sound()?;
+    refuse_if_started(system)?;
+    for (field, values) in [("positions", positions), ("velocities", velocities)] {
+        if values.len() != 3 * system.layout.nodes() {
+            let wanted = 3.0 * system.layout.nodes() as f64;
+            return Err(Error::new(Code::WrongLength, field, values.len() as f64, wanted));
+        }
+        values.iter().try_for_each(|&x| crate::error::finite(field, x))?;
+    }
+    let (points, _) = positions.as_chunks::<3>();
+    let (speeds, _) = velocities.as_chunks::<3>();
+    let search = Search::new(&system.model.solid, &system.state.body, system.scene.sheet.spacing, system.instructions);
+    for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
+        let (i, j) = system.layout.column_and_row(k);
+        let fixed = system.is_fixed(i, j);
+        if fixed && *velocity != [0.0; 3] {
+            return Err(Error::new(Code::OutOfRange, "velocities", k as f64, 0.0));
+        }
+        let x = Vector::from(system.model.pose.point_in(*point));
+        let meets = !fixed || system.scene.drive == Drive::Free;
+        if meets && search.candidate(&x).is_some_and(|(gap, _, _)| system.model.overlaps(gap)) {
+            return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
+        }
+        let v = Vector::from(system.model.pose.vector_in(*velocity));
+        let units = [("positions", x, system.scene.sheet.spacing), ("velocities", v, system.model.unit_speed)];
+        for (field, vector, unit) in units {
+            let limit = LARGEST_GIVEN_MOTION * unit;
+            if !vector.iter().all(|component| (-limit..=limit).contains(component)) {
+                return Err(Error::new(Code::OutOfRange, field, k as f64, limit));
+            }
+        }
+        if leaves_plane(system, i, j, &x, &v) {
+            return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
+        }
+    }
+    let h = system.scene.sheet.spacing;
+    for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
+        let (i, j) = system.layout.column_and_row(k);
+        let x = system.model.pose.point_in(*point);
+        let v = system.model.pose.vector_in(*velocity);
+        let rest = system.rest(i, j);
+        let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h];
+        let mut v = v.map(|v| v / system.model.unit_speed);
+        for (axis, on_plane) in on_planes(system, i, j).into_iter().enumerate() {
+            if on_plane {
+                (u[axis], v[axis]) = (0.0, 0.0);
+            }
+        }
+        system.set_node(i, j, u, v);
+    }
+    system.rebuild_derived();
+    step::start_forces(system);
+    // The explicit scheme stores the velocity at t_{-1/2}: back by half a step with the forces at t_0.
+    if !system.layout.implicit {
+        for (i, j) in system.nodes() {
+            if !system.is_fixed(i, j) {
+                let (u, v) = system.node(i, j);
+                let a = system.acceleration(i, j);
+                system.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
+            }
+        }
+    }
+    energy::start_audit(system);
+    Ok(())
+}
+
+/// See [`Sim::set_largest_stretch`](crate::Sim::set_largest_stretch).
+pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) -> Result<(), Error> {
+    system.sound()?;
+    refuse_if_started(system)?;
+    if stretches.len() != system.layout.segments() {
+        let wanted = system.layout.segments() as f64;
+        return Err(Error::new(Code::WrongLength, "stretches", stretches.len() as f64, wanted));
+    }
+    stretches.iter().try_for_each(|&x| crate::error::finite("stretches", x))?;
+    if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
+        return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
+    }
+    if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
+        return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
+    }
+    let mut stretches = stretches.iter();
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let critical = system.model.critical;
+    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    for (axis, columns, rows) in [(0, across, ny), (1, nx, up)] {
+        for j in 0..rows {
+            let history = planes::row_mut(system.blocks.history, chunks, j);
+            for i in 0..columns {
+                let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
+                if let Some(slot) = planes::get_mut(history, axis, i) {
+                    *slot = if q > critical { q } else { 0.0 };
+                }
+            }
+        }
+    }
+    system.rebuild_derived();
+    step::start_forces(system);
+    energy::start_audit(system);
+    Ok(())
+}
+
+/// Whether a node lies on the mirror planes x = 0 and y = 0.
+fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
+    [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
+}
+
+/// Whether a position, m, or velocity, m/s, takes a node off a mirror plane, beyond rounding.
+fn leaves_plane(system: &System<'_>, i: usize, j: usize, x: &Vector, v: &Vector) -> bool {
+    let small = |value: f64, scale: f64| value <= 1e-9 * scale && value >= -1e-9 * scale;
+    let (h, unit_speed) = (system.scene.sheet.spacing, system.model.unit_speed);
+    (0..2).any(|k| on_planes(system, i, j)[k] && !(small(x[k], h) && small(v[k], unit_speed)))
+}
+
+fn refuse_if_started(system: &System<'_>) -> Result<(), Error> {
+    if system.state.step == 0 { Ok(()) } else { Err(Error::plain(Code::AlreadyStarted, "")) }
+}

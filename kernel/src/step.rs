@@ -1,0 +1,228 @@
+//! One step: velocity Verlet in sweep form with impulse contact, or the theta rule (`theta.rs`), and what both share.
+//!
+//! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched nodes are corrected by
+//! contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2}; they are never synchronised.
+//! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
+//! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
+
+use crate::body;
+use crate::contact::{self, Gathered};
+use crate::energy;
+use crate::error::Failure;
+use crate::marks;
+use crate::math;
+use crate::outcome::{self, TEST_INTERVAL};
+use crate::planes::{CARRY_PLANES, CHUNK};
+use crate::pose::Vector;
+use crate::projectile::Body;
+use crate::rows::{Rows, Terms};
+use crate::scene::{IntegratorKind, Scene, Symmetry};
+use crate::state::Sums;
+use crate::sweep::Report;
+use crate::system::System;
+#[cfg(feature = "implicit")]
+use crate::theta;
+use crate::toe::MARK_INTERVAL;
+use crate::weave;
+
+/// One step. A projectile that is too fast and too many candidates are found before anything is changed.
+pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
+    let failed_before = system.failed_segments;
+    if system.state.halved {
+        pass(system, 0.5)?;
+    }
+    pass(system, 1.0)?;
+    end_step(system, failed_before)
+}
+
+/// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been changed by hand.
+pub(crate) fn start_forces(system: &mut System<'_>) {
+    #[cfg(feature = "implicit")]
+    theta::start_iterates(system);
+    #[cfg(not(feature = "implicit"))]
+    let _ = system;
+}
+
+/// What follows the last pass of a step.
+pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<(), Failure> {
+    if system.layout.halving && !system.state.halved && system.failed_segments > failed_before {
+        halve_step(system)?;
+    }
+    system.state.step += 1;
+    if system.layout.toe && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL) {
+        marks::mark_slack(system);
+    }
+    close_window(system);
+    if system.state.step.is_multiple_of(TEST_INTERVAL) {
+        outcome::test_outcomes(system);
+    }
+    Ok(())
+}
+
+/// One pass of the scheme, to the part `end` of the step.
+fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
+    let at_start = system.state.body;
+    let target = body::prescribe_rates(system, end);
+    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system));
+    let gathered = found.inspect_err(|_| system.state.body = at_start)?;
+    match system.scene.integrator.kind {
+        IntegratorKind::Verlet => {
+            let report = sweep(system);
+            after_sweep(system, report, gathered.count, &at_start)?;
+        }
+        #[cfg(feature = "implicit")]
+        IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, gathered.count, &at_start)?,
+        // Refused by the scene's check in a build without it.
+        #[cfg(not(feature = "implicit"))]
+        IntegratorKind::Theta => return Err(Failure::NotConverged),
+    }
+    end_pass(system, &gathered, target)
+}
+
+/// The body moves; high-water marks.
+fn end_pass(
+    system: &mut System<'_>,
+    gathered: &Gathered,
+    target: Option<(Vector, nalgebra::Quaternion<f64>)>,
+) -> Result<(), Failure> {
+    body::move_body(system, target);
+    let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
+    sums.worst_penetration = math::max(deepest, sums.worst_penetration);
+    sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
+    body::refuse_lost_body(system)
+}
+
+/// For bands, before the sweep: the candidates of the next pass, or why there can be none. The state stays as it is.
+pub(crate) fn look_ahead(system: &mut System<'_>, end: f64) -> Result<Gathered, Failure> {
+    let at_start = system.state.body;
+    body::prescribe_rates(system, end);
+    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system));
+    system.state.body = at_start;
+    found
+}
+
+/// For bands, behind the sweep: the rest of the pass.
+pub(crate) fn close_pass(
+    system: &mut System<'_>,
+    end: f64,
+    gathered: &Gathered,
+    report: Report,
+) -> Result<(), Failure> {
+    let at_start = system.state.body;
+    let target = body::prescribe_rates(system, end);
+    after_sweep(system, report, gathered.count, &at_start)?;
+    end_pass(system, gathered, target)
+}
+
+/// (M9) Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
+/// a quarter of the change that the forces make in a step, not only another unit. Contact needs nothing: its next impulse covers what is missing.
+fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
+    let before = energy::energy(system).map_or(0.0, |energy| energy.residual);
+    let quarter = 0.25 * system.model.limits.dt;
+    let body = system.state.body;
+    body::load_body(system, quarter);
+    body::book_load(system, quarter, &body);
+    for j in 0..system.layout.nodes_y {
+        for i in 0..system.layout.nodes_x {
+            let a = system.acceleration(i, j);
+            if system.is_fixed(i, j) {
+                system.load_support(i, j, &(Vector::from(a) * 0.25));
+            } else {
+                let (u, v) = system.node(i, j);
+                system.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));
+            }
+        }
+    }
+    // Impulses on the supports are summed in units of a pass.
+    system.state.sums.support.iter_mut().for_each(|support| *support *= 0.5);
+    system.state.halved = true;
+    system.use_half_steps(true);
+    let after = energy::energy(system).map_or(before, |energy| energy.residual);
+    system.state.sums.halving_energy += after - before;
+    body::refuse_lost_body(system)
+}
+
+/// What the sweep leaves to do: failures, loads and contact.
+fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
+    if report.non_finite {
+        return Err(Failure::NonFinite);
+    }
+    if system.scene.symmetry == Symmetry::default() {
+        system.failed_segments += report.newly_failed;
+    } else if report.newly_failed > 0 {
+        system.failed_segments = system.count_failed();
+    }
+    body::load_body(system, system.model.pass_dt);
+    if count > 0 {
+        contact::complete_candidates(system, count);
+        let kept = contact::let_pass(system, count);
+        let (solved, _) = contact::solve_contact(system, kept, count);
+        contact::set_rates(system, &solved);
+        contact::book_contact(system, count, before);
+    } else {
+        system.state.sums.contacts = 0;
+    }
+    body::book_load(system, system.model.pass_dt, before);
+    Ok(())
+}
+
+/// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
+fn sweep(system: &mut System<'_>) -> Report {
+    let [first, end] = system.rows_to_step();
+    place_images_above(system, end);
+    let terms = terms(system);
+    let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
+    blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    // No mark before the first failure.
+    let marked = system.layout.toe && system.failed_segments > 0;
+    // A block shorter than the layout says is a lost state, never a row that stands still.
+    let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
+    let report = rows.sweep(&terms, |j, pulls| {
+        if scene.track_support {
+            book_pulls(sums, scene, j, &pulls);
+        }
+    });
+    system.awake = [first, end];
+    report
+}
+
+/// The row of images above a sweep that reaches the plane.
+pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
+    if system.layout.y.mirrored && end == system.layout.nodes_y {
+        system.place_image_row();
+    }
+}
+
+/// The constants of a sweep.
+pub(crate) fn terms(system: &System<'_>) -> Terms {
+    Terms {
+        layout: system.layout,
+        law: system.model.law,
+        critical: system.model.critical,
+        toe: system.model.toe,
+        stiffness: system.model.mean_stiffness,
+        damage_rate: system.model.mean_damage_rate,
+        instructions: system.instructions,
+    }
+}
+
+/// At the end of a force window: keeps the largest mean force.
+fn close_window(system: &mut System<'_>) {
+    if !system.state.step.is_multiple_of(system.model.window_steps) {
+        return;
+    }
+    let sums = &mut system.state.sums;
+    let w = sums.window;
+    let mean = math::length([w.x, w.y, w.z]) / (system.model.window_steps as f64 * system.model.limits.dt);
+    sums.force_peak = math::max(mean, sums.force_peak);
+    sums.window = Vector::zeros();
+}
+
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j, in units of m h/dt.
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2]) {
+    let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
+    for (side, pull) in pulls.iter().enumerate() {
+        let at = weave::attachment_of(kind, scene.sheet.nodes_y, j, side);
+        sums.add_to_support(kind, at, &(pull * symmetry.share()), symmetry);
+    }
+}

@@ -1,0 +1,440 @@
+//! The mechanical system that is stepped: scene, constants, scalar state and the caller's memory, and the access to its nodes and
+//! segments. What steps it and reads it out are functions of it, on the floors above.
+
+use crate::blocks::Blocks;
+use crate::error::{Error, Failure};
+use crate::lanes::InstructionSet;
+use crate::layout::Layout;
+use crate::math;
+use crate::model::Model;
+use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::pose::Vector;
+use crate::projectile::Body;
+use crate::rows;
+use crate::scene::Scene;
+use crate::state::State;
+use crate::sweep::{self, YarnRow};
+use crate::toe::NO_TOE;
+use crate::weave::{self, in_runs};
+use crate::yarn;
+
+/// What is stepped: constants, state and memory of the sheet and the projectile.
+pub(crate) struct System<'a> {
+    pub scene: Scene,
+    pub layout: Layout,
+    pub model: Model,
+    pub state: State,
+    pub blocks: Blocks<'a>,
+    pub failed_segments: u64,
+    pub failure: Option<Failure>,
+    /// Rows [first, end) that may hold a node that is not exactly at rest in its place.
+    pub awake: [usize; 2],
+    pub skip_rest: bool,
+    pub instructions: InstructionSet,
+}
+
+impl<'a> System<'a> {
+    /// No sheet and no memory: a place for a simulation.
+    pub const NOTHING: System<'a> = System {
+        scene: Scene::sheet_3in_sphere(),
+        layout: Layout::NOTHING,
+        model: Model::NOTHING,
+        state: State::at_start(Body::AT_REST),
+        blocks: Blocks::nothing(),
+        failed_segments: 0,
+        failure: None,
+        awake: [0, 0],
+        skip_rest: true,
+        instructions: InstructionSet::Scalar,
+    };
+}
+
+/// One segment as the read-outs see it.
+#[derive(Clone, Copy)]
+pub(crate) struct SegmentView {
+    /// Direction.
+    pub axis: Axis,
+    /// Stiffness kk with the stored damage.
+    pub stiffness: f64,
+    /// kk without damage.
+    pub undamaged: f64,
+    /// Damage rate.
+    pub damage_rate: f64,
+    /// Largest q beyond critical stored so far.
+    pub history: f64,
+    /// The toe's mark (`toe.rs`).
+    pub mark: f64,
+    /// Relative displacement of its ends at t_n.
+    pub d: [f64; 3],
+    /// Relative displacement of its ends at t_{n-1}.
+    pub d_before: [f64; 3],
+}
+
+impl SegmentView {
+    /// Twice the strain, q, at t_n.
+    pub fn twice_strain(&self) -> f64 {
+        yarn::twice_strain(self.axis.own_axes(self.d))
+    }
+
+    /// Twice the strain at t_{n-1}.
+    pub fn twice_strain_before(&self) -> f64 {
+        yarn::twice_strain(self.axis.own_axes(self.d_before))
+    }
+
+    /// Force on its first node at t_n with this stiffness and twice the strain.
+    pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
+        self.axis.own_axes(yarn::force(yarn::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
+    }
+
+    /// Whether its ends are nearer than at rest at t_n and were at t_{n-1}.
+    pub fn is_slack(&self) -> bool {
+        self.twice_strain() < 0.0 && self.twice_strain_before() < 0.0
+    }
+
+    /// alpha when the segment got its toe, if it has one.
+    pub fn alpha_when_marked(&self) -> Option<f64> {
+        (self.mark <= 0.0).then_some(1.0 + self.mark)
+    }
+}
+
+impl System<'_> {
+    /// Rest place of a node in spacings.
+    pub(crate) fn rest(&self, i: usize, j: usize) -> [f64; 2] {
+        [weave::rest_offset(i, self.scene.sheet.nodes_x), weave::rest_offset(j, self.scene.sheet.nodes_y)]
+    }
+
+    /// Position at t_n in the sheet's frame, m.
+    pub(crate) fn position(&self, i: usize, j: usize) -> Vector {
+        let (u, _) = self.node(i, j);
+        let (rest, h) = (self.rest(i, j), self.scene.sheet.spacing);
+        Vector::new((rest[0] + u[0]) * h, (rest[1] + u[1]) * h, u[2] * h)
+    }
+
+    /// Displacement (spacings) and velocity (spacings per step) of a node.
+    /// Behind a mirror plane: of its image.
+    pub(crate) fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
+        let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
+        let row = planes::row(self.blocks.hot, self.layout.chunks, j);
+        let at = |plane: usize, turn: bool| {
+            let value = planes::get(row, plane, i).unwrap_or(0.0);
+            if turn { -value } else { value }
+        };
+        ([at(0, turn_x), at(1, turn_y), at(2, false)], [at(3, turn_x), at(4, turn_y), at(5, false)])
+    }
+
+    pub(crate) fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
+        let row = planes::row_mut(self.blocks.hot, self.layout.chunks, j);
+        for (plane, value) in u.into_iter().chain(v).enumerate() {
+            if let Some(slot) = planes::get_mut(row, plane, i) {
+                *slot = value;
+            }
+        }
+    }
+
+    pub(crate) fn is_fixed(&self, i: usize, j: usize) -> bool {
+        self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i))
+    }
+
+    /// The segment that starts at node (i, j), if there is one.
+    pub(crate) fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
+        let chunks = self.layout.chunks;
+        let (i2, j2, exists) = match axis {
+            Axis::Horizontal => (i + 1, j, i < self.layout.x.segments() && j < self.layout.nodes_y),
+            Axis::Vertical => (i, j + 1, i < self.layout.nodes_x && j < self.layout.y.segments()),
+        };
+        if !exists {
+            return None;
+        }
+        let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
+        let d = [u2[0] - u1[0], u2[1] - u1[1], u2[2] - u1[2]];
+        let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
+        let (undamaged, damage_rate) = self.yarn_row(j).constants(axis, i);
+        Some(SegmentView {
+            axis,
+            stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
+            undamaged,
+            damage_rate,
+            history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
+            mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
+            d,
+            // The theta rule's state is synchronous: its audit looks at t_n alone.
+            d_before: if self.layout.implicit { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
+        })
+    }
+
+    pub(crate) fn yarn_row(&self, j: usize) -> YarnRow<'_> {
+        if self.layout.stochastic {
+            YarnRow::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
+        } else {
+            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate }
+        }
+    }
+
+    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
+    /// The same expressions in the same order as the sweep.
+    pub(crate) fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
+        let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
+            let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
+            let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
+            let q = segment.twice_strain();
+            let stiffness = if self.model.law.is_damaging(q, segment.history) {
+                self.model.law.alpha(segment.damage_rate, q) * segment.undamaged
+            } else {
+                segment.stiffness
+            };
+            let stiffness = stiffness * self.model.toe.factor(q, segment.mark);
+            segment.force(stiffness, q)
+        };
+        let right = force(Axis::Horizontal, Some(i), Some(j));
+        let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
+        let up = force(Axis::Vertical, Some(i), Some(j));
+        let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
+        [
+            sweep::node_sum(right[0], left[0], up[0], down[0]),
+            sweep::node_sum(right[1], left[1], up[1], down[1]),
+            sweep::node_sum(right[2], left[2], up[2], down[2]),
+        ]
+    }
+
+    /// Yarn constants and fixed runs.
+    pub(crate) fn fill_model(&mut self) -> Result<(), Error> {
+        for (j, run) in self.blocks.runs.iter_mut().enumerate() {
+            let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
+            *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
+        }
+        if !self.layout.stochastic {
+            return Ok(());
+        }
+        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
+        let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        for j in 0..ny {
+            let row = planes::row_mut(self.blocks.yarn, chunks, j);
+            for i in 0..nx {
+                let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
+                let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
+                for (axis, number) in [horizontal, vertical].into_iter().enumerate() {
+                    let Some(number) = number else { continue };
+                    let segment = self.scene.draw_segment(number)?;
+                    if let Some(slot) = planes::get_mut(row, axis, i) {
+                        *slot = segment.modulus / self.model.modulus_per_stiffness;
+                    }
+                    if let Some(slot) = planes::get_mut(row, axis + 2, i) {
+                        *slot = segment.damage_rate;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Sheet flat, at rest and whole.
+    pub(crate) fn clear_state(&mut self) {
+        self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
+        self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
+        self.blocks.flags.fill(0);
+        self.clear_marks();
+        self.rebuild_derived();
+    }
+
+    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
+    /// awake rows. Clears a failure.
+    pub(crate) fn rebuild_derived(&mut self) {
+        self.refill(|_, _| true);
+    }
+
+    /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand. `fill` returns
+    /// whether a history of the row has changed; if not, its stiffnesses are still right.
+    pub(crate) fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
+        self.failure = None;
+        let mut awake: Option<[usize; 2]> = None;
+        for j in 0..self.layout.nodes_y {
+            if fill(self, j) {
+                self.rebuild_stiffness(j);
+            }
+            if self.rebuild_range(j) {
+                awake = Some([awake.map_or(j, |[first, _]| first), j + 1]);
+            }
+        }
+        self.failed_segments = self.count_failed();
+        self.awake = awake.unwrap_or([0, 0]);
+    }
+
+    /// Stiffness of the segments that start in row j, from their histories.
+    fn rebuild_stiffness(&mut self, j: usize) {
+        let (law, model, chunks) = (self.model.law, &self.model, self.layout.chunks);
+        let critical = model.critical;
+        let uniform = [model.mean_stiffness, model.mean_stiffness, model.mean_damage_rate, model.mean_damage_rate];
+        let uniform = uniform.map(|constant| [constant; CHUNK]);
+        let ends = self.ends_of_segments(j);
+        let row = planes::row_mut(self.blocks.hot, chunks, j);
+        let history = planes::row(self.blocks.history, chunks, j);
+        let yarn = planes::row(self.blocks.yarn, chunks, j);
+        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
+            let yarn = yarn.get(c).unwrap_or(&uniform);
+            for k in 0..2 {
+                let mut stiffness = yarn[k];
+                stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
+                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= critical));
+                if !whole {
+                    for ((stiffness, &damage_rate), &largest) in stiffness.iter_mut().zip(&yarn[k + 2]).zip(&history[k])
+                    {
+                        *stiffness *= law.alpha(damage_rate, largest);
+                    }
+                }
+                hot[6 + k] = stiffness;
+            }
+        }
+    }
+
+    /// Horizontal and vertical segments of row j start before these columns.
+    pub fn ends_of_segments(&self, j: usize) -> [usize; 2] {
+        [self.layout.x.segments(), if j < self.layout.y.segments() { self.layout.nodes_x } else { 0 }]
+    }
+
+    /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
+    fn rebuild_range(&mut self, j: usize) -> bool {
+        let row = planes::row(self.blocks.hot, self.layout.chunks, j);
+        let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
+        let mut take = |chunk: &Chunk<HOT_PLANES>| {
+            for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
+                *low = math::min(y, *low);
+                *high = math::max(y, *high);
+            }
+            moved |= chunk[..6].iter().flatten().fold(false, |moved, &x| moved | (x != 0.0));
+        };
+        let (whole, rest) = row.split_at_checked(self.layout.nodes_x / CHUNK).unwrap_or((row, &[]));
+        whole.iter().for_each(&mut take);
+        if let Some(mut last) = rest.first().copied() {
+            // Behind the last node there may be an image.
+            for plane in &mut last {
+                plane.iter_mut().skip(self.layout.nodes_x % CHUNK).for_each(|place| *place = 0.0);
+            }
+            take(&last);
+        }
+        if let Some(range) = self.blocks.ranges.get_mut(j) {
+            let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
+            *range = [least, high.iter().fold(0.0, |greatest, &y| math::max(y, greatest))];
+        }
+        moved
+    }
+
+    /// Failed segments of the whole sheet.
+    pub(crate) fn count_failed(&self) -> u64 {
+        let mut failed = 0.0;
+        for j in 0..self.layout.nodes_y {
+            let ends = self.ends_of_segments(j);
+            for (c, hot) in planes::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
+                for axis in [Axis::Horizontal, Axis::Vertical] {
+                    let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
+                    if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
+                        continue;
+                    }
+                    let segments = ends[axis as usize].saturating_sub(first);
+                    for (lane, _) in stiffness.iter().enumerate().take(segments).filter(|(_, k)| **k == 0.0) {
+                        failed += self.layout.segment_weight(axis, first + lane, j);
+                    }
+                }
+            }
+        }
+        failed as u64
+    }
+
+    /// Puts the row of images behind the plane y = 0 in its place.
+    pub(crate) fn place_image_row(&mut self) {
+        rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
+    }
+
+    /// Adds to the sums of its support what the fixed node (i, j) takes of the yarns or of the projectile: an impulse in units of m h
+    /// and a pass.
+    pub(crate) fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
+        if !self.scene.track_support {
+            return;
+        }
+        let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
+        let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
+        let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
+        let pull = impulse * (self.layout.node_weight(i, j) * symmetry.share());
+        self.state.sums.add_to_support(kind, at, &pull, symmetry);
+    }
+
+    /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
+    pub(crate) fn use_half_steps(&mut self, halves: bool) {
+        if halves == (self.model.pass_dt < self.model.limits.dt) {
+            return;
+        }
+        self.model.use_half_steps(halves);
+        let factor = if halves { 0.25 } else { 4.0 };
+        for chunk in self.blocks.hot.iter_mut() {
+            chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
+        }
+        for chunk in self.blocks.yarn.iter_mut() {
+            chunk[..2].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
+        }
+    }
+
+    /// Awake rows and their neighbours.
+    pub(crate) fn rows_to_step(&self) -> [usize; 2] {
+        let ny = self.layout.nodes_y;
+        let [first, end] = self.awake;
+        if !self.skip_rest {
+            [0, ny]
+        } else if first == end {
+            [0, 0]
+        } else {
+            [first.saturating_sub(1), (end + 1).min(ny)]
+        }
+    }
+
+    /// Velocity of a node in this pass before any impulse, spacings a pass.
+    pub fn free_velocity(&self, i: usize, j: usize) -> Vector {
+        #[cfg(feature = "implicit")]
+        if self.layout.implicit {
+            return self.velocity_with_forces(self.scene.integrator.theta, i, j);
+        }
+        Vector::from(self.node(i, j).1)
+    }
+
+    /// No segment has a toe.
+    pub(crate) fn clear_marks(&mut self) {
+        self.blocks.marks.fill([[NO_TOE; CHUNK]; MARK_PLANES]);
+    }
+
+    /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
+    #[cfg(feature = "implicit")]
+    pub(crate) fn velocity_with_forces(&self, theta: f64, i: usize, j: usize) -> Vector {
+        if self.is_fixed(i, j) {
+            return Vector::zeros();
+        }
+        let (_, v) = self.node(i, j);
+        let iterate = planes::row(self.blocks.iterate, self.layout.chunks, j);
+        let g = [0, 1, 2].map(|axis| {
+            let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
+            mean_acceleration(theta, at(planes::AT_START + axis), at(planes::AT_GUESS + axis))
+        });
+        Vector::from(v) + Vector::from(g)
+    }
+
+    /// Velocity of a node at t_{n-1/2}, m/s.
+    pub fn velocity(&self, i: usize, j: usize) -> Vector {
+        let (_, v) = self.node(i, j);
+        Vector::from(v) * self.model.unit_speed
+    }
+
+    /// All nodes, row by row.
+    pub fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j)))
+    }
+
+    /// The latched failure as an error, so that every call after it says the same.
+    pub(crate) fn sound(&self) -> Result<(), Failure> {
+        self.failure.map_or(Ok(()), Err)
+    }
+}
+
+/// (M10) g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
+#[cfg(feature = "implicit")]
+pub(crate) fn mean_acceleration(theta: f64, at_start: f64, at_guess: f64) -> f64 {
+    theta * ((1.0 - theta) * at_start + theta * at_guess)
+}
