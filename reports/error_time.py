@@ -20,7 +20,7 @@ def report(folder, docs=None):
     command = f"fabric-study error-time{about['effort']}` and `python3 -m reports error-time --docs docs"
     seconds = f"CPU seconds are {about['clock']} of one thread on {about['machine']}; everything else is the same to the bit on every machine.\n\n"
     for name, (title, write) in PARTS.items():
-        rows = [{key: read(value) for key, value in row.items()} for row in page.rows_of(folder / f"{name}.csv")]
+        rows = [{key: read(value) for key, value in row.items()} for row in page.rows_of(folder / f"{name}.csv", needed=False)]
         if not rows:
             continue
         text = write(folder, rows)

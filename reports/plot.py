@@ -41,7 +41,7 @@ def new(width=9.8, height=5.6, columns=1):
 def save(figure, path):
     path.parent.mkdir(parents=True, exist_ok=True)
     metadata = {"Date": None, "Creator": None} if path.suffix == ".svg" else None
-    figure.savefig(path, metadata=metadata, dpi=110)
+    figure.savefig(path, metadata=metadata, dpi=110, bbox_inches="tight", pad_inches=0.15)
     matplotlib.pyplot.close(figure)
 
 

@@ -11,7 +11,7 @@ SIGNS = {"arrested": "arrested", "exited": "through"}
 
 def report(folder, docs=None):
     rows = page.rows_of(folder / "stability.csv")
-    cells = page.rows_of(folder / "map.csv")
+    cells = page.rows_of(folder / "map.csv", needed=False)
     for cell in cells:
         for key in ("fraction", "speed", "energy", "failed_segments"):
             cell[key] = float(cell[key])

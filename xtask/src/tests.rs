@@ -133,8 +133,9 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
 fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options { check: true, ..Default::default() })?;
     crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
-    let (out, cases) = (target().join("smoke").join("stability"), fmu_cases());
-    study(&["stability", "--smoke", "--out", &out.to_string_lossy(), "--fmu-cases", &cases])?;
+    let (out, cases) = (target().join("smoke/stability").to_string_lossy().into_owned(), fmu_cases());
+    study(&["stability", "--smoke", "--out", &out, "--fmu-cases", &cases])?;
+    report("stability", &out)?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py"])
 }
 
@@ -166,7 +167,6 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
-    report("stability", &folder("stability"))?;
     for name in ["error-time", "bench", "paper"] {
         let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
         study(if name == "paper" { &arguments } else { &arguments[..4] })?;
