@@ -183,7 +183,9 @@ impl Scene {
         let pose = crate::pose::Pose::of_sheet(&self.sheet);
         let offset = pose.point_in(self.projectile.position);
         let orientation = crate::pose::normalised(pose.orientation_in(self.projectile.orientation));
-        let reach = Solid::of(&self.projectile).reach_in_plane(&orientation);
+        let mut solid = Solid::NOTHING;
+        solid.set(&self.projectile);
+        let reach = solid.reach_in_plane(&orientation);
         for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
             if gap <= radius {

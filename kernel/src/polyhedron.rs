@@ -64,7 +64,7 @@ impl Polyhedron {
     /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
     pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
         let mut body = Polyhedron::NOTHING;
-        body.set(faces.in_use(), gyration);
+        body.set(faces.in_use().iter().copied(), gyration);
         body
     }
 
@@ -79,9 +79,11 @@ impl Polyhedron {
     };
 
     /// Makes a polyhedron of nothing, where it is: a copy would take a kilobyte of stack.
-    pub(crate) fn set(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
-        self.faces.iter_mut().zip(planes).for_each(|(face, plane)| *face = Face::of(*plane));
-        self.face_count = planes.len();
+    pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>, gyration: [f64; 3]) {
+        for (face, plane) in self.faces.iter_mut().zip(planes) {
+            *face = Face::of(plane);
+            self.face_count += 1;
+        }
         self.gyration = gyration;
         self.find_vertices();
     }
@@ -229,16 +231,12 @@ impl Polyhedron {
     }
 }
 
-/// Refuses faces that are too few, too many, without a unit normal, not about the centre of mass, nearer to it
-/// than the node spacing, or that enclose nothing.
+/// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or that enclose
+/// nothing. There are at most [`MAX_FACES`].
 #[inline(never)] // The polyhedron must not add to the stack of what is checked next.
-pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
+pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacing: f64) -> Result<(), Error> {
     const FIELD: &str = "projectile.faces.planes";
-    if faces.count < 4 || faces.count as usize > MAX_FACES {
-        let limit = if faces.count < 4 { 4 } else { MAX_FACES };
-        return Err(Error::new(Code::OutOfRange, "projectile.faces.count", faces.count as f64, limit as f64));
-    }
-    for &[x, y, z, distance] in faces.in_use() {
+    for [x, y, z, distance] in planes() {
         let off = math::length([x, y, z]) - 1.0;
         if !(-1e-6..=1e-6).contains(&off) {
             return Err(Error::new(Code::BadNormal, FIELD, off + 1.0, 1.0));
@@ -249,7 +247,7 @@ pub(crate) fn check(faces: &Faces, spacing: f64) -> Result<(), Error> {
         }
     }
     let mut body = Polyhedron::NOTHING;
-    body.set(faces.in_use(), [0.0; 3]);
+    body.set(planes(), [0.0; 3]);
     if body.is_unbounded() {
         return Err(Error::plain(Code::UnboundedFaces, FIELD));
     }

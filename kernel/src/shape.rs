@@ -12,7 +12,7 @@ use crate::math;
 use crate::polyhedron::{self, Gap, Polyhedron};
 use crate::pose::{Vector, into_body};
 use crate::prism;
-use crate::scene::{Faces, Projectile, Sector, Shape};
+use crate::scene::{MAX_FACES, Projectile, Sector, Shape};
 use nalgebra::Quaternion;
 
 /// A shape with its dimensions.
@@ -61,7 +61,12 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
             }
         }
         Shape::Polyhedron => {
-            polyhedron::check(&body.faces, spacing)?;
+            let count = body.faces.count;
+            if count < 4 || count as usize > MAX_FACES {
+                let limit = if count < 4 { 4 } else { MAX_FACES };
+                return Err(Error::new(Code::OutOfRange, "projectile.faces.count", count as f64, limit as f64));
+            }
+            polyhedron::check(|| body.faces.in_use().iter().copied(), spacing)?;
             if body.mass != 0.0 {
                 check_moments(body.moments)?;
             }
@@ -97,9 +102,8 @@ fn check_sector(sector: &Sector, spacing: f64) -> Result<(), Error> {
         let limit = if inner_radius < least { least } else { greatest };
         return Err(Error::new(Code::OutOfRange, "projectile.sector.inner_radius", inner_radius, limit));
     }
-    let mut faces = Faces::NONE;
-    prism::of_sector(sector, &mut faces, &mut [0.0; 3]);
-    polyhedron::check(&faces, spacing).map_err(|error| match error.code {
+    let profile = prism::of_sector(sector);
+    polyhedron::check(|| profile.planes(), spacing).map_err(|error| match error.code {
         // A face, whose distance is named, is too near to the centre of mass.
         Code::ProjectileTooSmall => Error { field: RADIUS, ..error },
         // Beyond the range of numbers.
@@ -142,30 +146,33 @@ impl Solid {
                 *self = Solid::HemisphericalCylinder { radius, shank, nose: nose(radius, shank) }
             }
             Shape::Box => {
-                let [a, b, c] = body.size;
-                let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
-                self.set_polyhedron(&box_faces(body.size), gyration);
+                self.set_box(body.size);
             }
             Shape::Polyhedron => {
                 // A body of unknown mass has no known moments.
                 let known = body.mass > 0.0;
                 let gyration = body.moments.map(|moment| if known { moment / body.mass } else { 0.0 });
-                self.set_polyhedron(body.faces.in_use(), gyration);
+                self.set_polyhedron(body.faces.in_use().iter().copied(), gyration);
             }
             Shape::DiscSector => self.set_sector(&body.sector, body.mass),
         }
     }
 
-    #[inline(never)] // As above.
-    fn set_sector(&mut self, sector: &Sector, mass: f64) {
-        let (mut faces, mut gyration) = (Faces::NONE, [0.0; 3]);
-        prism::of_sector(sector, &mut faces, &mut gyration);
-        // With a mass those of a polyhedron of these moments, to the last bit.
-        let gyration = gyration.map(|squared| if mass > 0.0 { mass * squared / mass } else { squared });
-        self.set_polyhedron(faces.in_use(), gyration);
+    #[inline(never)] // Its faces must not add to the stack of the other shapes.
+    fn set_box(&mut self, [a, b, c]: [f64; 3]) {
+        let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
+        self.set_polyhedron(box_faces([a, b, c]).into_iter(), gyration);
     }
 
-    fn set_polyhedron(&mut self, planes: &[[f64; 4]], gyration: [f64; 3]) {
+    #[inline(never)] // As above.
+    fn set_sector(&mut self, sector: &Sector, mass: f64) {
+        let profile = prism::of_sector(sector);
+        // With a mass those of a polyhedron of these moments, to the last bit.
+        let gyration = profile.gyration().map(|squared| if mass > 0.0 { mass * squared / mass } else { squared });
+        self.set_polyhedron(profile.planes(), gyration);
+    }
+
+    fn set_polyhedron(&mut self, planes: impl Iterator<Item = [f64; 4]>, gyration: [f64; 3]) {
         *self = Solid::Polyhedron(Polyhedron::NOTHING);
         if let Solid::Polyhedron(body) = self {
             body.set(planes, gyration);
@@ -350,7 +357,7 @@ fn rim_gap(p: &Vector, radius: f64, beyond_end: f64, axial: Vector) -> Gap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::scene::{Faces, Scene};
     use std::vec::Vec;
 
     fn cylinder() -> Solid {
