@@ -455,7 +455,7 @@ const OWN: &[Variable] = &[
         &IMPULSE,
         "Size of what the momentum balance of fabric, projectile and supports does not close by",
     ),
-    output(Id::StepFraction, "step.fraction", 431, &RATIO, "time_step over the stability limit of the sheet as drawn"),
+    output(Id::StepFraction, "step.fraction", 431, &RATIO, "Time step in use over the stability limit of the sheet as drawn"),
     discrete(Id::Unconverged, "contact.unconverged", 432, Kind::Integer, "Contact solves that ran out of sweeps"),
     discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "The latest outcome, or contact or flight"),
     time(Id::TimeFirstContact, "time_first_contact", 441, "Time of the first contact; -1 before"),

@@ -191,6 +191,9 @@
 // projectile.shape: convex polyhedron by its faces.
 #define FK_SHAPE_POLYHEDRON 4
 
+// projectile.shape: sector of a turbine disc, its rim along x and the disc's axis along z.
+#define FK_SHAPE_DISC_SECTOR 5
+
 // drive: the model moves the projectile under contact and the external load.
 #define FK_DRIVE_FREE 0
 
@@ -229,6 +232,21 @@ typedef struct fk_scene_projectile_faces {
     // sheet.spacing. Beyond the count not read. Default 0 each.
     double planes[16][4];
 } fk_scene_projectile_faces;
+
+// Dimensions of a disc sector: a part of fk_scene.
+typedef struct fk_scene_projectile_sector {
+    // Radius of the bore, 0 or between 1e-6 and 1 - 1e-6 of that of the rim; filled up to its one chord. Read for a
+    // disc sector only. In m, >= 0. Default 0.015.
+    double inner_radius;
+    // Radius of the rim, which is made of eight chords; no face may be nearer to the centre of mass than sheet.spacing.
+    // Read for a disc sector only. In m, > 0. Default 0.04.
+    double outer_radius;
+    // Angle of a disc sector. Read for a disc sector only. In rad, >= 0.001 and < 3.141592653589793. Default
+    // 2.0943951023931953.
+    double angle;
+    // Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only. In m, > 0. Default 0.01.
+    double thickness;
+} fk_scene_projectile_sector;
 
 // Grid of nodes, its mass and its place: a part of fk_scene.
 typedef struct fk_scene_sheet {
@@ -295,9 +313,10 @@ typedef struct fk_scene_yarn {
 // The rigid projectile and its motion at the start, in the host's frame: a part of fk_scene.
 typedef struct fk_scene_projectile {
     // Form of the projectile (M12). One of FK_SHAPE_SPHERE, FK_SHAPE_CYLINDER, FK_SHAPE_HEMISPHERICAL_CYLINDER,
-    // FK_SHAPE_BOX and FK_SHAPE_POLYHEDRON. Default FK_SHAPE_CYLINDER (3 in preset: FK_SHAPE_SPHERE).
+    // FK_SHAPE_BOX, FK_SHAPE_POLYHEDRON and FK_SHAPE_DISC_SECTOR. Default FK_SHAPE_CYLINDER (3 in preset:
+    // FK_SHAPE_SPHERE).
     uint64_t shape;
-    // Radius, at least sheet.spacing. Not read for a box or a polyhedron. In m, > 0. Default 0.00635.
+    // Radius, at least sheet.spacing. Read for a sphere and the two cylinders only. In m, > 0. Default 0.00635.
     double radius;
     // Whole length along the axis, at least 2 sheet.spacing, and with a hemispherical end at least the radius. Read for
     // the two cylinders only. In m, > 0. Default 0.0381 (3 in preset: 0.0127).
@@ -324,6 +343,8 @@ typedef struct fk_scene_projectile {
     double orientation[4];
     // Angular velocity at the start, host's axes. In rad/s. Default 0 each.
     double angular_velocity[3];
+    // Dimensions of a disc sector.
+    fk_scene_projectile_sector sector;
 } fk_scene_projectile;
 
 // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled: a part of fk_scene.
