@@ -5,7 +5,7 @@ import math
 from . import page, plot
 
 LIMIT = 0.5  # Steps above this part of dt_crit are refused.
-CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy creep: 1 to 10 %"), (math.inf, "#eb8c6e", "garbage: above 10 %")]
+CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy creep: 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]
 SIGNS = {"arrested": "arrested", "exited": "through"}
 
 
@@ -60,7 +60,7 @@ def in_words(cells):
     return (
         f"Of the {count(True, 0, 1, 2)} runs with a step that is accepted {count(True, 0)} are sound and {count(True, 1, 2)} creep ({count(True, 2)} above 10 %); "
         f"the worst of each step: {steps}. Of the {count(False, 0, 1, 2)} runs beyond it {count(False, 0)} are sound, {count(False, 1)} creep and "
-        f"{count(False, 2)} are garbage."
+        f"{count(False, 2)} are unusable."
     )
 
 

@@ -4,7 +4,7 @@
 
 Every step both shields get the fragment's motion, step, and the fragment moves under the sum of their mean forces. The second
 sheet stands 5 cm behind the first, is tilted by 20 degrees and has two plies. `projectile.mass` is 0, "not known": a shield could
-only compare its own work with the whole loss of the fragment, so the host keeps the books itself.
+only compare its own work with the whole loss of the fragment, so the host sums them itself.
 """
 
 import math
@@ -24,7 +24,7 @@ SHEETS = [
 
 
 def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
-    """The books after the flight: a dictionary of numbers, and one of lists with an entry per shield."""
+    """The balances after the flight: a dictionary of numbers, and one of lists with an entry per shield."""
     body = Body([0.0, 0.0, -RADIUS - 1e-4], [0.0, 0.0, speed])
     common = {
         "preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0,
@@ -40,16 +40,16 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
         if all(shield.get("status") in (ARRESTED, EXITED, PASSED) for shield in shields):
             break
     names = ["status", "time_first_contact", "time_event", "contact.work", "contact.impulse", "contact.force_peak"]
-    books = {name: [shield.get(name) for shield in shields] for name in [*names, "fabric.failed_segments"]}
-    books["velocity"] = body.velocity
-    books["lost"] = energy - body.kinetic_energy()
-    books["interface residual"] = (books["lost"] - sum(books["contact.work"])) / energy
+    balances = {name: [shield.get(name) for shield in shields] for name in [*names, "fabric.failed_segments"]}
+    balances["velocity"] = body.velocity
+    balances["lost"] = energy - body.kinetic_energy()
+    balances["interface residual"] = (balances["lost"] - sum(balances["contact.work"])) / energy
     change = [MASS * (v - v0) for v, v0 in zip(body.velocity, [0.0, 0.0, speed])]
-    impulse = [sum(parts) for parts in zip(*books["contact.impulse"])]
-    books["momentum residual"] = max(abs(a - b) for a, b in zip(change, impulse)) / (MASS * speed)
+    impulse = [sum(parts) for parts in zip(*balances["contact.impulse"])]
+    balances["momentum residual"] = max(abs(a - b) for a, b in zip(change, impulse)) / (MASS * speed)
     for shield in shields:
         shield.close()
-    return books
+    return balances
 
 
 if __name__ == "__main__":

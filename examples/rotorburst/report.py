@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 import plots
-from books import result_rows
+from balances import result_rows
 
 STYLE = """
 body { font: 16px/1.55 system-ui, sans-serif; color: #1f2937; max-width: 62rem; margin: 2.5rem auto; padding: 0 1.25rem; }
@@ -132,8 +132,8 @@ def main():
             "segment fails next, so they differ as two runs of the same set-up differ:</p>",
             comparison(results, snapshots),
         ]  # fmt: skip
-    entries = results["books"].items()
-    books = [(name, entry["unit"], f"{entry['ours']:.6g}", f"{entry['theirs']:.6g}", f"{entry['difference']:.2e}",
+    entries = results["balances"].items()
+    balances = [(name, entry["unit"], f"{entry['ours']:.6g}", f"{entry['theirs']:.6g}", f"{entry['difference']:.2e}",
               f"{entry['relative']:.1e}", entry["scale"]) for name, entry in entries]  # fmt: skip
     parts += [
         "<h2>Results</h2>",
@@ -142,7 +142,7 @@ def main():
         "<p>The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the "
         "host's side. The difference in energy is the error of the coupling at this communication step; the shield's own energy "
         "balance shows the error of its time step.</p>",
-        table(books, numbers=(1, 2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
+        table(balances, numbers=(1, 2, 3, 4, 5), header=("balance", "unit", "one side", "other side", "difference", "relative", "to")),
         "<h2>What these numbers mean</h2>",
         "<ul><li>After the first failed segment the model is chaotic: a change of the speed in the 13th digit changes the pattern of "
         "failure. One run is one draw; residual velocity, absorbed energy and failed segments are to be compared as "

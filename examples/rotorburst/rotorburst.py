@@ -17,7 +17,7 @@ import time
 
 import numpy as np
 
-import books
+import balances
 from fragment import Body, DiscSector, Fragment
 from progress import Progress
 from shield import ARRESTED, ATTACHMENTS, DETACHED, DISC_SECTOR, EXITED, FAULTED, PASSED, STATUS, Shield
@@ -184,7 +184,7 @@ def main():
         },
     )
     began = time.perf_counter()
-    ledger, rows = books.Ledger(fragment), []
+    ledger, rows = balances.Ledger(fragment), []
     start = fly(fragment, ledger, rows)
     impact = impact_of(arguments, fragment)
     impact_energy, impact_speed = fragment.kinetic_energy(), float(np.linalg.norm(fragment.velocity))
@@ -211,10 +211,10 @@ def main():
         **seen,
         "wall_time": wall,
         "outputs": {name: value.tolist() if np.ndim(value) else value for name, value in outputs.items()},
-        "books": ledger.close(fragment, outputs, impact_energy),
+        "balances": ledger.close(fragment, outputs, impact_energy),
     }
     (arguments.out / "results.json").write_text(json.dumps(results, indent=1))
-    books.print_results(results)
+    balances.print_results(results)
     return 1 if seen["end"] == "faulted" else 0
 
 

@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0 for co-simulation. Each is a thin door to [`Instance`]; signatures are those of `fmi2Functions.h`.
+//! The functions of FMI 2.0 for co-simulation. Each is a call of [`Instance`]; signatures are those of `fmi2Functions.h`.
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged.
 //!
@@ -8,7 +8,7 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
+use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
 use crate::instance::{Early, Instance};
 use crate::kept::Phase;
 use crate::kept::Saved;
@@ -83,7 +83,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
 /// Frees an instance and its states.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
-    door::destroy(c)
+    calls::destroy(c)
 }
 
 /// Start and stop time.
@@ -132,7 +132,7 @@ pub unsafe extern "C" fn fmi2Reset(c: Handle) -> Status {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut values: Output<f64>) -> Status {
     enter(c, "fmi2GetReal", Phase::READABLE_IN_2, |instance| {
-        door::get(instance, Version::Two, Kind::Real, array(&vr, n), array_mut(&mut values, n), |x| x)
+        calls::get(instance, Version::Two, Kind::Real, array(&vr, n), array_mut(&mut values, n), |x| x)
     })
 }
 
@@ -140,8 +140,8 @@ pub unsafe extern "C" fn fmi2GetReal(c: Handle, vr: Input<u32>, n: usize, mut va
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
     enter(c, "fmi2GetInteger", Phase::READABLE_IN_2, |instance| {
-        let convert = door::to_integer;
-        door::get(instance, Version::Two, Kind::Integer, array(&vr, n), array_mut(&mut values, n), convert)
+        let convert = calls::to_integer;
+        calls::get(instance, Version::Two, Kind::Integer, array(&vr, n), array_mut(&mut values, n), convert)
     })
 }
 
@@ -150,7 +150,7 @@ pub unsafe extern "C" fn fmi2GetInteger(c: Handle, vr: Input<u32>, n: usize, mut
 pub unsafe extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut values: Output<c_int>) -> Status {
     enter(c, "fmi2GetBoolean", Phase::READABLE_IN_2, |instance| {
         let convert = |x| c_int::from(x != 0.0);
-        door::get(instance, Version::Two, Kind::Boolean, array(&vr, n), array_mut(&mut values, n), convert)
+        calls::get(instance, Version::Two, Kind::Boolean, array(&vr, n), array_mut(&mut values, n), convert)
     })
 }
 
@@ -164,7 +164,7 @@ pub unsafe extern "C" fn fmi2GetString(c: Handle, _vr: *const u32, n: usize, _va
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input<f64>) -> Status {
     enter(c, "fmi2SetReal", Phase::SETTABLE, |instance| {
-        door::set(instance, Version::Two, Kind::Real, array(&vr, n), array(&values, n), |x| x)
+        calls::set(instance, Version::Two, Kind::Real, array(&vr, n), array(&values, n), |x| x)
     })
 }
 
@@ -172,7 +172,7 @@ pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
     enter(c, "fmi2SetInteger", Phase::SETTABLE, |instance| {
-        door::set(instance, Version::Two, Kind::Integer, array(&vr, n), array(&values, n), f64::from)
+        calls::set(instance, Version::Two, Kind::Integer, array(&vr, n), array(&values, n), f64::from)
     })
 }
 
@@ -181,7 +181,7 @@ pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: Input<u32>, n: usize, val
 pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, values: Input<c_int>) -> Status {
     enter(c, "fmi2SetBoolean", Phase::SETTABLE, |instance| {
         let convert = |x: c_int| f64::from(u8::from(x != 0));
-        door::set(instance, Version::Two, Kind::Boolean, array(&vr, n), array(&values, n), convert)
+        calls::set(instance, Version::Two, Kind::Boolean, array(&vr, n), array(&values, n), convert)
     })
 }
 
@@ -194,31 +194,31 @@ pub unsafe extern "C" fn fmi2SetString(c: Handle, _vr: *const u32, n: usize, _va
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(c: Handle, state: Output<*mut Saved>) -> Status {
-    door::get_state(c, state)
+    calls::get_state(c, state)
 }
 
 /// Restores a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: Handle, state: *mut Saved) -> Status {
-    door::set_state(c, state)
+    calls::set_state(c, state)
 }
 
 /// Frees a state and clears the host's pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(c: Handle, state: Output<*mut Saved>) -> Status {
-    door::free_state(c, state)
+    calls::free_state(c, state)
 }
 
 /// Bytes of a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: Handle, state: *mut Saved, size: Output<usize>) -> Status {
-    door::serialized_size(c, state, size)
+    calls::serialized_size(c, state, size)
 }
 
 /// Writes a state into bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializeFMUstate(c: Handle, state: *mut Saved, bytes: Output<u8>, size: usize) -> Status {
-    door::serialize(c, state, bytes, size)
+    calls::serialize(c, state, bytes, size)
 }
 
 /// Makes a state from bytes.
@@ -229,7 +229,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     size: usize,
     state: Output<*mut Saved>,
 ) -> Status {
-    door::deserialize(c, bytes, size, state)
+    calls::deserialize(c, bytes, size, state)
 }
 
 /// Not provided.

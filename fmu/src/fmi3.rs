@@ -1,4 +1,4 @@
-//! The functions of FMI 3.0 for co-simulation. Each is a thin door to [`Instance`]; signatures are those of `fmi3Functions.h`.
+//! The functions of FMI 3.0 for co-simulation. Each is a call of [`Instance`]; signatures are those of `fmi3Functions.h`.
 //!
 //! For all of them: a null instance gives Error; a call that does not fit the state is refused and logged. A `fmi3Boolean` is
 //! taken as a byte, so that no bit pattern of a host is an invalid value here.
@@ -9,7 +9,7 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::door::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
+use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
 use crate::instance::{Early, Instance};
 use crate::kept::Phase;
 use crate::kept::Saved;
@@ -113,7 +113,7 @@ fn only_co_simulation(name: Text, environment: *mut c_void, logger: Option<Logge
 /// Frees an instance and its states.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeInstance(instance: Handle) {
-    door::destroy(instance)
+    calls::destroy(instance)
 }
 
 /// Start and stop time; begins initialisation.
@@ -208,7 +208,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
     length: usize,
 ) -> Status {
     enter(instance, "fmi3GetFloat64", Phase::ANY, |instance| {
-        door::get(instance, Version::Three, Kind::Real, array(&vr, count), array_mut(&mut values, length), |x| x)
+        calls::get(instance, Version::Three, Kind::Real, array(&vr, count), array_mut(&mut values, length), |x| x)
     })
 }
 
@@ -223,7 +223,7 @@ pub unsafe extern "C" fn fmi3GetInt32(
 ) -> Status {
     enter(instance, "fmi3GetInt32", Phase::ANY, |instance| {
         let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
-        door::get(instance, Version::Three, Kind::Integer, vr, values, door::to_integer)
+        calls::get(instance, Version::Three, Kind::Integer, vr, values, calls::to_integer)
     })
 }
 
@@ -238,7 +238,7 @@ pub unsafe extern "C" fn fmi3GetInt64(
 ) -> Status {
     enter(instance, "fmi3GetInt64", Phase::ANY, |instance| {
         let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
-        door::get(instance, Version::Three, ENUMERATION, vr, values, |x| x as i64)
+        calls::get(instance, Version::Three, ENUMERATION, vr, values, |x| x as i64)
     })
 }
 
@@ -253,7 +253,7 @@ pub unsafe extern "C" fn fmi3GetBoolean(
 ) -> Status {
     enter(instance, "fmi3GetBoolean", Phase::ANY, |instance| {
         let (vr, values) = (array(&vr, count), array_mut(&mut values, length));
-        door::get(instance, Version::Three, Kind::Boolean, vr, values, |x| u8::from(x != 0.0))
+        calls::get(instance, Version::Three, Kind::Boolean, vr, values, |x| u8::from(x != 0.0))
     })
 }
 
@@ -267,7 +267,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     length: usize,
 ) -> Status {
     enter(instance, "fmi3SetFloat64", Phase::SETTABLE, |instance| {
-        door::set(instance, Version::Three, Kind::Real, array(&vr, count), array(&values, length), |x| x)
+        calls::set(instance, Version::Three, Kind::Real, array(&vr, count), array(&values, length), |x| x)
     })
 }
 
@@ -281,7 +281,7 @@ pub unsafe extern "C" fn fmi3SetInt32(
     length: usize,
 ) -> Status {
     enter(instance, "fmi3SetInt32", Phase::SETTABLE, |instance| {
-        door::set(instance, Version::Three, Kind::Integer, array(&vr, count), array(&values, length), f64::from)
+        calls::set(instance, Version::Three, Kind::Integer, array(&vr, count), array(&values, length), f64::from)
     })
 }
 
@@ -296,7 +296,7 @@ pub unsafe extern "C" fn fmi3SetInt64(
 ) -> Status {
     enter(instance, "fmi3SetInt64", Phase::SETTABLE, |instance| {
         let (vr, values) = (array(&vr, count), array(&values, length));
-        door::set(instance, Version::Three, ENUMERATION, vr, values, |x| x as f64)
+        calls::set(instance, Version::Three, ENUMERATION, vr, values, |x| x as f64)
     })
 }
 
@@ -311,7 +311,7 @@ pub unsafe extern "C" fn fmi3SetBoolean(
 ) -> Status {
     enter(instance, "fmi3SetBoolean", Phase::SETTABLE, |instance| {
         let (vr, values) = (array(&vr, count), array(&values, length));
-        door::set(instance, Version::Three, Kind::Boolean, vr, values, |x| f64::from(u8::from(x != 0)))
+        calls::set(instance, Version::Three, Kind::Boolean, vr, values, |x| f64::from(u8::from(x != 0)))
     })
 }
 
@@ -321,19 +321,19 @@ const ENUMERATION: Kind = Kind::Choice(&PRESET);
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
-    door::get_state(instance, state)
+    calls::get_state(instance, state)
 }
 
 /// Restores a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetFMUState(instance: Handle, state: *mut Saved) -> Status {
-    door::set_state(instance, state)
+    calls::set_state(instance, state)
 }
 
 /// Frees a state and clears the host's pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeFMUState(instance: Handle, state: Output<*mut Saved>) -> Status {
-    door::free_state(instance, state)
+    calls::free_state(instance, state)
 }
 
 /// Bytes of a state.
@@ -343,7 +343,7 @@ pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
     state: *mut Saved,
     size: Output<usize>,
 ) -> Status {
-    door::serialized_size(instance, state, size)
+    calls::serialized_size(instance, state, size)
 }
 
 /// Writes a state into bytes.
@@ -354,7 +354,7 @@ pub unsafe extern "C" fn fmi3SerializeFMUState(
     bytes: Output<u8>,
     size: usize,
 ) -> Status {
-    door::serialize(instance, state, bytes, size)
+    calls::serialize(instance, state, bytes, size)
 }
 
 /// Makes a state from bytes.
@@ -365,7 +365,7 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     size: usize,
     state: Output<*mut Saved>,
 ) -> Status {
-    door::deserialize(instance, bytes, size, state)
+    calls::deserialize(instance, bytes, size, state)
 }
 
 /// A communication step from t to t + h.

@@ -6,7 +6,7 @@
 
 use crate::bytes::Bytes;
 use fabric::snapshot::Hash;
-use fabric_fmu::door::{Handle, Text};
+use fabric_fmu::calls::{Handle, Text};
 use fabric_fmu::fmi2::*;
 use fabric_fmu::fmi3::*;
 use fabric_fmu::instance::Instance;

@@ -527,7 +527,7 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     system.state.sums.unconverged += u64::from(!solved.converged);
 }
 
-/// Moves the touched nodes and books impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
+/// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
 /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
 /// before and after, for a free and a prescribed body alike: the two then agree to second order.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {

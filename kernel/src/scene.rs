@@ -303,7 +303,7 @@ impl RotationRule {
 pub enum StepCheck {
     /// Refuse a step above 0.5 dt_crit.
     Refuse = 0,
-    /// No check: for stability studies only. Results above the limit are plausible garbage.
+    /// No check: for stability studies only. Results above the limit are wrong, although they may look plausible.
     None = 1,
 }
 

@@ -58,20 +58,20 @@ struct Case {
 struct Answer {
     happened: String,
     pass: bool,
-    books: Option<Books>,
+    balances: Option<Balances>,
     fmu: Option<FmuCase>,
 }
 
 impl Answer {
     /// Nothing was stepped.
     fn plain(happened: String, pass: bool) -> Answer {
-        Answer { happened, pass, books: None, fmu: None }
+        Answer { happened, pass, balances: None, fmu: None }
     }
 }
 
 /// How well the balances closed.
 #[derive(Clone, Copy)]
-struct Books {
+struct Balances {
     /// Energy residual over the kinetic energy at the start, or over the strain energy of a sheet that starts taut and at rest.
     /// J where both are 0.
     energy: f64,
@@ -81,11 +81,11 @@ struct Books {
     penetration: f64,
 }
 
-impl Books {
+impl Balances {
     /// From the read-outs at the end and the kinetic energy at the start, J.
-    fn of(summary: &Summary, start: f64) -> Books {
+    fn of(summary: &Summary, start: f64) -> Balances {
         let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { value };
-        Books {
+        Balances {
             energy: over(summary.energy_residual, start),
             momentum: over(summary.momentum_residual, summary.initial_momentum),
             penetration: summary.worst_penetration,
@@ -100,7 +100,7 @@ struct Row {
     case: String,
     expected: String,
     happened: String,
-    /// See [`Books`]; absent where nothing ran.
+    /// See [`Balances`]; absent where nothing ran.
     energy_residual: Option<f64>,
     momentum_residual: Option<f64>,
     worst_penetration_m: Option<f64>,
@@ -146,9 +146,9 @@ pub fn run(options: &Options) -> Result<bool> {
                 case: case.name.clone(),
                 expected: case.expected.clone(),
                 happened: answer.happened,
-                energy_residual: answer.books.map(|books| books.energy),
-                momentum_residual: answer.books.map(|books| books.momentum),
-                worst_penetration_m: answer.books.map(|books| books.penetration),
+                energy_residual: answer.balances.map(|balances| balances.energy),
+                momentum_residual: answer.balances.map(|balances| balances.momentum),
+                worst_penetration_m: answer.balances.map(|balances| balances.penetration),
                 fmu: answer.fmu.as_ref().map_or("", FmuCase::word),
                 pass: answer.pass,
             };

@@ -10,7 +10,7 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report as statistics};
-use fabric_fmu::door::{Handle, Text};
+use fabric_fmu::calls::{Handle, Text};
 use fabric_fmu::instance::Instance;
 use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;

@@ -2,7 +2,7 @@
 
 use super::flight::{Ended, Flight, changed, ending, turned, uniform};
 use super::sheets::loss;
-use super::{Answer, Books, Case, fmu, steps};
+use super::{Answer, Balances, Case, fmu, steps};
 use crate::Result;
 use crate::event::Summary;
 use crate::memory::Buffers;
@@ -183,13 +183,13 @@ fn slow(speed: f64) -> Flight {
 }
 
 fn hits() -> Result<Vec<Flight>> {
-    let books = |end: &Ended<'_>| {
+    let balances = |end: &Ended<'_>| {
         let (depth, unconverged) = (end.turning_allows(), end.summary.unconverged);
         format!("{}, spin {:.0} rad/s, turning allows {depth:.1e} m, {unconverged} unconverged", ending(end), end.spin)
     };
     // Under a face as large as the sheet some solves among 1521 nodes end at the cap instead of at 1e-14: counted, no error.
     let wide = |flight: Flight| Flight {
-        expected: "books close, under 1 % of the solves at the cap, no deeper than turning allows".to_string(),
+        expected: "balances close, under 1 % of the solves at the cap, no deeper than turning allows".to_string(),
         long: true,
         check: Box::new(|end| {
             let few = end.summary.unconverged < end.summary.steps / 100;
@@ -201,7 +201,7 @@ fn hits() -> Result<Vec<Flight>> {
         let turns = scene.projectile.shape != Shape::Sphere;
         let expected = if turns { "sound, no deeper than turning allows" } else { "sound, none inside" };
         Flight {
-            text: Box::new(books),
+            text: Box::new(balances),
             until: &[Outcome::Exited],
             ..Flight::new(name, expected, scene, 6000, move |end| {
                 let depth = if turns { end.turning_allows() } else { ROUNDING };
@@ -285,7 +285,7 @@ fn ten_million_steps_of_flight() -> Case {
         Ok(Answer {
             happened,
             pass,
-            books: Some(Books::of(&summary, start)),
+            balances: Some(Balances::of(&summary, start)),
             fmu: fmu::case(&mut sim, [0.0; 3], steps)?,
         })
     };
@@ -335,7 +335,7 @@ fn unstable_axis() -> Case {
         Ok(Answer {
             happened,
             pass,
-            books: Some(Books::of(&summary, energy)),
+            balances: Some(Balances::of(&summary, energy)),
             fmu: fmu::case(&mut sim, [0.0; 3], 1_000_000)?,
         })
     };

@@ -12,10 +12,10 @@ pub fn rows() -> Vec<Case> {
     let flights = vec![
         Flight::new(
             "node mass 1e-20 kg at 0.4 dt_crit",
-            "accepted, dt about 8e-15 s, books closed",
+            "accepted, dt about 8e-15 s, balances closed",
             changed(uniform(21, 100.0), |scene| scene.sheet.node_mass = 1e-20),
             20_000,
-            |end| (1e-15..1e-14).contains(&end.summary.dt) && end.books.energy.abs() < 1e-9,
+            |end| (1e-15..1e-14).contains(&end.summary.dt) && end.balances.energy.abs() < 1e-9,
         ),
         Flight::new(
             "position 1e300 m away",
@@ -29,7 +29,7 @@ pub fn rows() -> Vec<Case> {
             // Contact with every node at once, as under a slab.
             ..Flight::new(
                 "radius 1e3 m over a sheet of 29 mm",
-                "books close, under 1 % of the solves at the cap, none inside by 1e-12 R",
+                "balances close, under 1 % of the solves at the cap, none inside by 1e-12 R",
                 changed(uniform(41, 100.0), |scene| {
                     scene.projectile.radius = 1e3;
                     scene.projectile.position[2] = -1e3;

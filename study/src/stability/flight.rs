@@ -1,6 +1,6 @@
 //! A row that runs one scene: what it starts from, how long it runs, and what must be true at its end.
 
-use super::{Answer, Books, Case, fmu};
+use super::{Answer, Balances, Case, fmu};
 use crate::Result;
 use crate::event::{Summary, length, mask_of};
 use crate::memory::Buffers;
@@ -20,7 +20,7 @@ pub struct Ended<'a> {
     /// The failure that ended the run.
     pub failure: Option<Failure>,
     /// How well the balances closed.
-    pub books: Books,
+    pub balances: Balances,
     /// Fastest spin of the projectile, rad/s, seen every 64 steps.
     pub spin: f64,
 }
@@ -43,7 +43,7 @@ impl Ended<'_> {
 
     /// Energy within 1 % of that at the start, momentum to rounding.
     pub fn closed(&self) -> bool {
-        self.books.energy.abs() < 0.01 && self.books.momentum < 1e-9
+        self.balances.energy.abs() < 0.01 && self.balances.momentum < 1e-9
     }
 
     /// The same, and every contact solve converged.
@@ -144,14 +144,14 @@ impl Flight {
             sim.reset();
         }
         let summary = Summary::of(&sim, mask)?;
-        let books = Books::of(&summary, start);
+        let balances = Balances::of(&summary, start);
         let numbers = [summary.absorbed, summary.energy_residual, summary.momentum_residual, summary.fabric_kinetic];
         let finite = numbers.iter().chain(&summary.residual_velocity).all(|value| value.is_finite());
         let fabric = sim.fabric()?;
-        let end = Ended { summary: &summary, fabric, sim: &sim, failure, books, spin };
+        let end = Ended { summary: &summary, fabric, sim: &sim, failure, balances, spin };
         let pass = finite && (self.check)(&end);
         let happened = failure.map_or_else(|| (self.text)(&end), |failure| format!("FAULTED: {failure}"));
-        Ok(Answer { happened, pass, books: failure.is_none().then_some(books), fmu })
+        Ok(Answer { happened, pass, balances: failure.is_none().then_some(balances), fmu })
     }
 }
 
@@ -171,7 +171,7 @@ pub fn ending(end: &Ended<'_>) -> String {
 
 /// The energy residual in percent, and how the run ended.
 pub fn percent(end: &Ended<'_>) -> String {
-    format!("{:+.2} % energy; {}", 100.0 * end.books.energy, ending(end))
+    format!("{:+.2} % energy; {}", 100.0 * end.balances.energy, ending(end))
 }
 
 /// A number with about four figures.

@@ -1,7 +1,7 @@
 //! Sheets: sizes, supports, dead, stretched and damaged ones, plies, mirror planes, and the sheet that nothing touches.
 
 use super::flight::{Ended, Flight, changed, ending, far, scale, short, speed, stretch, uniform};
-use super::{Answer, Books, Case, fmu, steps};
+use super::{Answer, Balances, Case, fmu, steps};
 use crate::event::{Summary, length};
 use crate::memory::Buffers;
 use fabric::{AttachmentKind, Failure, Outcome, Scene, Sim};
@@ -84,7 +84,7 @@ fn supports() -> Vec<Flight> {
                 "momentum kept to 1e-12",
                 changed(uniform(41, speed(40.0)), |scene| scene.attachment.kind = AttachmentKind::Free),
                 3000,
-                |end| end.books.momentum < 1e-12 && length(end.summary.support_impulse) == 0.0,
+                |end| end.balances.momentum < 1e-12 && length(end.summary.support_impulse) == 0.0,
             )
         },
     ]
@@ -102,7 +102,7 @@ fn histories() -> Vec<Flight> {
                 |end| {
                     let summary = end.summary;
                     let dead = summary.failed_segments == summary.segments && summary.support_impulses == [[0.0; 3]; 4];
-                    dead && end.latched(Outcome::Exited) && end.books.momentum < 1e-12
+                    dead && end.latched(Outcome::Exited) && end.balances.momentum < 1e-12
                 },
             )
         },
@@ -162,15 +162,15 @@ fn pair(
     other: &Scene,
     count: u64,
     alike: fn(&Sim<'_>, &Sim<'_>) -> crate::Result<f64>,
-) -> crate::Result<(f64, Summary, Books, Option<fmu::FmuCase>)> {
+) -> crate::Result<(f64, Summary, Balances, Option<fmu::FmuCase>)> {
     let (mut first, mut second) = (Buffers::of(one)?, Buffers::of(other)?);
     let (mut first, mut second) = (first.sim(one)?, second.sim(other)?);
     let start = scale(&second)?;
     first.advance(count)?;
     second.advance(count)?;
     let summary = Summary::of(&second, fabric::OutcomeSet::NONE)?;
-    let books = Books::of(&summary, start);
-    Ok((alike(&first, &second)?, summary, books, fmu::case(&mut second, [0.0; 3], count)?))
+    let balances = Balances::of(&summary, start);
+    Ok((alike(&first, &second)?, summary, balances, fmu::case(&mut second, [0.0; 3], count)?))
 }
 
 /// A strip of a few nodes by thousands, four sides held, under the sphere.
@@ -185,11 +185,12 @@ fn strip(nodes: [u32; 2], velocity: [f64; 3]) -> Scene {
 fn long_sheets() -> Case {
     let check = || {
         let (one, other) = (strip([4000, 8], [3.0, 1.0, 60.0]), strip([8, 4000], [1.0, 3.0, 60.0]));
-        let (difference, summary, books, fmu) = pair(&one, &other, 300, |one, other| {
+        let (difference, summary, balances, fmu) = pair(&one, &other, 300, |one, other| {
             let (v, w) = (one.projectile()?.velocity, other.projectile()?.velocity);
             Ok(length([v[0] - w[1], v[1] - w[0], v[2] - w[2]]) / length(v))
         })?;
-        let sound = books.energy.abs() < 0.01 && books.momentum < 1e-9 && summary.worst_penetration <= 1e-12 * 6.35e-3;
+        let sound =
+            balances.energy.abs() < 0.01 && balances.momentum < 1e-9 && summary.worst_penetration <= 1e-12 * 6.35e-3;
         let happened = format!(
             "difference {}, absorbed {} J, {} failed",
             short(difference),
@@ -199,7 +200,7 @@ fn long_sheets() -> Case {
         Ok(Answer {
             happened,
             pass: sound && difference < 1e-12 && summary.failed_segments == 0,
-            books: Some(books),
+            balances: Some(balances),
             fmu,
         })
     };
@@ -220,13 +221,13 @@ fn plies() -> Case {
             scene.sheet.plies = 64;
             scene.projectile.mass *= 64.0;
         });
-        let (difference, summary, books, fmu) = pair(&one, &other, 4000, |one, other| {
+        let (difference, summary, balances, fmu) = pair(&one, &other, 4000, |one, other| {
             let (v, w) = (one.projectile()?.velocity, other.projectile()?.velocity);
             let failed = one.counters().failed_segments == other.counters().failed_segments;
             Ok(if failed { length([v[0] - w[0], v[1] - w[1], v[2] - w[2]]) } else { f64::INFINITY })
         })?;
         let happened = format!("difference {}, {} failed", short(difference), summary.failed_segments);
-        Ok(Answer { happened, pass: difference == 0.0 && summary.failed_segments > 0, books: Some(books), fmu })
+        Ok(Answer { happened, pass: difference == 0.0 && summary.failed_segments > 0, balances: Some(balances), fmu })
     };
     Case {
         theme: "Sheets",
@@ -242,14 +243,14 @@ fn quarter() -> Case {
     let check = || {
         let one = uniform(41, speed(3.0));
         let other = changed(one, |scene| (scene.symmetry.mirror_x, scene.symmetry.mirror_y) = (true, true));
-        let (difference, summary, books, fmu) = pair(&one, &other, 800, |one, other| {
+        let (difference, summary, balances, fmu) = pair(&one, &other, 800, |one, other| {
             let (v, w) = (one.projectile()?.velocity[2], other.projectile()?.velocity[2]);
             let (a, b) = (one.contact()?.work, other.contact()?.work);
             Ok(((v - w) / v).abs().max(((a - b) / a).abs()))
         })?;
-        let sound = books.energy.abs() < 0.01 && books.momentum < 1e-9;
+        let sound = balances.energy.abs() < 0.01 && balances.momentum < 1e-9;
         let happened = format!("difference {}, {} failed", short(difference), summary.failed_segments);
-        Ok(Answer { happened, pass: sound && difference < 1e-12, books: Some(books), fmu })
+        Ok(Answer { happened, pass: sound && difference < 1e-12, balances: Some(balances), fmu })
     };
     Case {
         theme: "Sheets",
@@ -278,11 +279,11 @@ fn a_million_steps_at_rest() -> Case {
         let after = image(&sim)?;
         let changed = before.iter().zip(&after).filter(|(a, b)| a != b).count();
         let summary = Summary::of(&sim, fabric::OutcomeSet::NONE)?;
-        let books = Books::of(&summary, 0.0);
+        let balances = Balances::of(&summary, 0.0);
         let pass =
             changed == 2 && summary.absorbed == 0.0 && summary.energy_residual == 0.0 && summary.outcomes.is_empty();
         let happened = format!("{changed} of {} words differ, {}", before.len(), summary.ended_by);
-        Ok(Answer { happened, pass, books: Some(books), fmu: fmu::case(&mut sim, [0.0; 3], 1_000_064)? })
+        Ok(Answer { happened, pass, balances: Some(balances), fmu: fmu::case(&mut sim, [0.0; 3], 1_000_064)? })
     };
     Case {
         theme: "Sheets",

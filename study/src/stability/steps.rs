@@ -1,7 +1,7 @@
 //! The time step and the stiffness: from a tenth of dt_crit to beyond it, stiff and soft sheets, the theta rule.
 
 use super::flight::{Ended, Flight, changed, far, percent, scale, short, speed, stretch, unchecked, uniform};
-use super::{Answer, Books, Case, fmu};
+use super::{Answer, Balances, Case, fmu};
 use crate::Result;
 use crate::event::Summary;
 use crate::memory::Buffers;
@@ -31,13 +31,13 @@ fn taut() -> impl Iterator<Item = Flight> {
             text: Box::new(|end| {
                 let stretch = end.fabric.max_stretch;
                 let failed = end.summary.failed_segments;
-                format!("{:+.3} % energy, largest stretch {stretch:.4}, {failed} failed", 100.0 * end.books.energy)
+                format!("{:+.3} % energy, largest stretch {stretch:.4}, {failed} failed", 100.0 * end.balances.energy)
             }),
             ..Flight::new(name, expected, unchecked(far(21), fraction), steps_of(60e-6, fraction), move |end| {
                 if sound {
-                    end.books.energy.abs() < 0.01 && end.summary.failed_segments == 0
+                    end.balances.energy.abs() < 0.01 && end.summary.failed_segments == 0
                 } else {
-                    end.books.energy > 1.0 && end.summary.failed_segments > 0
+                    end.balances.energy > 1.0 && end.summary.failed_segments > 0
                 }
             })
         }
@@ -74,13 +74,13 @@ fn impacts() -> impl Iterator<Item = Flight> {
             f if f <= 0.4 => ("sound: residual below 1 %, v 94.0 m/s", -0.01, 0.01),
             f if f <= 0.5 => ("largest allowed: residual below 3 %, v 94.0 m/s", -0.03, 0.03),
             f if f <= 0.8 => ("outside: energy creep > 1 %, no NaN", 0.01, f64::INFINITY),
-            _ => ("outside: plausible garbage, > 5 % energy, no NaN", 0.05, f64::INFINITY),
+            _ => ("outside: a plausible wrong answer, > 5 % energy, no NaN", 0.05, f64::INFINITY),
         };
         Flight {
             text: Box::new(percent),
             ..Flight::new(name, expected, scene, 200_000, move |end| {
                 let right = fraction > 0.5 || Ended::near(end.summary.residual_velocity[2], 94.0, 0.005);
-                (low..=high).contains(&end.books.energy) && right && end.latched(Outcome::Exited)
+                (low..=high).contains(&end.balances.energy) && right && end.latched(Outcome::Exited)
             })
         }
     });
@@ -95,7 +95,7 @@ fn impacts() -> impl Iterator<Item = Flight> {
                 "intact, residual below 0.1 %",
                 full,
                 steps_of(600e-6, 0.4),
-                |end| end.summary.failed_segments == 0 && end.books.energy.abs() < 1e-3,
+                |end| end.summary.failed_segments == 0 && end.balances.energy.abs() < 1e-3,
             )
         },
         Flight {
@@ -107,7 +107,7 @@ fn impacts() -> impl Iterator<Item = Flight> {
                 "outside: heats until it tears by itself",
                 unchecked(full, 0.7),
                 steps_of(600e-6, 0.7),
-                |end| end.summary.failed_segments > 0 && end.books.energy > 1.0,
+                |end| end.summary.failed_segments > 0 && end.balances.energy > 1.0,
             )
         },
     ];
@@ -203,7 +203,7 @@ fn soft_oscillator() -> Flight {
             move |end| {
                 let deflection = end.fabric.max_deflection;
                 let stops = Ended::near(deflection, depth, 1e-4) && Ended::near(end.summary.time, time, 1e-4);
-                stops && end.only(Outcome::Arrested) && end.books.energy.abs() < 1e-4 && end.books.momentum < 1e-9
+                stops && end.only(Outcome::Arrested) && end.balances.energy.abs() < 1e-4 && end.balances.momentum < 1e-9
             },
         )
     }
@@ -244,7 +244,7 @@ fn at_scaled_speed(name: &str, factor: f64, exact: bool) -> Case {
         Ok(Answer {
             happened: format!("largest difference {}, {failed} failed", short(difference)),
             pass,
-            books: Some(Books::of(&summary, start)),
+            balances: Some(Balances::of(&summary, start)),
             fmu: fmu::case(&mut other, [0.0; 3], steps)?,
         })
     };

@@ -1,4 +1,4 @@
-"""The books between host and shield: what the fragment lost, the shield must have got; and the table of results."""
+"""The balances between host and shield: what the fragment lost, the shield must have got; and the table of results."""
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def result_rows(results):
     steps, wall = results["internal_steps"], results["wall_time"]
     cost = 1e9 * wall / (steps * results["nodes"] ** 2)
     for name, key in [("Interface residual", INTERFACE), ("Energy residual of the shield", SHIELD)]:
-        entry = results["books"][key]
+        entry = results["balances"][key]
         rows.append((name, f"{entry['difference']:.2e} J = {100.0 * entry['relative']:.1g} % of the energy at impact"))
     rows += [
         ("Steps", f"{results['steps']} communication steps, {steps} internal steps"),
@@ -114,7 +114,7 @@ def print_results(results):
         print(f"  {name:<{width}}  {value}")
     print("\nBooks between host and shield")
     print(f"  {'one side':>12} {'other side':>12} {'difference':>11} {'relative':>9}  unit   balance")
-    for name, entry in results["books"].items():
+    for name, entry in results["balances"].items():
         print(
             f"  {entry['ours']:12.6g} {entry['theirs']:12.6g} {entry['difference']:11.2e} {entry['relative']:9.1e}  "
             f"{entry['unit']:<5}  {name}"
