@@ -4,8 +4,9 @@
 //! `fk_scene` of the C header, the FMU's parameters with both model descriptions, the keys of kept results, and the parameter
 //! table of the documents. A new parameter needs its field in `scene.rs`, its row here, and the code that reads it.
 //!
-//! The order of the rows is the order in C and in the fingerprint. Rows of one group stand together. A row that comes later is
-//! put at the end of the table, so that hosts compiled before it go on working; its [`Image`] is [`Image::Later`].
+//! The order of the rows is the order in C and in the fingerprint. Rows of one group stand together.
+//! Once there is a release, a new parameter goes to the end of the table, with a group of its own or none, so that hosts compiled
+//! before it go on working; its [`Image`] is [`Image::Later`], so that images of scenes without it still fit.
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
