@@ -450,7 +450,8 @@ typedef struct fk_scene {
 // Preset of the paper's 10 in sheet (350 x 350) with two sides held and the 37 g cylinder.
 #define FK_PRESET_SHEET_10IN_CYLINDER 1
 
-// Preset of the 10 in sheet with four sides held and a third of a small turbine disc, rim first, as a polyhedron.
+// Preset of the 10 in sheet with four sides held and a third of a small turbine disc, rim first, as a polyhedron: set
+// projectile.shape to FK_SHAPE_DISC_SECTOR to change it by its dimensions. Its mass does not follow from them.
 #define FK_PRESET_TURBINE_DISC_SECTOR 2
 
 // Bit of the outcome "arrested" in masks.

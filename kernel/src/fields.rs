@@ -785,6 +785,36 @@ mod tests {
         }
     }
 
+    /// Words of the fingerprint that tell one option from all others. Rows of one word are flags, which share its low bits.
+    #[test]
+    fn options_have_words_of_their_own() {
+        let mut taken = Vec::new();
+        for (k, row) in FIELDS.iter().enumerate() {
+            let Image::Later(tag) = row.image else { continue };
+            let sharing: Vec<_> = FIELDS.iter().filter(|other| other.image == row.image).collect();
+            let flags = sharing.iter().all(|other| matches!(other.place, Place::Flag(_)));
+            assert!(sharing.len() == 1 || flags, "{}: its word is that of another row", row.name);
+            let last = match row.place {
+                Place::Choice(choice, ..) => tag + choice.items.len() as u64 - 1,
+                Place::Flag(_) => tag + (1 << sharing.len()) - 1,
+                _ => tag,
+            };
+            let first = if row.is_real() { tag } else { tag + 1 };
+            if FIELDS[..k].iter().all(|other| other.image != row.image) {
+                let apart = |&(from, to): &(u64, u64)| last < from || to < first;
+                assert!(taken.iter().all(apart), "{}: its words are those of another row", row.name);
+                taken.push((first, last));
+            }
+        }
+    }
+
+    /// A row that always counts changes the fingerprint, and so every digest, of all scenes: none may join these.
+    #[test]
+    fn no_more_rows_count_always() {
+        let always = FIELDS.iter().filter(|row| row.image == Image::Always).map(|row| row.name);
+        assert_eq!(always.clone().count(), 30, "a new parameter is Image::Later: {:?}", always.last());
+    }
+
     #[test]
     fn defaults_lie_in_their_ranges() {
         for mut scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder(), Scene::turbine_disc_sector()] {
