@@ -161,7 +161,7 @@ pub fn run(options: &Options) -> Result<bool> {
     picture::keep(&out.join("sheet.bin"), &sim)?;
     let sheet = picture::describe(&out, "sheet.bin".to_string(), name, &scene)?;
     std::fs::write(out.join("sheet.json"), serde_json::to_string(&sheet)? + "\n")?;
-    println!("written: {}; plots: python3 -m reports run {0}", out.display());
+    println!("written: {}; plots: target/venv/bin/python -m reports run {0}", out.display());
     Ok(true)
 }
 

@@ -1,6 +1,8 @@
 //! The cases of bad input, each with its exact code and field (`fabric_tests::inputs`), through the Rust interface. The C host
 //! and the FMI tests go through the same cases as tests/inputs lists them.
 
+use fabric::fields::{FIELDS, Image};
+use fabric::snapshot::fingerprint;
 use fabric::{CacheLine, Layout, Scene, Sim};
 use fabric_tests::inputs::{self, Expected};
 
@@ -70,4 +72,18 @@ fn every_number_of_a_scene_has_a_row() {
 fn the_committed_list_is_that_of_the_table() {
     let committed = include_str!("../inputs/cases");
     assert!(committed == inputs::listed(), "run `cargo run -p fabric-tests --bin inputs` and read what changes");
+}
+
+/// An image must not load into a scene in which a number that it depends on is another.
+#[test]
+fn every_number_that_counts_changes_the_fingerprint() {
+    for field in FIELDS.iter().filter(|field| !matches!(field.image, Image::Never | Image::StepInUse)) {
+        let read = |base: &&str| (field.read)(&inputs::scene(base)) > 0;
+        let mut scene = inputs::scene(inputs::bases().find(read).expect("a sound scene that reads it"));
+        let before = fingerprint(&scene, 1e-8);
+        let word = field.word(&mut scene, 0);
+        let other = if field.is_real() { (0.3 + 2.0 * f64::from_bits(word)).to_bits() } else { 1 - word.min(1) };
+        field.set_word(&mut scene, 0, other).unwrap();
+        assert_ne!(fingerprint(&scene, 1e-8), before, "{}", field.name);
+    }
 }

@@ -227,8 +227,7 @@ fn rows() -> Vec<Row> {
 
 /// The row of a number that is good or bad by itself: in a scene that reads it, what the table of parameters says.
 fn by_itself(field: &'static Field) -> Row {
-    let bases = BASES.iter().map(|(name, _)| *name);
-    let base = bases.clone().find(|base| (field.read)(&scene(base)) > 0).expect("a sound scene that reads it");
+    let base = bases().find(|base| (field.read)(&scene(base)) > 0).expect("a sound scene that reads it");
     let own = |code| Refused(code, "");
     let last = match field.place {
         Place::Choice(choice, ..) => Some(choice.items.len() as f64 - 1.0),
@@ -323,6 +322,11 @@ pub fn scene(base: &str) -> Scene {
         assert!(assign(&mut scene, name, value), "{name} = {value}");
     }
     scene
+}
+
+/// The names of the sound scenes.
+pub fn bases() -> impl Iterator<Item = &'static str> {
+    BASES.iter().map(|(name, _)| *name)
 }
 
 /// What makes a sound scene of the preset 3 in scene.
