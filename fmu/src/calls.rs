@@ -188,6 +188,11 @@ pub(crate) fn unsupported(handle: Handle, function: &str) -> Status {
     })
 }
 
+/// For a status of FMI 2.0 that there is not: Discard, as its section 4.2.3 asks; nothing has changed.
+pub(crate) fn no_status(handle: Handle, function: &str) -> Status {
+    enter(handle, function, Phase::AFTER_SETTING_UP, |instance| instance.no_status(function))
+}
+
 /// An array of the host's; None for null with a length.
 pub(crate) fn array<T>(start: &Input<T>, count: usize) -> Option<&[T]> {
     if count == 0 { Some(&[]) } else { start.elements(count) }

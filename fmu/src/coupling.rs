@@ -30,6 +30,8 @@ pub struct Plan {
     pub path: Path,
     /// What the host should know.
     pub warning: Option<&'static str>,
+    /// Whether the host's quaternion was only nearly of unit length.
+    pub normalised: bool,
 }
 
 /// The field of an input that cannot be used, and why.
@@ -46,7 +48,7 @@ pub fn check_inputs(motion: &Motion) -> Result<bool, Refusal> {
     if !(off < 1e-3 && off > -1e-3) {
         return Err(("projectile.orientation", "not a unit quaternion"));
     }
-    // A few roundings are no reason for a warning.
+    // A few roundings need no word.
     Ok(!(off < 1e-12 && off > -1e-12))
 }
 
@@ -76,15 +78,11 @@ pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f
     if off.is_nan() || off > REFUSE {
         return Err(("projectile.position", "more than one node spacing away from where the fabric has the body"));
     }
-    let warning = if off > WARN {
-        Some("projectile.position: more than a tenth of a node spacing away from where the fabric has the body")
-    } else if normalised {
-        Some("projectile.orientation: normalised")
-    } else {
-        None
-    };
+    const FAR: &str =
+        "projectile.position: more than a tenth of a node spacing away from where the fabric has the body";
+    let warning = (off > WARN).then_some(FAR);
     let path = Path { first: sim.step_count(), steps: ticks, end: carried(&host, acceleration, times.end) };
-    Ok(Plan { path, warning })
+    Ok(Plan { path, warning, normalised })
 }
 
 /// A motion carried on by `t` at constant acceleration and angular velocity.

@@ -290,8 +290,11 @@ pub unsafe extern "C" fn fmi2CancelStep(c: Handle) -> Status {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
     enter(c, "fmi2GetStatus", Phase::AFTER_SETTING_UP, |instance| {
-        if kind != DO_STEP_STATUS || !value.put(Status::Ok as c_int) {
-            return instance.refuse("fmi2GetStatus: unknown kind, or null pointer");
+        if kind != DO_STEP_STATUS {
+            return instance.no_status("fmi2GetStatus");
+        }
+        if !value.put(Status::Ok as c_int) {
+            return instance.refuse("fmi2GetStatus: null pointer");
         }
         Status::Ok
     })
@@ -301,8 +304,11 @@ pub unsafe extern "C" fn fmi2GetStatus(c: Handle, kind: c_int, mut value: Output
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Output<f64>) -> Status {
     enter(c, "fmi2GetRealStatus", Phase::AFTER_SETTING_UP, |instance| {
-        if kind != LAST_SUCCESSFUL_TIME || !value.put(instance.kept.time) {
-            return instance.refuse("fmi2GetRealStatus: unknown kind, or null pointer");
+        if kind != LAST_SUCCESSFUL_TIME {
+            return instance.no_status("fmi2GetRealStatus");
+        }
+        if !value.put(instance.kept.time) {
+            return instance.refuse("fmi2GetRealStatus: null pointer");
         }
         Status::Ok
     })
@@ -311,15 +317,18 @@ pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Ou
 /// There is no such status.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetIntegerStatus(c: Handle, _kind: c_int, _value: *mut c_int) -> Status {
-    unsupported(c, "fmi2GetIntegerStatus")
+    calls::no_status(c, "fmi2GetIntegerStatus")
 }
 
 /// Whether the last step ended the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
     enter(c, "fmi2GetBooleanStatus", Phase::AFTER_SETTING_UP, |instance| {
-        if kind != TERMINATED || !value.put(c_int::from(instance.kept.terminated)) {
-            return instance.refuse("fmi2GetBooleanStatus: unknown kind, or null pointer");
+        if kind != TERMINATED {
+            return instance.no_status("fmi2GetBooleanStatus");
+        }
+        if !value.put(c_int::from(instance.kept.terminated)) {
+            return instance.refuse("fmi2GetBooleanStatus: null pointer");
         }
         Status::Ok
     })
@@ -328,5 +337,5 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value:
 /// There is no such status.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStringStatus(c: Handle, _kind: c_int, _value: *mut *const c_char) -> Status {
-    unsupported(c, "fmi2GetStringStatus")
+    calls::no_status(c, "fmi2GetStringStatus")
 }

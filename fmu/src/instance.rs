@@ -3,7 +3,7 @@
 //! Time is a count of ticks of the constant internal step: a communication step from t to t + h ends at tick
 //! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in drive `free`.
 
-use crate::coupling::{self, Refusal, Times};
+use crate::coupling::{self, Times};
 use crate::kept::{Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
@@ -95,6 +95,8 @@ pub struct Instance {
     /// FMI 3.0: a step may end early.
     pub early_return_allowed: bool,
     cache: Cache,
+    /// Whether the host has been told that its quaternions are normalised.
+    told_normalised: bool,
 }
 
 impl Instance {
@@ -108,6 +110,7 @@ impl Instance {
             event_mode_used: false,
             early_return_allowed: false,
             cache: Cache::default(),
+            told_normalised: false,
         }
     }
 
@@ -117,7 +120,20 @@ impl Instance {
         Status::Error
     }
 
-    fn refuse_field(&self, category: Category, (field, reason): Refusal) -> Status {
+    /// Says once, as an event, that a quaternion of nearly unit length is taken normalised: a host that integrates one gives such.
+    fn tell_normalised(&mut self, normalised: bool) {
+        if normalised && !self.told_normalised {
+            self.told_normalised = true;
+            self.log.say(Category::Event, "projectile.orientation: normalised here and from now on");
+        }
+    }
+
+    /// There is no such status: Discard.
+    pub fn no_status(&self, function: &str) -> Status {
+        self.refuse_field(Category::Discard, (function, "no such status"))
+    }
+
+    fn refuse_field(&self, category: Category, (field, reason): (&str, &str)) -> Status {
         let mut line = Line::new();
         let _ = if field.is_empty() { write!(line, "{reason}") } else { write!(line, "{field}: {reason}") };
         self.log.say(category, &line);
@@ -165,10 +181,7 @@ impl Instance {
                 self.kept = kept;
                 self.running = Some(running);
                 self.cache = Cache::default();
-                if matches!(coupling::check_inputs(&kept.start), Ok(true)) {
-                    self.log.say(Category::Warning, "projectile.orientation: normalised");
-                    return Status::Warning;
-                }
+                self.tell_normalised(matches!(coupling::check_inputs(&kept.start), Ok(true)));
                 Status::Ok
             }
             Err(Trouble::Refused(error)) => self.refuse_error(Category::Error, &error),
@@ -325,11 +338,13 @@ impl Instance {
             // Also a step of no ticks refuses bad input.
             match coupling::plan(&self.kept.parameters, sim, &times, ticks, self.kept.force_expected) {
                 Ok(plan) => {
+                    let normalised = plan.normalised;
                     if let Some(warning) = plan.warning {
                         self.log.say(Category::Warning, warning);
                         status = Status::Warning;
                     }
                     path = Some(plan.path);
+                    self.tell_normalised(normalised);
                 }
                 Err(refusal) => return StepEnd::refused(self.refuse_field(Category::Discard, refusal)),
             }

@@ -313,7 +313,7 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
 ];
 
 /// Default end of a run, s: the default projectile has left the sheet.
-pub const DEFAULT_STOP_TIME: f64 = 1e-3;
+pub const DEFAULT_STOP_TIME: f64 = 6e-4;
 /// Default communication step, s.
 pub const DEFAULT_STEP_SIZE: f64 = 1e-6;
 /// Default internal step, s; the start value of `time_step.seconds`.

@@ -189,7 +189,7 @@ impl Error {
         Error { code, field, value: 0.0, limit: 0.0 }
     }
 
-    /// One line for a log: `dt: time step too large; the largest allowed is 26449971 fs`.
+    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`.
     /// Numbers other than steps stay in the fields: formatting floats would need panics and 20 KB of code.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
@@ -201,9 +201,26 @@ impl Error {
             Code::ProjectileTooFast => "; the largest step for this motion is",
             _ => return text,
         };
-        let _ = write!(text, "{step} {} fs", (self.limit * 1e15) as u64);
+        let _ = text.push_str(step);
+        let _ = write_seconds(&mut text, self.limit);
         text
     }
+}
+
+/// Writes a time with five digits, rounded down so that it may be used as it stands. Formatting a float would need panics and 20 KB of
+/// code.
+fn write_seconds(text: &mut Text, seconds: f64) -> core::fmt::Result {
+    let (mut digits, mut exponent) = ((seconds * 1e18) as u64, -14);
+    if digits == 0 {
+        return text.write_str(" 0 s");
+    }
+    while digits >= 100_000 {
+        (digits, exponent) = (digits / 10, exponent + 1);
+    }
+    while digits < 10_000 {
+        (digits, exponent) = (digits * 10, exponent - 1);
+    }
+    write!(text, " {}.{:04}e{exponent} s", digits / 10_000, digits % 10_000)
 }
 
 impl core::fmt::Display for Error {
@@ -311,10 +328,25 @@ mod tests {
     #[test]
     fn step_text_names_the_largest_step() {
         let error = Error::new(Code::StepTooLarge, "dt", 3e-8, 2.6449971e-8);
-        assert_eq!(error.text().as_str(), "dt: time step too large; the largest allowed is 26449971 fs");
+        assert_eq!(error.text().as_str(), "dt: time step too large; the largest allowed is 2.6449e-8 s");
         let error = Error::new(Code::ProjectileTooFast, "projectile.velocity", 400.0, 1.8142857e-6);
         let text = "projectile.velocity: projectile crosses more than a node spacing in a step; \
-                    the largest step for this motion is 1814285700 fs";
+                    the largest step for this motion is 1.8142e-6 s";
         assert_eq!(error.text().as_str(), text);
+    }
+
+    #[test]
+    fn times_have_five_digits_and_are_never_rounded_up() {
+        for (seconds, expected) in [
+            (0.0, " 0 s"),
+            (1e-17, " 1.0000e-17 s"),
+            (2.99999e-8, " 2.9999e-8 s"),
+            (1.0, " 1.0000e0 s"),
+            (12.345678, " 1.2345e1 s"),
+        ] {
+            let mut text = Text::new();
+            write_seconds(&mut text, seconds).unwrap();
+            assert_eq!(text.as_str(), expected);
+        }
     }
 }

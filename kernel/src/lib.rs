@@ -90,5 +90,9 @@ pub use scene::{
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use watch::{Latch, Outcome, OutcomeSet};
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 /// Version of this crate. Another version may give other bits: images and models of one are not for the other.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

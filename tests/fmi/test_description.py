@@ -100,7 +100,7 @@ class Description(unittest.TestCase):
                 self.assertEqual(host.attempt(host.fmu.setDebugLogging, True, [name]), OK)
             host.close()
             experiment = root.find("DefaultExperiment")
-            self.assertEqual([experiment.get(k) for k in ("startTime", "stopTime", "stepSize")], ["0.0", "0.001", "1e-6"])
+            self.assertEqual([experiment.get(k) for k in ("startTime", "stopTime", "stepSize")], ["0.0", "0.0006", "1e-6"])
 
     def test_what_lies_outside_min_and_max_is_refused(self):
         """Whether the scene reads the parameter or not."""

@@ -14,7 +14,7 @@ REFUSED = [
     ({"time_step.seconds": -1e-8}, "time_step.seconds"),
     ({"time_step.seconds": NAN}, "time_step.seconds"),
     ({"time_step.seconds": INF}, "time_step.seconds"),
-    ({"time_step.seconds": 2.7e-8, "yarn.stochastic": False}, "time_step.seconds: time step too large; the largest allowed is 264"),
+    ({"time_step.seconds": 2.7e-8, "yarn.stochastic": False}, "time_step.seconds: time step too large; the largest allowed is 2.644"),
     ({"sheet.node_mass": 0.0}, "sheet.node_mass"),
     ({"sheet.node_mass": -1e-8}, "sheet.node_mass"),
     ({"sheet.node_mass": 1e-20}, "time_step.seconds: time step too large"),
