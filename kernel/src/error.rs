@@ -210,7 +210,7 @@ impl Error {
 /// Writes a time with five digits, rounded down so that it may be used as it stands. Formatting a float would need panics and 20 KB of
 /// code.
 fn write_seconds(text: &mut Text, seconds: f64) -> core::fmt::Result {
-    let (mut digits, mut exponent) = ((seconds * 1e18) as u64, -14);
+    let (mut digits, mut exponent) = ((seconds * 1e18) as u64, -14_i32);
     if digits == 0 {
         return text.write_str(" 0 s");
     }
@@ -220,7 +220,13 @@ fn write_seconds(text: &mut Text, seconds: f64) -> core::fmt::Result {
     while digits < 10_000 {
         (digits, exponent) = (digits * 10, exponent - 1);
     }
-    write!(text, " {}.{:04}e{exponent} s", digits / 10_000, digits % 10_000)
+    // Digit by digit: a width would take the formatter's padding, which calls through pointers.
+    write!(text, " {}.", digits / 10_000)?;
+    for scale in [1000, 100, 10, 1] {
+        write!(text, "{}", digits / scale % 10)?;
+    }
+    let (sign, size) = if exponent < 0 { ("-", -exponent) } else { ("", exponent) };
+    write!(text, "e{sign}{} s", size as u64)
 }
 
 impl core::fmt::Display for Error {
