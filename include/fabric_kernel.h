@@ -722,16 +722,13 @@ int32_t fk_advance(struct fk_sim *sim, uint64_t steps);
 // Errors: as fk_step.
 int32_t fk_advance_until(struct fk_sim *sim, uint32_t mask, uint64_t steps, uint64_t *taken);
 
-// Moves a prescribed body along `path` (M13), of `path_size` = sizeof(fk_path), for `steps` steps. Call again with the same path to go on along it; the
-// bits do not depend on how a path is split. Without a path the body coasts.
+// Moves a prescribed body along `path` (M13), of `path_size` = sizeof(fk_path), for `steps` steps. Call again with the
+// same path to go on along it; the bits do not depend on how a path is split. Without a path the body coasts.
 // Threads: changes. Time: `steps` steps. Touches: the block.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, FK_WRONG_DRIVE (the scene's drive is
 // FK_DRIVE_FREE), FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as
 // fk_step.
-int32_t fk_follow(struct fk_sim *sim,
-                  const struct fk_path *path,
-                  uint64_t path_size,
-                  uint64_t steps);
+int32_t fk_follow(struct fk_sim *sim, const struct fk_path *path, uint64_t path_size, uint64_t steps);
 
 // Bytes of scratch that fk_bands_begin needs for `of` bands, wherever it starts.
 // Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_MOVED_BLOCK, a latched

@@ -2,6 +2,7 @@
 interval of ours lies inside the range that the claim allows ("agrees"), outside ("does not"), or across its edge ("cannot be
 told"). Ranges are fixed here, beside the claim."""
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -310,6 +311,7 @@ class Cell(NamedTuple):
         return self.ratio.text(2) + (f" ({self.arrested[0]}/{self.arrested[1]})" if any(self.arrested) else "")
 
 
+@functools.cache
 def cells(runs):
     """Every ratio, in a fixed order: washers, yarns, readings, energies."""
     found = []

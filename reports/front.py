@@ -28,7 +28,7 @@ class Judged:
     def __init__(self, rows):
         self.rows, reference = rows, rows[0]
         plain = [row for row in rows if row["accepted"] and row["plain"]]
-        self.floor, self.resolution = {}, {}
+        self.floor = {}
         for name in MEASURES:
             scale = 100.0 if name == "residual" else abs(reference[name])
             self.floor[name] = math.sqrt(mean([row[name + "_deviation"] ** 2 for row in plain])) / scale

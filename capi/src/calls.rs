@@ -306,8 +306,8 @@ pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, 
     change(sim, work)
 }
 
-/// Moves a prescribed body along `path` (M13), of `path_size` = sizeof(fk_path), for `steps` steps. Call again with the same path to go on along it; the
-/// bits do not depend on how a path is split. Without a path the body coasts.
+/// Moves a prescribed body along `path` (M13), of `path_size` = sizeof(fk_path), for `steps` steps. Call again with the
+/// same path to go on along it; the bits do not depend on how a path is split. Without a path the body coasts.
 /// Threads: changes. Time: `steps` steps. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, FK_WRONG_DRIVE (the scene's drive is
 /// FK_DRIVE_FREE), FK_BAD_PATH, FK_NOT_FINITE, FK_BAD_QUATERNION, FK_PROJECTILE_TOO_FAST, FK_OUT_OF_RANGE; failures as
@@ -736,8 +736,7 @@ mod tests {
         for (name, scene, steps) in hosts_scenes() {
             let layout = Layout::of(&scene).unwrap();
             let mut memory = std::vec![fabric::CacheLine::ZERO; layout.lines()];
-            let memory = &mut memory;
-            let mut sim = fabric::Sim::new(&scene, memory).unwrap();
+            let mut sim = fabric::Sim::new(&scene, &mut memory).unwrap();
             sim.advance(steps).unwrap();
             assert!(sim.contact().unwrap().work > 0.0, "{name}");
             printed += &std::format!("{name} {:016x}\n", sim.digest());

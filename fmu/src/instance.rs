@@ -95,8 +95,8 @@ pub struct Instance {
     /// FMI 3.0: a step may end early.
     pub early_return_allowed: bool,
     cache: Cache,
-    /// Whether the host has been told that its quaternions are normalised.
-    told_normalised: bool,
+    /// Whether it has been logged that quaternions are normalised.
+    normalised_logged: bool,
 }
 
 impl Instance {
@@ -110,20 +110,25 @@ impl Instance {
             event_mode_used: false,
             early_return_allowed: false,
             cache: Cache::default(),
-            told_normalised: false,
+            normalised_logged: false,
         }
     }
 
     /// Refuses a call: says why and returns Error.
     pub fn refuse(&self, text: &str) -> Status {
-        self.log.say(Category::Error, text);
-        Status::Error
+        self.refuse_as(Category::Error, text)
     }
 
-    /// Says once, as an event, that a quaternion of nearly unit length is taken normalised: a host that integrates one gives such.
-    fn tell_normalised(&mut self, normalised: bool) {
-        if normalised && !self.told_normalised {
-            self.told_normalised = true;
+    /// The same with Error or Discard.
+    fn refuse_as(&self, category: Category, text: &str) -> Status {
+        self.log.say(category, text);
+        if category == Category::Discard { Status::Discard } else { Status::Error }
+    }
+
+    /// Logs once, as an event, that a quaternion of nearly unit length is taken normalised: a host that integrates one gives such.
+    fn log_normalised(&mut self, normalised: bool) {
+        if normalised && !self.normalised_logged {
+            self.normalised_logged = true;
             self.log.say(Category::Event, "projectile.orientation: normalised here and from now on");
         }
     }
@@ -136,13 +141,11 @@ impl Instance {
     fn refuse_field(&self, category: Category, (field, reason): (&str, &str)) -> Status {
         let mut line = Line::new();
         let _ = if field.is_empty() { write!(line, "{reason}") } else { write!(line, "{field}: {reason}") };
-        self.log.say(category, &line);
-        if category == Category::Discard { Status::Discard } else { Status::Error }
+        self.refuse_as(category, &line)
     }
 
     fn refuse_error(&self, category: Category, error: &Error) -> Status {
-        self.log.say(category, &error.text());
-        if category == Category::Discard { Status::Discard } else { Status::Error }
+        self.refuse_as(category, &error.text())
     }
 
     /// Times of the experiment.
@@ -181,7 +184,7 @@ impl Instance {
                 self.kept = kept;
                 self.running = Some(running);
                 self.cache = Cache::default();
-                self.tell_normalised(matches!(coupling::check_inputs(&kept.start), Ok(true)));
+                self.log_normalised(matches!(coupling::check_inputs(&kept.start), Ok(true)));
                 Status::Ok
             }
             Err(Trouble::Refused(error)) => self.refuse_error(Category::Error, &error),
@@ -344,7 +347,7 @@ impl Instance {
                         status = Status::Warning;
                     }
                     path = Some(plan.path);
-                    self.tell_normalised(normalised);
+                    self.log_normalised(normalised);
                 }
                 Err(refusal) => return StepEnd::refused(self.refuse_field(Category::Discard, refusal)),
             }
@@ -460,7 +463,7 @@ impl Instance {
             }
         }
         let early = sim.step_count() < end;
-        self.tell_events(mask, contact_came);
+        self.log_events(mask, contact_came);
         Ok(StepEnd {
             status: Status::Ok,
             event: outcome_came || contact_came,
@@ -469,22 +472,22 @@ impl Instance {
         })
     }
 
-    fn tell_events(&self, before: OutcomeSet, contact_came: bool) {
+    fn log_events(&self, before: OutcomeSet, contact_came: bool) {
         let Some(Running { sim, .. }) = &self.running else { return };
         let outcomes = sim.outcomes();
-        let tell = |name: &str, step: u64| {
+        let log = |name: &str, step: u64| {
             let mut line = Line::new();
             let _ = write!(line, "{name} at internal step {step}");
             self.log.say(Category::Event, &line);
         };
         if contact_came && let Some(step) = outcomes.first_contact {
-            tell("first contact", step);
+            log("first contact", step);
         }
         for (outcome, latch) in Outcome::ALL.iter().zip(outcomes.latched) {
             if let Some(latch) = latch
                 && !before.has(*outcome)
             {
-                tell(outcome.name(), latch.step);
+                log(outcome.name(), latch.step);
             }
         }
     }

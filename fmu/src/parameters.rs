@@ -1,6 +1,6 @@
 //! Values of inputs and parameters as the host set them, and the scene they make.
 
-use crate::table::{DEFAULT_DT, Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
+use crate::table::{DEFAULT_TIME_STEP, Id, Kind, MOST_ELEMENTS, Role, VARIABLES, Variable};
 use core::slice::from_mut;
 use fabric::fields::FIELDS;
 use fabric::pose::into_body;
@@ -50,7 +50,7 @@ fn preset(number: f64) -> Scene {
         3 => Scene::turbine_disc_sector(),
         _ => Scene::sheet_10in_cylinder(),
     };
-    scene.time_step.seconds = DEFAULT_DT;
+    scene.time_step.seconds = DEFAULT_TIME_STEP;
     scene.projectile.position[2] -= STAND_OFF;
     scene
 }

@@ -317,7 +317,7 @@ pub const DEFAULT_STOP_TIME: f64 = 6e-4;
 /// Default communication step, s.
 pub const DEFAULT_STEP_SIZE: f64 = 1e-6;
 /// Default internal step, s; the start value of `time_step.seconds`.
-pub const DEFAULT_DT: f64 = 2e-8;
+pub const DEFAULT_TIME_STEP: f64 = 2e-8;
 
 const LARGEST: f64 = i32::MAX as f64;
 

@@ -5,7 +5,7 @@ use crate::small;
 use fabric::snapshot::Hash;
 use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Sim};
 
-/// Words of an image's header, and the checksum.
+/// Words of an image's header.
 const HEADER_WORDS: usize = 4;
 
 /// A step or a leg of a path, as the body is driven; a failure is the fuzzer's good luck.

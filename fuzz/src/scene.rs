@@ -93,7 +93,7 @@ fn given(bytes: &mut Bytes) -> fk_scene {
 const FAULT: u64 = size_of::<fk_fault>() as u64;
 
 /// A fault's number, once its texts have been found to end.
-fn told(fault: &fk_fault) -> i32 {
+fn fault_status(fault: &fk_fault) -> i32 {
     assert!(fault.field.contains(&0) && fault.text.contains(&0) && fault.text[0] != 0);
     fault.status
 }
@@ -125,14 +125,14 @@ pub fn run(data: &[u8]) -> bool {
                 FAULT,
             );
             assert_eq!(refused, if sized == FK_OK { Code::ShortBuffer.number() } else { sized });
-            assert!(told(&fault) == refused && handle.is_null() && block.untouched());
+            assert!(fault_status(&fault) == refused && handle.is_null() && block.untouched());
             return false;
         }
 
         let checked = fk_scene_check(Input::given(&scene), Output::given(&mut fault), FAULT);
         if sized != FK_OK {
             assert_eq!(checked, sized);
-            assert!(told(&fault) == checked || checked == Code::StructSize.number());
+            assert!(fault_status(&fault) == checked || checked == Code::StructSize.number());
         } else {
             assert!(checked == FK_OK || OF_THE_STEP.contains(&checked), "fk_scene_check: {checked}");
         }
@@ -146,7 +146,7 @@ pub fn run(data: &[u8]) -> bool {
             FAULT,
         );
         if made != FK_OK {
-            assert!(block.untouched() && handle.is_null() && told(&fault) == made);
+            assert!(block.untouched() && handle.is_null() && fault_status(&fault) == made);
             assert!(if checked == FK_OK { OF_THE_START.contains(&made) } else { made == checked }, "fk_init: {made}");
             return false;
         }

@@ -100,7 +100,7 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             scene.sheet.orientation = [0.5, 0.5, -0.5, 0.5];
             // The sheet's normal in the host's frame: (0.5, 0.5, -0.5, 0.5) turns z into -y.
             let [z, v] = [body.position[2], body.velocity[2]];
-            let normal = crate::small::turned_z(scene.sheet.orientation);
+            let normal = turned_z(scene.sheet.orientation);
             body.position = [0, 1, 2].map(|k| scene.sheet.position[k] + z * normal[k]);
             body.velocity = normal.map(|n| n * v);
             body.orientation = scene.sheet.orientation;

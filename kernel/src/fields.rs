@@ -384,58 +384,45 @@ const fn if_so(condition: bool) -> usize {
     if condition { usize::MAX } else { 0 }
 }
 
-const fn row(name: &'static str, place: Place, range: Range, fmi: u32, about: &'static str) -> Field {
+type Text = &'static str;
+type Reals = fn(&mut Scene) -> &mut [f64];
+type Of = &'static Quantity;
+
+const fn row(name: Text, place: Place, range: Range, fmi: u32, about: Text) -> Field {
     Field { name, place, quantity: None, range, read: |_| usize::MAX, image: Image::Always, fmi, about }
 }
 
-const fn real(
-    name: &'static str,
-    place: fn(&mut Scene) -> &mut [f64],
-    quantity: &'static Quantity,
-    range: Range,
-    fmi: u32,
-    about: &'static str,
-) -> Field {
-    Field { quantity: Some(quantity), ..row(name, Place::Reals(place, &[]), range, fmi, about) }
+const fn shaped(name: Text, place: Place, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    Field { quantity: Some(of), ..row(name, place, range, fmi, about) }
 }
 
-const fn vector(
-    name: &'static str,
-    place: fn(&mut Scene) -> &mut [f64],
-    quantity: &'static Quantity,
-    range: Range,
-    fmi: u32,
-    about: &'static str,
-) -> Field {
-    Field { quantity: Some(quantity), ..row(name, Place::Reals(place, &[3]), range, fmi, about) }
+const fn real(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    shaped(name, Place::Reals(place, &[]), of, range, fmi, about)
 }
 
-const fn quaternion(name: &'static str, place: fn(&mut Scene) -> &mut [f64], fmi: u32, about: &'static str) -> Field {
-    let place = Place::Reals(place, &[4]);
-    Field { quantity: Some(&QUATERNION), ..row(name, place, Range::UnitQuaternion, fmi, about) }
+const fn vector(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    shaped(name, Place::Reals(place, &[3]), of, range, fmi, about)
 }
 
-const fn count(
-    name: &'static str,
-    place: fn(&mut Scene) -> &mut u32,
-    range: Range,
-    fmi: u32,
-    about: &'static str,
-) -> Field {
+const fn quaternion(name: Text, place: Reals, fmi: u32, about: Text) -> Field {
+    shaped(name, Place::Reals(place, &[4]), &QUATERNION, Range::UnitQuaternion, fmi, about)
+}
+
+const fn count(name: Text, place: fn(&mut Scene) -> &mut u32, range: Range, fmi: u32, about: Text) -> Field {
     row(name, Place::Count(place), range, fmi, about)
 }
 
-const fn flag(name: &'static str, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: &'static str) -> Field {
+const fn flag(name: Text, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: Text) -> Field {
     row(name, Place::Flag(place), Range::Any, fmi, about)
 }
 
 const fn choice(
-    name: &'static str,
+    name: Text,
     of: &'static Choice,
     get: fn(&Scene) -> u32,
     set: fn(&mut Scene, u32),
     fmi: u32,
-    about: &'static str,
+    about: Text,
 ) -> Field {
     row(name, Place::Choice(of, get, set), Range::Any, fmi, about)
 }
@@ -510,9 +497,8 @@ pub const FIELDS: &[Field] = &[
     count("projectile.faces.count", |s| &mut s.projectile.faces.count, Range::Any, 264,
         "Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only")
         .read(|s| if_so(s.projectile.shape == Shape::Polyhedron)).image(Image::WhereRead),
-    Field { quantity: Some(&RATIO), ..row("projectile.faces.planes", Place::Reals(|s| s.projectile.faces.planes.as_flattened_mut(), &[MAX_FACES, 4]),
-        Range::Any, 500,
-        "Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing. Beyond the count not read") }
+    shaped("projectile.faces.planes", Place::Reals(|s| s.projectile.faces.planes.as_flattened_mut(), &[MAX_FACES, 4]), &RATIO, Range::Any, 500,
+        "Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing. Beyond the count not read")
         .read(|s| if s.projectile.shape == Shape::Polyhedron { 4 * s.projectile.faces.in_use().len() } else { 0 })
         .image(Image::WhereRead),
     vector("projectile.moments", |s| &mut s.projectile.moments, &INERTIA, Range::Positive, 265,

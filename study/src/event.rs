@@ -1,6 +1,7 @@
 //! One impact from start to end, and what is read off it.
 
 use crate::Result;
+use fabric::math::length;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
 use fabric::{Counters, Energy, Motion, Outcome, OutcomeSet, Scene, Sim};
@@ -158,11 +159,6 @@ impl Summary {
     pub fn latched(&self, outcome: Outcome) -> Option<&Latched> {
         self.outcomes.iter().find(|latched| latched.outcome == outcome.name())
     }
-}
-
-/// Length of a vector.
-pub fn length(v: [f64; 3]) -> f64 {
-    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }
 
 #[cfg(test)]

@@ -130,6 +130,6 @@ mod tests {
             angular_velocity: [0.0; 3],
         };
         let point = placed([1.0, 0.0, 0.0], &motion);
-        assert!(crate::event::length([point[0], point[1] - 1.0, point[2] - 3.0]) < 1e-15);
+        assert!(fabric::math::length([point[0], point[1] - 1.0, point[2] - 3.0]) < 1e-15);
     }
 }

@@ -114,7 +114,7 @@ impl Sample {
             strain_j: energy.strain,
             dissipated_j: energy.dissipated,
             energy_residual_j: energy.residual,
-            momentum_residual_n_s: event::length(sim.momentum_residual()?),
+            momentum_residual_n_s: fabric::math::length(sim.momentum_residual()?),
             failed_segments: counters.failed_segments,
             contacts: counters.contacts,
             max_deflection_m: fabric.max_deflection,
@@ -123,7 +123,7 @@ impl Sample {
     }
 
     fn speed(&self) -> f64 {
-        event::length([self.velocity_x_m_per_s, self.velocity_y_m_per_s, self.velocity_z_m_per_s])
+        fabric::math::length([self.velocity_x_m_per_s, self.velocity_y_m_per_s, self.velocity_z_m_per_s])
     }
 }
 
@@ -161,7 +161,7 @@ pub fn run(options: &Options) -> Result<bool> {
     picture::keep(&out.join("sheet.bin"), &sim)?;
     let sheet = picture::describe(&out, "sheet.bin".to_string(), name, &scene)?;
     std::fs::write(out.join("sheet.json"), serde_json::to_string(&sheet)? + "\n")?;
-    println!("written: {}; plots: target/venv/bin/python -m reports run {0}", out.display());
+    println!("{}", report::written(&out, "run"));
     Ok(true)
 }
 

@@ -2,7 +2,7 @@
 
 import unittest
 
-from host import OK, ERROR, SMALL, FOUR_SIDES, Host
+from host import OK, ERROR, OUTPUTS, SMALL, FOUR_SIDES, Host
 
 END = 4e-5  # s; the sheet is torn by then
 
@@ -134,7 +134,6 @@ class Free(unittest.TestCase):
 
 
 def host_independent():
-    from host import OUTPUTS
 
     return [name for name in OUTPUTS if name not in ("contact.force_mean", "contact.torque_mean")]
 

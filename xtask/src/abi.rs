@@ -75,7 +75,7 @@ fn old_host(release: &str) -> Outcome {
     let link = [&*shown, "-L", &library.to_string_lossy(), "-lfabric_kernel", &rpath];
     command("gcc", &[&options[..], &link[..]].concat())?;
     let printed = output(Path::new(&program), &[])?;
-    let digests = std::fs::read_to_string(top().join("tests/c/digests")).map_err(|error| error.to_string())?;
+    let digests = read(top().join("tests/c/digests"))?;
     let wanted = digests.lines().find(|line| line.starts_with("small ")).unwrap_or_default();
     if printed.trim() != wanted {
         return Err(format!("{host} prints {printed} instead of {wanted}"));

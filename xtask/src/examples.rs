@@ -70,7 +70,7 @@ fn cost() -> Outcome {
         let counts = format!("{program}.counts");
         let file = format!("--callgrind-out-file={counts}");
         output("valgrind", &["--quiet", "--tool=callgrind", "--toggle-collect=measured", &file, &program])?;
-        let counts = std::fs::read_to_string(&counts).map_err(|error| format!("{counts}: {error}"))?;
+        let counts = read(&counts)?;
         let total = counts.lines().find_map(|line| line.strip_prefix("totals: "));
         total.and_then(|total| total.trim().parse().ok()).ok_or("callgrind prints no totals".into())
     };

@@ -410,7 +410,7 @@ fn fmi3() -> String {
         ("providesDirectionalDerivatives", some(false)),
         ("providesAdjointDerivatives", some(false)),
         ("canHandleVariableCommunicationStepSize", some(true)),
-        ("fixedInternalStepSize", some(number(Kind::Real, table::DEFAULT_DT))),
+        ("fixedInternalStepSize", some(number(Kind::Real, table::DEFAULT_TIME_STEP))),
         ("maxOutputDerivativeOrder", some(0)),
         ("providesIntermediateUpdate", some(false)),
         ("mightReturnEarlyFromDoStep", some(true)),

@@ -84,7 +84,7 @@ fn cargo_fuzz() -> Result<PathBuf, String> {
 }
 
 fn cargo() -> Command {
-    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    Command::new(crate::tools::cargo_program())
 }
 
 /// A command of cargo-fuzz. Sanitizers are no stable feature of the compiler: it is switched on with RUSTC_BOOTSTRAP, here alone.

@@ -2,7 +2,7 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use crate::tools::{Outcome, cargo, output, target, top};
+use crate::tools::{Outcome, cargo, output, read, target, top};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ pub fn run() -> Outcome {
 /// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
 fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("gate");
-    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    let status = std::process::Command::new(crate::tools::cargo_program())
         .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
         .args(options)
         .args(["--features", "gate", "--config", "profile.ship.strip=false", "--target-dir"])
@@ -136,8 +136,7 @@ fn blocks(line: &str) -> usize {
 fn sources(folders: &[&str]) -> Result<Vec<(String, String)>, String> {
     let listed = output("git", &[&["ls-files", "--"], folders].concat())?;
     let wanted = listed.lines().filter(|path| path.ends_with(".rs"));
-    let read = |path: &str| std::fs::read_to_string(top().join(path)).map_err(|error| format!("{path}: {error}"));
-    wanted.map(|path| Ok((path.to_string(), read(path)?))).collect()
+    wanted.map(|path| Ok((path.to_string(), read(top().join(path))?))).collect()
 }
 
 /// Stack that a call may need, bytes.

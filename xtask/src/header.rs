@@ -2,7 +2,7 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::tools::{Outcome, emptied, target, top};
+use crate::tools::{Outcome, emptied, read, target, top};
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::scene::MAX_NODES_PER_SIDE;
 use fabric::{Code, Scene};
@@ -32,15 +32,11 @@ fn made() -> Result<[(PathBuf, String); 2], String> {
     Ok([(top().join("include/fabric_kernel.h"), header()?), (top().join("tests/c/abi/scene.inc"), layout())])
 }
 
-fn read(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
-}
-
 fn header() -> Result<String, String> {
     let source = |name: &str| top().join("capi/src").join(name);
-    let types = read(&source("types.rs"))?;
+    let types = read(source("types.rs"))?;
     let shown = emptied(target().join("header"))?.join("shown.rs");
-    let calls = with_plain_pointers(&read(&source("calls.rs"))?);
+    let calls = with_plain_pointers(&read(source("calls.rs"))?);
     std::fs::write(&shown, calls + &read_outs(&types)?).map_err(|error| format!("{}: {error}", shown.display()))?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
@@ -146,7 +142,7 @@ fn constant(name: &str) -> String {
 
 /// The constants of the statuses, with the comments of the codes.
 fn statuses() -> Result<String, String> {
-    let source = read(&top().join("kernel/src/error.rs"))?;
+    let source = read(top().join("kernel/src/error.rs"))?;
     let (_, list) = source.split_once("pub enum Code {\n").ok_or("kernel/src/error.rs has no Code")?;
     let (mut text, mut comment) = (String::new(), Vec::new());
     let mut codes = Code::ALL.iter();

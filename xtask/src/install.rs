@@ -78,7 +78,7 @@ pub fn into(prefix: &Path) -> Outcome {
 
 /// Builds both libraries as they ship. A warning of the compiler or the linker is an error.
 pub fn build() -> Result<PathBuf, String> {
-    let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    let built = Command::new(crate::tools::cargo_program())
         .args(["build", "--profile", "ship", "--package", "capi-lib", "--features", "bare"])
         .current_dir(top())
         .output()

@@ -151,7 +151,7 @@ impl Compiler {
 
 /// The compiler that built this program, for this platform.
 pub fn own() -> Compiler {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let cargo = crate::tools::cargo_program();
     Compiler { cargo, rustc: None, build_core: false }
 }
 

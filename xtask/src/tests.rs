@@ -1,6 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python, python_with, run as command, target, top};
+use crate::tools::{Outcome, cargo, python, python_with, read, run as command, target, top};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -67,7 +67,7 @@ fn documentation() -> Outcome {
     let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
     let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
     let features = ["--features", "fabric-kernel/micro,fabric-kernel/implicit"];
-    let status = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    let status = std::process::Command::new(crate::tools::cargo_program())
         .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
         .env("RUSTDOCFLAGS", "-D warnings")
         .current_dir(top())
@@ -151,8 +151,6 @@ fn stability() -> Outcome {
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
     for name in ["tables/stability.md", "images/stability_map.svg"] {
-        let read =
-            |path: std::path::PathBuf| std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));
         if read(out.join("docs").join(name))? != read(top().join("docs").join(name))? {
             let command = "fabric-study stability; python3 -m reports stability --docs docs";
             return Err(format!("docs/{name} is not what the study gives: {command}"));

@@ -31,7 +31,12 @@ pub fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Outcome 
 
 /// Runs cargo, the one that runs this program.
 pub fn cargo(arguments: &[&str]) -> Outcome {
-    run(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), arguments)
+    run(cargo_program(), arguments)
+}
+
+/// The cargo that runs this program.
+pub fn cargo_program() -> std::ffi::OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
 /// Runs a program in the top folder and returns what it prints to standard output.
@@ -101,7 +106,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
             .map_err(|e| format!("{e}; Python 3.11 or newer with the venv module is needed"))?;
     }
     for list in ["requirements.txt", list] {
-        let wanted = std::fs::read_to_string(top().join(list)).map_err(|e| format!("{list}: {e}"))?;
+        let wanted = read(top().join(list))?;
         let stamp = venv.join(format!("{}.installed", list.replace('/', "-")));
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             continue;

@@ -14,7 +14,7 @@ use fabric_fmu::calls::{Handle, Text};
 use fabric_fmu::instance::Instance;
 use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;
-use fabric_fmu::table::{self, DEFAULT_DT};
+use fabric_fmu::table::{self, DEFAULT_TIME_STEP};
 use fabric_fmu::{Input, Output, fmi2, fmi3};
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -161,7 +161,7 @@ impl Fmu {
 
     /// doStep of one internal step, the `number`th.
     fn step(&self, number: u64) -> Status {
-        let (t, h) = (number as f64 * DEFAULT_DT, DEFAULT_DT);
+        let (t, h) = (number as f64 * DEFAULT_TIME_STEP, DEFAULT_TIME_STEP);
         let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, 0.0);
         // SAFETY: the instance lives.
         unsafe {

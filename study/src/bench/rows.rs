@@ -5,7 +5,7 @@ use serde::Serialize;
 /// Time per node-step of one case, done one way.
 #[derive(Clone, Serialize)]
 pub struct Row {
-    /// What is stepped: "sweep", "run", ..., or "peer: NAME".
+    /// What is stepped: "sweep", "run", ..., or "peers: NAME".
     pub case: String,
     /// Nodes along each side.
     pub size: u32,

@@ -47,7 +47,8 @@ pub struct Case {
     /// Name for files.
     pub file: &'static str,
     kind: AttachmentKind,
-    stochastic: bool,
+    /// Whether its segments are drawn.
+    pub stochastic: bool,
 }
 
 const fn case(name: &'static str, file: &'static str, kind: AttachmentKind, stochastic: bool) -> Case {
@@ -60,11 +61,6 @@ fn end(kind: AttachmentKind) -> OutcomeSet {
         AttachmentKind::FourCorners => mask_of(&[Outcome::Arrested, Outcome::Detached, Outcome::Exited]),
         _ => mask_of(&[Outcome::Arrested, Outcome::Exited]),
     }
-}
-
-/// Whether a case's segments are drawn.
-pub fn stochastic(case: &Case) -> bool {
-    case.stochastic
 }
 
 /// All cases; the first one gets every setting.

@@ -46,7 +46,7 @@ fn apart(one: &Sim<'_>, other: &Sim<'_>, mirror: bool) -> Result<[f64; 2]> {
             b = y[k - k % columns + columns - 1 - k % columns];
             b[0] = -b[0];
         }
-        let distance = crate::event::length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]) / one.scene().sheet.spacing;
+        let distance = fabric::math::length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]) / one.scene().sheet.spacing;
         largest = largest.max(distance);
         squares += distance * distance;
     }

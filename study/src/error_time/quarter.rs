@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 1e-9;
 
 /// False if the quarter is another sheet than the whole.
 pub fn run(effort: Effort, out: &Path) -> Result<bool> {
-    let cases: Vec<_> = CASES.iter().filter(|case| !impact::stochastic(case)).collect();
+    let cases: Vec<_> = CASES.iter().filter(|case| !case.stochastic).collect();
     let cases = if effort == Effort::Smoke { &cases[..1] } else { &cases };
     let mut table = Table::new(&[
         "case",

@@ -21,7 +21,7 @@ enum Differs {
     Seed,
 }
 
-/// Measures, prints, writes.
+/// Measures and writes.
 pub fn run(effort: Effort, out: &Path) -> Result<()> {
     let [rounding, nudge] = [impact::ROUNDING, 1e-6].map(Differs::Velocity);
     let cases: Vec<(Case, usize, Differs)> = match effort {

@@ -116,7 +116,7 @@ fn rows(effort: Effort) -> Result<Vec<Row>> {
             for (index, fraction) in FRACTIONS.into_iter().enumerate() {
                 let repeats = if integrator == Integrator::VERLET { 20 } else { 3 };
                 let run = thrown(case, integrator, fraction, repeats)?;
-                let apart = |(a, b): (&[f64], &[f64])| crate::event::length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
+                let apart = |(a, b): (&[f64], &[f64])| fabric::math::length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
                 let position = run.positions.chunks_exact(3).zip(reference.positions.chunks_exact(3)).map(apart);
                 let position = position.fold(0.0, f64::max);
                 let orders = rows.last().filter(|_| index > 0).map(|before| {

@@ -99,8 +99,6 @@ pub struct Record {
     pub detached: Option<(f64, f64)>,
     /// Velocity along the line of flight at the end, m/s.
     pub residual_velocity: f64,
-    /// Angular speed at the end, rad/s.
-    pub angular_speed: f64,
     /// Largest sampled kinetic energy of the fabric, J.
     pub peak_kinetic: f64,
     /// Largest sampled strain energy, J.
@@ -223,7 +221,6 @@ impl Job {
             absorbed: ended.absorbed,
             detached: ended.latched(Outcome::Detached).map(|latched| (latched.time, latched.absorbed)),
             residual_velocity: ended.residual_velocity[2],
-            angular_speed: event::length(ended.residual_angular_velocity),
             peak_kinetic: peak(|sample| sample.kinetic),
             peak_strain: peak(|sample| sample.strain),
             failed: ended.failed_segments,

@@ -2,7 +2,6 @@
 
 use super::Case;
 use super::flight::{Ended, Flight, changed, ending, uniform};
-use crate::event;
 use fabric::{Outcome, Scene};
 
 /// All rows of this theme.
@@ -45,7 +44,7 @@ pub fn rows() -> Vec<Case> {
             100_000,
             move |end| {
                 let [x, y, z] = end.summary.residual_velocity;
-                let lost = Scene::sheet_3in_sphere().projectile.mass * event::length([x, y, z - 100.0]);
+                let lost = Scene::sheet_3in_sphere().projectile.mass * fabric::math::length([x, y, z - 100.0]);
                 quiet(end) && (end.summary.peak_force * end.summary.time / lost - 1.0).abs() < 1e-9
             },
         ),

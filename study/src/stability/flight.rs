@@ -2,8 +2,9 @@
 
 use super::{Answer, Balances, Case, fmu};
 use crate::Result;
-use crate::event::{Summary, length, mask_of};
+use crate::event::{Summary, mask_of};
 use crate::memory::Buffers;
+use fabric::math::length;
 use fabric::pose::into_body;
 use fabric::pose::{Vector, components, normalised};
 use fabric::shape::Solid;

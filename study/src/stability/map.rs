@@ -25,8 +25,6 @@ pub struct Cell {
     pub speed: f64,
     /// Energy residual over the impact energy; infinite if the run ended in a failure.
     pub energy: f64,
-    /// Energy absorbed over the impact energy.
-    pub absorbed: f64,
     /// Segments that failed.
     pub failed_segments: u64,
     /// What became of the projectile.
@@ -61,7 +59,7 @@ fn cell(fraction: f64, speed: f64) -> Result<Cell> {
     let steps = (TIME / sim.step_limits().dt) as u64;
     if sim.advance(steps).is_err() {
         let failed_segments = sim.counters().failed_segments;
-        return Ok(Cell { fraction, speed, energy: f64::INFINITY, absorbed: 0.0, failed_segments, outcome: "faulted" });
+        return Ok(Cell { fraction, speed, energy: f64::INFINITY, failed_segments, outcome: "faulted" });
     }
     let (energy, found) = (sim.energy()?, sim.outcomes());
     let latched = |outcome: Outcome| found.mask.has(outcome);
@@ -76,7 +74,6 @@ fn cell(fraction: f64, speed: f64) -> Result<Cell> {
         fraction,
         speed,
         energy: energy.residual / start,
-        absorbed: energy.contact_work / start,
         failed_segments: sim.counters().failed_segments,
         outcome,
     })

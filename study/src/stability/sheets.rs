@@ -2,8 +2,9 @@
 
 use super::flight::{Ended, Flight, changed, ending, far, scale, short, speed, stretch, uniform};
 use super::{Answer, Balances, Case, fmu, steps};
-use crate::event::{Summary, length};
+use crate::event::Summary;
 use crate::memory::Buffers;
+use fabric::math::length;
 use fabric::{AttachmentKind, Failure, Outcome, Scene, Sim};
 
 /// All rows of this theme.
