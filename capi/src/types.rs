@@ -40,18 +40,10 @@ pub const FK_EXITED: u32 = 4;
 /// Bit of the outcome "passed".
 pub const FK_PASSED: u32 = 8;
 
-/// fk_outcome's status: no contact in the last step and no outcome yet.
+/// fk_outcome's status: no contact in the last step.
 pub const FK_STATUS_FLIGHT: u32 = 0;
-/// fk_outcome's status: contact in the last step, no outcome yet.
+/// fk_outcome's status: contact in the last step.
 pub const FK_STATUS_CONTACT: u32 = 1;
-/// fk_outcome's status: the velocity along the direction at first contact fell to 0 or below.
-pub const FK_STATUS_ARRESTED: u32 = 2;
-/// fk_outcome's status: no node touched in the last 64 steps is connected to a support any more.
-pub const FK_STATUS_DETACHED: u32 = 3;
-/// fk_outcome's status: the projectile goes on and its contact with the fabric is over (docs/model.md, "Outcomes").
-pub const FK_STATUS_EXITED: u32 = 4;
-/// fk_outcome's status: no contact, and none to come: the projectile leaves the sheet's box for good.
-pub const FK_STATUS_PASSED: u32 = 5;
 
 /// A step count that has not happened.
 pub const FK_NEVER: u64 = u64::MAX;
@@ -101,7 +93,7 @@ pub struct fk_grid {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_outcome {
-    /// FK_STATUS_FLIGHT ...: the latest outcome, or contact or flight.
+    /// FK_STATUS_FLIGHT or FK_STATUS_CONTACT: what is true now, whatever has latched.
     pub status: u32,
     /// FK_ARRESTED | FK_DETACHED | ...: the bits of all latched outcomes.
     pub mask: u32,

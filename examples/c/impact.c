@@ -26,9 +26,20 @@ static int line(fk_sim *sim, const char *outcome)
     return FK_OK;
 }
 
+/* What has happened, or what is true now. */
+static const char *name(const fk_outcome *outcome)
+{
+    if (outcome->mask & FK_ARRESTED)
+        return "arrested";
+    if (outcome->mask & FK_EXITED)
+        return "exited";
+    if (outcome->mask & FK_PASSED)
+        return "passed";
+    return outcome->status == FK_STATUS_CONTACT ? "contact" : "flight";
+}
+
 int main(int argc, char **argv)
 {
-    static const char *const names[] = {"flight", "contact", "arrested", "detached", "exited", "passed"};
     fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_3IN_SPHERE);
     fk_fault fault = {0};
     fk_step_limits limits = {0};
@@ -57,7 +68,7 @@ int main(int argc, char **argv)
     printf("us,velocity,absorbed_J,deflection_mm,failed,status\n");
     for (i = 0; i < 1000; i++) {
         if (fk_advance(sim, a_microsecond) != FK_OK || fk_get_outcome(sim, &outcome, sizeof outcome) != FK_OK
-            || line(sim, names[outcome.status]) != FK_OK) {
+            || line(sim, name(&outcome)) != FK_OK) {
             fk_get_fault(sim, &fault, sizeof fault);
             fprintf(stderr, "%s\n", fault.text);
             return 2;

@@ -3,6 +3,8 @@
 //! Method: the host's pose at the communication point is carried on with its velocity, angular velocity and acceleration to the
 //! time of the step's last tick. The acceleration is the host's if it gives one, else last mean force over mass, else 0. The kernel
 //! then leads the body there on a path without jumps in pose or rate.
+//! Tools start signals at zero and leave ports unconnected. As long as position and velocity have been nothing but zero, the body
+//! flies on from where the fabric has it; with a quaternion of zeros it turns on as it does.
 //! Reference: docs/model.md, "Prescribed projectile"; M. Arnold, in: Co-simulation (2010).
 
 use crate::parameters::Parameters;
@@ -11,8 +13,6 @@ use fabric::pose::{self, Vector};
 use fabric::shape::Solid;
 use fabric::{Motion, Path, Sim, math};
 
-/// Part of the node spacing by which the host's pose may be off without a warning.
-const WARN: f64 = 0.1;
 /// Part of the node spacing beyond which the pose is refused: nodes would be jumped over.
 const REFUSE: f64 = 1.0;
 
@@ -28,25 +28,37 @@ pub struct Times {
 pub struct Plan {
     /// For the kernel.
     pub path: Path,
-    /// What the host should know.
-    pub warning: Option<&'static str>,
+    /// The body's motion at the communication point, ports that are not connected filled in.
+    pub body: Motion,
+    /// How far its surface lay from where the fabric has it, m.
+    pub gap: f64,
+    /// Whether the host has ever given a position or velocity.
+    pub driven: bool,
     /// Whether the host's quaternion was only nearly of unit length.
     pub normalised: bool,
 }
 
-/// The field of an input that cannot be used, and why.
-pub type Refusal = (&'static str, &'static str);
+/// Why a step is refused.
+pub enum Refusal {
+    /// The input that cannot be used, and why.
+    Input(&'static str, &'static str),
+    /// The pose is so far from where the fabric has the body, m.
+    TooFar(f64),
+}
 
-/// Refuses NaN, infinities and quaternions that are not of unit length. True if the quaternion needed normalising.
+/// Refuses NaN, infinities and quaternions that are neither of unit length nor zero. True if the quaternion needed normalising.
 pub fn check_inputs(motion: &Motion) -> Result<bool, Refusal> {
     finite("projectile.position", &motion.position)?;
     finite("projectile.velocity", &motion.velocity)?;
     finite("projectile.orientation", &motion.orientation)?;
     finite("projectile.angular_velocity", &motion.angular_velocity)?;
     let q = motion.orientation;
+    if q == [0.0; 4] {
+        return Ok(false);
+    }
     let off = math::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
     if !(off < 1e-3 && off > -1e-3) {
-        return Err(("projectile.orientation", "not a unit quaternion"));
+        return Err(Refusal::Input("projectile.orientation", "not a unit quaternion"));
     }
     // A few roundings need no word.
     Ok(!(off < 1e-12 && off > -1e-12))
@@ -54,13 +66,21 @@ pub fn check_inputs(motion: &Motion) -> Result<bool, Refusal> {
 
 /// Refuses NaN and infinities.
 pub fn finite(field: &'static str, values: &[f64]) -> Result<(), Refusal> {
-    if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err((field, "not a finite number")) }
+    if values.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Refusal::Input(field, "not a finite number")) }
 }
 
-/// The path of one communication step of `ticks` > 0 internal steps. `force` is the last mean force, N.
-pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f64; 3]) -> Result<Plan, Refusal> {
-    let host = inputs.motion();
-    let normalised = check_inputs(&host)?;
+/// The path of one communication step of `ticks` > 0 internal steps. `force` is the last mean force, N; `driven`: whether the host
+/// has given a position or velocity before.
+pub fn plan(
+    inputs: &Parameters,
+    sim: &Sim,
+    times: &Times,
+    ticks: u64,
+    force: [f64; 3],
+    driven: bool,
+) -> Result<Plan, Refusal> {
+    let mut body = inputs.body;
+    let normalised = check_inputs(&body)?;
     let given = inputs.acceleration;
     finite("projectile.acceleration", &given)?;
     let mass = inputs.scene().projectile.mass;
@@ -72,17 +92,22 @@ pub fn plan(inputs: &Parameters, sim: &Sim, times: &Times, ticks: u64, force: [f
         [0.0; 3]
     };
 
-    let fabric = sim.projectile().map_err(|_| ("", "the simulation has failed"))?;
-    let expected = carried(&host, acceleration, times.now);
-    let off = distance(&expected, &fabric, inputs) / inputs.scene().sheet.spacing;
-    if off.is_nan() || off > REFUSE {
-        return Err(("projectile.position", "more than one node spacing away from where the fabric has the body"));
+    let fabric = sim.projectile().map_err(|_| Refusal::Input("", "the simulation has failed"))?;
+    let unconnected = carried(&fabric, acceleration, -times.now);
+    let driven = driven || body.position != [0.0; 3] || body.velocity != [0.0; 3];
+    if !driven {
+        (body.position, body.velocity) = (unconnected.position, unconnected.velocity);
     }
-    const FAR: &str =
-        "projectile.position: more than a tenth of a node spacing away from where the fabric has the body";
-    let warning = (off > WARN).then_some(FAR);
-    let path = Path { first: sim.step_count(), steps: ticks, end: carried(&host, acceleration, times.end) };
-    Ok(Plan { path, warning, normalised })
+    if body.orientation == [0.0; 4] {
+        (body.orientation, body.angular_velocity) = (unconnected.orientation, unconnected.angular_velocity);
+    }
+    let expected = carried(&body, acceleration, times.now);
+    let gap = distance(&expected, &fabric, inputs);
+    if gap.is_nan() || gap / inputs.scene().sheet.spacing > REFUSE {
+        return Err(Refusal::TooFar(gap));
+    }
+    let path = Path { first: sim.step_count(), steps: ticks, end: carried(&body, acceleration, times.end) };
+    Ok(Plan { path, body, gap, driven, normalised })
 }
 
 /// A motion carried on by `t` at constant acceleration and angular velocity.

@@ -15,7 +15,7 @@ use crate::kept::Phase;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::memory::Owned;
-use crate::table::{Kind, PRESET, whole};
+use crate::table::{Kind, STATUS, whole};
 use core::ffi::{c_char, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -149,6 +149,7 @@ pub unsafe extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
             return instance.refuse("fmi3EnterEventMode: instantiated without event mode");
         }
         instance.kept.phase = Phase::Event;
+        instance.show();
         Status::Ok
     })
 }
@@ -316,7 +317,7 @@ pub unsafe extern "C" fn fmi3SetBoolean(
 }
 
 /// Any enumeration: all are read and written alike.
-const ENUMERATION: Kind = Kind::Choice(&PRESET);
+const ENUMERATION: Kind = Kind::Choice(&STATUS);
 
 /// Copies the state; a state given by the host is used again.
 #[unsafe(no_mangle)]

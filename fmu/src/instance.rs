@@ -3,13 +3,14 @@
 //! Time is a count of ticks of the constant internal step: a communication step from t to t + h ends at tick
 //! round((t + h - start)/dt). Nothing drifts, and how the host cuts its time does not matter in drive `free`.
 
-use crate::coupling::{self, Times};
-use crate::kept::{Kept, Phase, States};
+use crate::coupling::{self, Plan, Refusal, Times};
+use crate::kept::{Discrete, Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
 use crate::parameters::Parameters;
-use crate::table::{Id, MOST_ELEMENTS, Variable};
+use crate::table::{Id, MOST_ELEMENTS, VARIABLES, Variable};
 use core::fmt::Write;
+use fabric::error::{Code, Number};
 use fabric::outcome::TEST_INTERVAL;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
@@ -55,7 +56,7 @@ pub enum Trouble {
 pub struct StepEnd {
     /// Of the call.
     pub status: Status,
-    /// An outcome or the first contact came up.
+    /// What the discrete outputs show has changed.
     pub event: bool,
     /// The host is asked to end the simulation.
     pub terminate: bool,
@@ -148,6 +149,32 @@ impl Instance {
         self.refuse_as(category, &error.text())
     }
 
+    /// Refuses a scene: the field by the name that its variable has here.
+    fn refuse_scene(&self, error: Error) -> Status {
+        let known = VARIABLES.iter().find(|variable| variable.field().is_some_and(|field| field.name == error.field));
+        let field = known.map_or(error.field, |variable| variable.name);
+        let mut line = Line::new();
+        let _ = write!(line, "{}", Error { field, ..error }.text());
+        if error.code == Code::InitialOverlap {
+            let _ = line.push_str("; the sheet lies in the plane z = 0 of sheet.position and sheet.orientation");
+        }
+        self.refuse(&line)
+    }
+
+    /// Refuses a value outside the range that the description names.
+    fn refuse_range(&self, variable: &Variable, value: f64) -> Status {
+        let [least, greatest] = variable.limits();
+        let mut line = Line::new();
+        let _ = write!(line, "{}: out of range; it is {}", variable.name, Number(value));
+        if least.is_finite() {
+            let _ = write!(line, ", at least {}", Number(least));
+        }
+        if greatest.is_finite() {
+            let _ = write!(line, ", at most {}", Number(greatest));
+        }
+        self.refuse(&line)
+    }
+
     /// Times of the experiment.
     pub fn set_experiment(&mut self, start: f64, stop: Option<f64>) -> Status {
         if !start.is_finite() || stop.is_some_and(|stop| !(stop.is_finite() && stop >= start)) {
@@ -167,27 +194,22 @@ impl Instance {
 
     /// Makes the simulation. If it is refused nothing has changed, and the host may correct its parameters and try again.
     pub fn exit_initialization(&mut self) -> Status {
-        let mut kept = self.kept;
-        kept.parameters.place_projectile();
-        kept.start = kept.parameters.motion();
-        match Running::new(&kept.scene()) {
+        match Running::new(self.kept.parameters.scene()) {
             Ok(running) => {
-                if let Some(variable) = kept.parameters.out_of_range() {
-                    return self.refuse_field(Category::Error, (variable.name, "out of range"));
+                if let Some((variable, value)) = self.kept.parameters.out_of_range() {
+                    return self.refuse_range(variable, value);
                 }
                 let mut line = Line::new();
                 let layout = running.sim.layout();
                 let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
                 let _ = write!(line, "{} bytes", layout.bytes());
                 self.log.say(Category::Event, &line);
-                kept.phase = if self.event_mode_used { Phase::Event } else { Phase::Step };
-                self.kept = kept;
+                self.kept.phase = if self.event_mode_used { Phase::Event } else { Phase::Step };
                 self.running = Some(running);
                 self.cache = Cache::default();
-                self.log_normalised(matches!(coupling::check_inputs(&kept.start), Ok(true)));
                 Status::Ok
             }
-            Err(Trouble::Refused(error)) => self.refuse_error(Category::Error, &error),
+            Err(Trouble::Refused(error)) => self.refuse_scene(error),
             Err(Trouble::OutOfMemory(bytes)) => self.out_of_memory(bytes),
         }
     }
@@ -204,7 +226,6 @@ impl Instance {
         self.running = None;
         self.kept = Kept::default();
         self.cache = Cache::default();
-        self.log.level = 2;
         Status::Ok
     }
 
@@ -212,7 +233,6 @@ impl Instance {
     pub fn restored(&mut self, kept: &Kept) {
         self.kept = *kept;
         self.cache = Cache::default();
-        self.log.level = self.kept.parameters.log_level();
     }
 
     // ---- Variables ------------------------------------------------------------------------------------------------
@@ -246,7 +266,7 @@ impl Instance {
             return self.refuse_field(Category::Error, (variable.name, reason));
         }
         if !Parameters::acceptable(variable, value) {
-            return self.refuse_field(Category::Error, (variable.name, "out of range"));
+            return self.refuse_range(variable, value);
         }
         Status::Ok
     }
@@ -254,9 +274,6 @@ impl Instance {
     /// Sets one element; asked before with [`Instance::may_set`].
     pub fn set(&mut self, variable: &Variable, element: usize, value: f64) {
         self.kept.parameters.set(variable, element, value);
-        if variable.id == Id::LogLevel {
-            self.log.level = value as u8;
-        }
     }
 
     fn output(&mut self, id: Id, values: &mut [f64; MOST_ELEMENTS]) -> Result<(), Failure> {
@@ -270,18 +287,18 @@ impl Instance {
                 Id::StateVelocity => copy(values, &body.velocity),
                 Id::StateOrientation => copy(values, &body.orientation),
                 Id::StateAngularVelocity => copy(values, &body.angular_velocity),
-                Id::TimeFirstContact | Id::TimeEvent => copy(values, &[-1.0]),
                 Id::MaxStretch => copy(values, &[1.0]),
                 _ => {}
             }
             return Ok(());
         };
         let cache = &mut self.cache;
-        let time_of = |step: Option<u64>| step.map_or(-1.0, |n| kept.start_time + n as f64 * sim.step_limits().dt);
+        let time_of = |step: Option<u64>| step.map_or(0.0, |n| kept.start_time + n as f64 * sim.step_limits().dt);
         match id {
             Id::ForceMean => copy(values, &kept.force_mean),
             Id::TorqueMean => copy(values, &kept.torque_mean),
             Id::InterfaceResidual => copy(values, &[kept.interface_residual]),
+            Id::InterfaceGap => copy(values, &[kept.interface_gap]),
             Id::ForcePeak => copy(values, &[sim.contact()?.force_peak]),
             Id::Impulse => copy(values, &sim.contact()?.impulse),
             Id::AngularImpulse => copy(values, &sim.contact()?.angular_impulse),
@@ -304,11 +321,12 @@ impl Instance {
             Id::WorstPenetration => copy(values, &[sim.counters().worst_penetration]),
             Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
             Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
-            Id::Status => copy(values, &[sim.outcomes().status as u32 as f64]),
-            Id::TimeFirstContact => copy(values, &[time_of(sim.outcomes().first_contact)]),
-            Id::TimeEvent => {
-                let latched = sim.outcomes().latched;
-                copy(values, &[time_of(latched.iter().flatten().map(|latch| latch.step).max())]);
+            Id::Status => copy(values, &[f64::from(kept.shown.status)]),
+            Id::Happened(event) => copy(values, &[f64::from(kept.shown.happened >> event & 1)]),
+            Id::HappenedAt(0) => copy(values, &[time_of(sim.outcomes().first_contact)]),
+            Id::HappenedAt(event) => {
+                let latch = sim.outcomes().latched.into_iter().nth(event - 1).flatten();
+                copy(values, &[time_of(latch.map(|latch| latch.step))]);
             }
             _ => {}
         }
@@ -317,10 +335,23 @@ impl Instance {
 
     // ---- Stepping -------------------------------------------------------------------------------------------------
 
+    /// The discrete outputs as they are now.
+    fn discrete(&self) -> Discrete {
+        let Some(Running { sim, .. }) = &self.running else { return Discrete::default() };
+        let outcomes = sim.outcomes();
+        let first = u32::from(outcomes.first_contact.is_some());
+        Discrete { status: outcomes.status as u32, happened: first | outcomes.mask.bits() << 1 }
+    }
+
+    /// Shows the host the discrete outputs as they are now.
+    pub fn show(&mut self) {
+        self.kept.shown = self.discrete();
+    }
+
     /// A communication step from t to t + h. Discard: nothing has changed.
     pub fn do_step(&mut self, t: f64, h: f64, early: Early) -> StepEnd {
         if let Err(reason) = self.check_times(t, h) {
-            return StepEnd::refused(self.refuse(reason));
+            return StepEnd::refused(self.refuse(&reason));
         }
         let Some(Running { sim, .. }) = &self.running else {
             return StepEnd::refused(self.refuse("there is no simulation"));
@@ -335,50 +366,76 @@ impl Instance {
         let ticks = (last_tick as u64).saturating_sub(now);
         let times = Times { now: start + now as f64 * dt - t, end: start + last_tick * dt - t };
 
-        let mut status = Status::Ok;
-        let mut path = None;
+        let mut plan = None;
         if self.kept.parameters.prescribed() {
             // Also a step of no ticks refuses bad input.
-            match coupling::plan(&self.kept.parameters, sim, &times, ticks, self.kept.force_expected) {
-                Ok(plan) => {
-                    let normalised = plan.normalised;
-                    if let Some(warning) = plan.warning {
-                        self.log.say(Category::Warning, warning);
-                        status = Status::Warning;
-                    }
-                    path = Some(plan.path);
-                    self.log_normalised(normalised);
+            let (force, driven) = (self.kept.force_mean, self.kept.driven);
+            match coupling::plan(&self.kept.parameters, sim, &times, ticks, force, driven) {
+                Ok(made) => {
+                    self.log_normalised(made.normalised);
+                    plan = Some(made);
                 }
-                Err(refusal) => return StepEnd::refused(self.refuse_field(Category::Discard, refusal)),
+                Err(refusal) => return StepEnd::refused(self.refuse_input(&refusal)),
             }
         }
         let before = self.sums();
         // Before the step: if it fails, what was read earlier is not the state any more.
         self.cache = Cache::default();
-        let end = match self.advance(path, ticks, early) {
+        let end = match self.advance(plan.as_ref().map(|plan| plan.path), ticks, early) {
             Ok(end) => end,
-            Err(status) => return StepEnd::refused(status),
+            Err(status) => {
+                if self.kept.phase == Phase::Faulted {
+                    self.show();
+                }
+                return StepEnd::refused(status);
+            }
         };
-        let after = self.sums();
         let reached = if end.early { start + self.steps() as f64 * dt } else { t + h };
-        self.account(reached - t, dt, (before, after));
+        self.account(dt, before, plan.as_ref());
         self.kept.time = reached;
         self.kept.terminated = end.terminate;
-        StepEnd { status, ..end }
+        let event = self.discrete() != self.kept.shown;
+        if !self.event_mode_used {
+            self.show();
+        }
+        StepEnd { event, ..end }
     }
 
-    fn check_times(&self, t: f64, h: f64) -> Result<(), &'static str> {
+    fn refuse_input(&self, refusal: &Refusal) -> Status {
+        match *refusal {
+            Refusal::Input(field, reason) => self.refuse_field(Category::Discard, (field, reason)),
+            Refusal::TooFar(gap) => {
+                let mut line = Line::new();
+                let spacing = self.kept.parameters.scene().sheet.spacing;
+                let _ = write!(
+                    line,
+                    "projectile.position, projectile.orientation: {} m from where the fabric has ",
+                    Number(gap)
+                );
+                let _ = write!(line, "the body (state.position), more than sheet.spacing, {} m", Number(spacing));
+                self.refuse_as(Category::Discard, &line)
+            }
+        }
+    }
+
+    fn check_times(&self, t: f64, h: f64) -> Result<(), Line> {
+        let mut line = Line::new();
         if !(t.is_finite() && h.is_finite() && h > 0.0) {
-            return Err("doStep: the step size must be greater than zero and both times finite");
+            let _ = line.push_str("doStep: the step size must be greater than zero and both times finite");
+            return Err(line);
         }
         // The host may add up its steps, and forms h as a difference of two times.
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * if t < 0.0 { -t } else { t };
         let off = t - self.kept.time;
         if off > slack || off < -slack {
-            return Err("doStep: the communication point is not where the last step ended");
+            let _ = write!(line, "doStep: the communication point {} s is not where the last step ended, ", Number(t));
+            let _ = write!(line, "{} s: it is off by {} s", Number(self.kept.time), Number(off));
+            return Err(line);
         }
         if t + h > self.kept.stop_time + slack {
-            return Err("doStep: the step leads past the stop time");
+            let _ = write!(line, "doStep: the step leads to {} s, past the stop time, ", Number(t + h));
+            let _ = write!(line, "{} s", Number(self.kept.stop_time));
+            return Err(line);
         }
         Ok(())
     }
@@ -395,22 +452,27 @@ impl Instance {
         }
     }
 
-    /// Step means, and the interface residual at the step's start.
-    fn account(&mut self, h: f64, dt: f64, (before, after): (Sums, Sums)) {
-        let over =
-            |a: [f64; 3], b: [f64; 3], time: f64| [(b[0] - a[0]) / time, (b[1] - a[1]) / time, (b[2] - a[2]) / time];
-        self.kept.force_mean = over(before.0, after.0, h);
-        self.kept.torque_mean = over(before.1, after.1, h);
+    /// Step means, and what host and fabric differ by at the step's start. A step shorter than an internal step may have none: then
+    /// all stays as it is.
+    fn account(&mut self, dt: f64, before: Sums, plan: Option<&Plan>) {
+        let after = self.sums();
         let ticks = after.3.saturating_sub(before.3);
-        if ticks > 0 {
-            self.kept.force_expected = over(before.0, after.0, ticks as f64 * dt);
+        if ticks == 0 {
+            return;
         }
+        // Not the host's h, which it may have rounded: all hosts are to see the same bits.
+        let time = ticks as f64 * dt;
+        let over = |a: [f64; 3], b: [f64; 3]| [(b[0] - a[0]) / time, (b[1] - a[1]) / time, (b[2] - a[2]) / time];
+        self.kept.force_mean = over(before.0, after.0);
+        self.kept.torque_mean = over(before.1, after.1);
+        let Some(plan) = plan else { return };
+        (self.kept.driven, self.kept.interface_gap) = (plan.driven, plan.gap);
         let parameters = &self.kept.parameters;
         let body = &parameters.scene().projectile;
-        if parameters.prescribed() && body.mass > 0.0 {
+        if body.mass > 0.0 {
             let inertia = Inertia::of(&Solid::of(body), body.mass, true);
             let kinetic = |motion: &Motion| Body::of(motion).kinetic_energy(&inertia);
-            self.kept.interface_residual = kinetic(&self.kept.start) - kinetic(&parameters.motion()) - before.2;
+            self.kept.interface_residual = kinetic(&parameters.start()) - kinetic(&plan.body) - before.2;
         }
     }
 
@@ -464,20 +526,16 @@ impl Instance {
         }
         let early = sim.step_count() < end;
         self.log_events(mask, contact_came);
-        Ok(StepEnd {
-            status: Status::Ok,
-            event: outcome_came || contact_came,
-            terminate: outcome_came && stop_on_event,
-            early,
-        })
+        Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
     }
 
     fn log_events(&self, before: OutcomeSet, contact_came: bool) {
         let Some(Running { sim, .. }) = &self.running else { return };
         let outcomes = sim.outcomes();
+        let (start, dt) = (self.kept.start_time, sim.step_limits().dt);
         let log = |name: &str, step: u64| {
             let mut line = Line::new();
-            let _ = write!(line, "{name} at internal step {step}");
+            let _ = write!(line, "{name} at {} s, internal step {step}", Number(start + step as f64 * dt));
             self.log.say(Category::Event, &line);
         };
         if contact_came && let Some(step) = outcomes.first_contact {

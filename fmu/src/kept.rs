@@ -2,7 +2,6 @@
 
 use crate::memory::Owned;
 use crate::parameters::Parameters;
-use fabric::Motion;
 
 /// Where an instance is in its life. The numbers are written into images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,8 +47,6 @@ pub struct Kept {
     pub phase: Phase,
     /// Inputs and parameters.
     pub parameters: Parameters,
-    /// The projectile's motion when initialisation ended.
-    pub start: Motion,
     /// Time of tick 0, s.
     pub start_time: f64,
     /// End of the experiment, s; infinite if the host named none.
@@ -62,42 +59,42 @@ pub struct Kept {
     pub force_mean: [f64; 3],
     /// contact.torque_mean, N m.
     pub torque_mean: [f64; 3],
-    /// Mean force over the internal steps last taken, N: the force expected next.
-    pub force_expected: [f64; 3],
     /// interface.residual, J.
     pub interface_residual: f64,
+    /// interface.gap, m.
+    pub interface_gap: f64,
+    /// Drive prescribed: the host has given a position or velocity other than zero.
+    pub driven: bool,
+    /// The discrete outputs as the host sees them.
+    pub shown: Discrete,
+}
+
+/// The outputs that change at events.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Discrete {
+    /// status: a place in [`crate::table::STATUS`].
+    pub status: u32,
+    /// Which events have happened: a bit for each, in the order of [`crate::table::EVENTS`].
+    pub happened: u32,
 }
 
 impl Default for Kept {
     /// Before anything is set.
     fn default() -> Kept {
-        let parameters = Parameters::default();
         Kept {
             phase: Phase::Instantiated,
-            parameters,
-            start: parameters.motion(),
+            parameters: Parameters::default(),
             start_time: 0.0,
             stop_time: f64::INFINITY,
             time: 0.0,
             terminated: false,
             force_mean: [0.0; 3],
             torque_mean: [0.0; 3],
-            force_expected: [0.0; 3],
             interface_residual: 0.0,
+            interface_gap: 0.0,
+            driven: false,
+            shown: Discrete::default(),
         }
-    }
-}
-
-impl Kept {
-    /// The scene as it was when initialisation ended.
-    pub fn scene(&self) -> fabric::Scene {
-        let mut scene = *self.parameters.scene();
-        let body = &mut scene.projectile;
-        body.position = self.start.position;
-        body.velocity = self.start.velocity;
-        body.orientation = self.start.orientation;
-        body.angular_velocity = self.start.angular_velocity;
-        scene
     }
 }
 

@@ -24,6 +24,7 @@ pub mod kept;
 pub mod log;
 mod memory;
 pub mod parameters;
+pub mod starts;
 pub mod state;
 pub mod table;
 pub mod token;

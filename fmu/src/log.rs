@@ -9,8 +9,6 @@ use core::ffi::{CStr, c_char, c_int, c_void};
 pub enum Status {
     /// Done.
     Ok = 0,
-    /// Done, but see the log.
-    Warning = 1,
     /// Not done, nothing changed; the host may try again with other input.
     Discard = 2,
     /// Refused, or failed.
@@ -24,18 +22,16 @@ pub enum Status {
 pub enum Category {
     /// Something happened.
     Event = 0,
-    /// See [`Status::Warning`].
-    Warning = 1,
     /// See [`Status::Discard`].
-    Discard = 2,
+    Discard = 1,
     /// See [`Status::Error`].
-    Error = 3,
+    Error = 2,
     /// See [`Status::Fatal`].
-    Fatal = 4,
+    Fatal = 3,
 }
 
 /// Place of "logAll" in [`LOG_CATEGORIES`].
-const ALL: usize = 5;
+const ALL: usize = 4;
 
 /// Logger of FMI 2.0: environment, instance name, status, category, format, arguments. A C host vouches for its logger; a Rust
 /// host can only give one that is safe with any arguments.
@@ -63,29 +59,27 @@ pub struct Log {
     /// Instance name, with its terminating zero.
     name: heapless::Vec<u8, 128>,
     /// By [`Category`].
-    wanted: [bool; 5],
-    /// 0 fatal, 1 errors and discards, 2 warnings, 3 events.
-    pub level: u8,
+    wanted: [bool; 4],
 }
 
 impl Log {
-    /// A log for an instance. Errors and warnings are always wanted, events only if the host switched logging on.
+    /// A log for an instance. Refusals and errors are always wanted, events only if the host switched logging on.
     pub fn new(logger: Logger, environment: *mut c_void, name: &CStr, logging_on: bool) -> Log {
         let mut copy: heapless::Vec<u8, 128> = name.to_bytes().iter().copied().take(127).collect();
         // There is room: 127 bytes at most were taken.
         let _ = copy.push(0);
-        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true, true], level: 2 }
+        Log { logger, environment, name: copy, wanted: [logging_on, true, true, true] }
     }
 
     /// Switches categories on or off; none named means all. False if a name is unknown, then nothing changed.
     pub fn switch<'a>(&mut self, on: bool, names: impl Iterator<Item = Option<&'a CStr>>) -> bool {
-        let mut chosen = [false; 5];
+        let mut chosen = [false; 4];
         let mut any = false;
         for name in names {
             any = true;
             let known = |name: &CStr| LOG_CATEGORIES.iter().position(|(known, _)| known.as_bytes() == name.to_bytes());
             match name.and_then(known) {
-                Some(ALL) => chosen = [true; 5],
+                Some(ALL) => chosen = [true; 4],
                 Some(place) => chosen.iter_mut().skip(place).take(1).for_each(|chosen| *chosen = true),
                 None => return false,
             }
@@ -100,14 +94,13 @@ impl Log {
 
     /// Tells the host.
     pub fn say(&self, category: Category, text: &str) {
-        let (name, status, level) = match category {
-            Category::Event => (c"logEvents", Status::Ok, 3),
-            Category::Warning => (c"logStatusWarning", Status::Warning, 2),
-            Category::Discard => (c"logStatusDiscard", Status::Discard, 1),
-            Category::Error => (c"logStatusError", Status::Error, 1),
-            Category::Fatal => (c"logStatusFatal", Status::Fatal, 0),
+        let (name, status) = match category {
+            Category::Event => (c"logEvents", Status::Ok),
+            Category::Discard => (c"logStatusDiscard", Status::Discard),
+            Category::Error => (c"logStatusError", Status::Error),
+            Category::Fatal => (c"logStatusFatal", Status::Fatal),
         };
-        if level > self.level || !self.wanted.get(category as usize).copied().unwrap_or(false) {
+        if !self.wanted.get(category as usize).copied().unwrap_or(false) {
             return;
         }
         let mut line: heapless::Vec<u8, 256> = text.bytes().filter(|&byte| byte != 0).take(255).collect();

@@ -6,17 +6,19 @@
 use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
 use crate::log::Status;
+use crate::parameters::Parameters;
+use crate::table::EVENTS;
 use crate::token;
 use fabric::Sim;
-use fabric::fields::{FIELDS, SLOTS};
+use fabric::fields::SLOTS;
 use fabric::snapshot::Hash;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
 /// Version of the bytes' meaning.
-const FORMAT: u64 = 2;
+const FORMAT: u64 = 3;
 const HEADER_WORDS: usize = 4;
 /// Words of `Kept` (tested against the traversal).
-const KEPT_WORDS: usize = 1 + SLOTS + FIELDS.len() + 12 + 13 + 3 + 9 + 1 + 1;
+const KEPT_WORDS: usize = 1 + SLOTS + 13 + 10 + 3 + 6 + 2 + 2 + 2;
 const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
 
 impl Instance {
@@ -71,7 +73,7 @@ impl Instance {
             self.restored(&kept);
             return Status::Ok;
         }
-        let scene = kept.scene();
+        let scene = *kept.parameters.scene();
         let load = |sim: &mut Sim<'_>| if from_bytes { sim.load(image) } else { sim.load_kept(image) };
         let loaded = match &mut self.running {
             Some(running) if *running.sim.scene() == scene => load(&mut running.sim),
@@ -111,7 +113,7 @@ impl Instance {
             }
             word
         };
-        for word in [MAGIC, FORMAT, token::hash(), total as u64] {
+        for word in [MAGIC, FORMAT, token::hash(Parameters::default()), total as u64] {
             write(word);
         }
         visit(&mut kept, &mut write);
@@ -138,7 +140,7 @@ impl Instance {
         if header[0] != Some(MAGIC) || header[3] != Some(bytes.len() as u64) {
             return Err(self.refuse(malformed));
         }
-        if header[1] != Some(FORMAT) || header[2] != Some(token::hash()) {
+        if header[1] != Some(FORMAT) || header[2] != Some(token::hash(Parameters::default())) {
             return Err(self.refuse("serialized state: of another version"));
         }
         let mut hash = Hash::default();
@@ -169,21 +171,25 @@ fn visit(kept: &mut Kept, word: &mut impl FnMut(u64) -> u64) -> bool {
         return false;
     }
     let mut real = |value: &mut f64| *value = f64::from_bits(word(value.to_bits()));
-    let start = &mut kept.start;
-    start.position.iter_mut().for_each(&mut real);
-    start.velocity.iter_mut().for_each(&mut real);
-    start.orientation.iter_mut().for_each(&mut real);
-    start.angular_velocity.iter_mut().for_each(&mut real);
     real(&mut kept.start_time);
     real(&mut kept.stop_time);
     real(&mut kept.time);
     kept.force_mean.iter_mut().for_each(&mut real);
     kept.torque_mean.iter_mut().for_each(&mut real);
-    kept.force_expected.iter_mut().for_each(&mut real);
     real(&mut kept.interface_residual);
-    let flag = word(u64::from(kept.terminated));
-    kept.terminated = flag == 1;
-    flag <= 1
+    real(&mut kept.interface_gap);
+    let mut known = true;
+    for flag in [&mut kept.terminated, &mut kept.driven] {
+        let number = word(u64::from(*flag));
+        known &= number <= 1;
+        *flag = number == 1;
+    }
+    for number in [&mut kept.shown.status, &mut kept.shown.happened] {
+        let kept = word(u64::from(*number));
+        known &= kept < 1 << EVENTS;
+        *number = kept as u32;
+    }
+    known
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
 //! table's reference; in FMI 2.0 its elements have that reference and the following ones, row by row.
 
+use fabric::Outcome;
 use fabric::fields::{
     ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
 };
@@ -18,13 +19,15 @@ pub enum Id {
     /// A row of the kernel's table, by its number.
     Scene(usize),
     // Inputs.
+    Position,
+    Velocity,
+    Orientation,
+    AngularVelocity,
     Acceleration,
     ExternalForce,
     ExternalTorque,
     // Settings.
-    Preset,
     StopOnEvent,
-    LogLevel,
     // Outputs.
     ForceMean,
     TorqueMean,
@@ -44,6 +47,7 @@ pub enum Id {
     EnergyContactLoss,
     EnergyResidual,
     InterfaceResidual,
+    InterfaceGap,
     MaxDeflection,
     MaxStretch,
     FailedSegments,
@@ -52,9 +56,14 @@ pub enum Id {
     StepFraction,
     Unconverged,
     Status,
-    TimeFirstContact,
-    TimeEvent,
+    /// Whether an event has happened: a place in [`EVENTS`].
+    Happened(usize),
+    /// When it happened first.
+    HappenedAt(usize),
 }
+
+/// The events: the first contact, then the outcomes in the kernel's order.
+pub const EVENTS: usize = 1 + Outcome::ALL.len();
 
 /// Type of a variable: Real/Float64, Integer/Int32, Boolean or Enumeration.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +86,7 @@ pub enum Role {
     Tunable,
     /// Continuous output.
     Continuous,
-    /// Output that changes at events or is a count.
+    /// Output that changes at events only. In FMI 3.0 with event mode a change is shown from the next event mode on.
     Discrete,
 }
 
@@ -105,8 +114,6 @@ pub struct Variable {
     pub shape: &'static [usize],
     /// What kind of number a Real is; None for the other types.
     pub quantity: Option<&'static Quantity>,
-    /// Greatest value of a setting of the FMU's own; its least is 0.
-    pub greatest: f64,
     /// Typical size, if it is not that of the quantity; 0 otherwise.
     pub nominal: f64,
     /// Meaning.
@@ -137,7 +144,6 @@ impl Variable {
         let [least, greatest] = match (self.field(), self.kind) {
             (Some(field), _) => field.limits(),
             (None, Kind::Choice(choice)) => [0.0, choice.items.len() as f64 - 1.0],
-            (None, Kind::Integer) => [0.0, self.greatest],
             (None, _) => [f64::NEG_INFINITY, f64::INFINITY],
         };
         match (self.kind, self.quantity) {
@@ -152,11 +158,6 @@ impl Variable {
         self
     }
 
-    const fn up_to(mut self, greatest: f64) -> Variable {
-        self.greatest = greatest;
-        self
-    }
-
     const fn nominal(mut self, nominal: f64) -> Variable {
         self.nominal = nominal;
         self
@@ -168,16 +169,12 @@ type OfQuantity = &'static Quantity;
 
 const fn row(id: Id, name: Text, reference: u32, kind: Kind, role: Role, description: Text) -> Variable {
     let (shape, quantity): (&[usize], _) = (&[], None);
-    let (greatest, nominal, note) = (LARGEST, 0.0, "");
-    Variable { id, name, reference, kind, role, shape, quantity, greatest, nominal, description, note }
+    let (nominal, note) = (0.0, "");
+    Variable { id, name, reference, kind, role, shape, quantity, nominal, description, note }
 }
 
 const fn input(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
     Variable { quantity: Some(of), shape: &[3], ..row(id, name, reference, Kind::Real, Role::Input, about) }
-}
-
-const fn parameter(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
-    row(id, name, reference, kind, Role::Fixed, about)
 }
 
 const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
@@ -192,12 +189,26 @@ const fn discrete(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -
     row(id, name, reference, kind, Role::Discrete, about)
 }
 
-const fn time(id: Id, name: Text, reference: u32, about: Text) -> Variable {
-    Variable { quantity: Some(&TIME), ..row(id, name, reference, Kind::Real, Role::Discrete, about) }
+/// Whether an event has happened.
+const fn happened(event: usize, name: Text, about: Text) -> Variable {
+    discrete(Id::Happened(event), name, 443 + event as u32, Kind::Boolean, about)
 }
 
-/// References below this are those of continuous inputs: of the scene's parameters the body's motion.
-const FIRST_FIXED: u32 = 200;
+/// When it happened.
+const fn at(event: usize, name: Text, about: Text) -> Variable {
+    output(Id::HappenedAt(event), name, 448 + event as u32, &TIME, about)
+}
+
+/// A parameter's name: the kernel's, but where an input has that name.
+const fn name_of(field: &Field) -> Text {
+    match field.fmi {
+        600 => "projectile.start.position",
+        603 => "projectile.start.velocity",
+        606 => "projectile.start.orientation",
+        610 => "projectile.start.angular_velocity",
+        _ => field.name,
+    }
+}
 
 /// The variable of a row of the kernel's table.
 const fn of_scene(number: usize) -> Variable {
@@ -208,38 +219,17 @@ const fn of_scene(number: usize) -> Variable {
         Place::Flag(_) => Kind::Boolean,
         Place::Choice(choice, ..) => Kind::Choice(choice),
     };
-    let (role, note) = match field.place {
-        _ if field.fmi < FIRST_FIXED => {
-            (Role::Input, ". Drive free reads it when initialisation ends; drive prescribed at every step")
-        }
-        Place::Seed(_) => (Role::Fixed, ". In the FMU at most 2^31 - 1"),
-        _ => (Role::Fixed, ""),
-    };
-    let known = row(Id::Scene(number), field.name, field.fmi, kind, role, field.about);
+    let note = if let Place::Seed(_) = field.place { ". In the FMU at most 2^31 - 1" } else { "" };
+    let known = row(Id::Scene(number), name_of(field), field.fmi, kind, Role::Fixed, field.about);
     Variable { quantity: field.quantity, shape: field.shape(), note, ..known }
 }
 
-/// Where parameters come from that the host does not set.
-pub const PRESET: Choice = Choice {
-    name: "Preset",
-    items: &[
-        ("sheet_10in_cylinder", "10 in sheet of 350 x 350 nodes, two sides held, 37 g flat-ended cylinder"),
-        ("sheet_3in_sphere", "3 in sheet of 105 x 105 nodes, four sides held, 8.4 g sphere"),
-        ("custom", "the start values of the parameters themselves"),
-        ("turbine_disc_sector", "10 in sheet, four sides held, a third of a small turbine disc, rim first"),
-    ],
-};
-
-/// What has become of the projectile.
+/// What is true now.
 pub const STATUS: Choice = Choice {
     name: "Status",
     items: &[
-        ("flight", "no contact in the last internal step and no outcome yet"),
+        ("flight", "no contact in the last internal step"),
         ("contact", "contact in the last internal step"),
-        ("arrested", "stopped along its direction at first contact"),
-        ("detached", "the nodes under the projectile have lost every connection to a support"),
-        ("exited", "the projectile goes on and its contact with the fabric is over"),
-        ("passed", "no contact, and none to come: the projectile leaves the sheet's box for good"),
         ("faulted", "the computation cannot go on: see the log; reset or restore a state"),
     ],
 };
@@ -285,6 +275,7 @@ const TORQUE: Quantity = quantity("Torque", "N.m", "", ANY_SIGN, 10.0, "Torque")
 const IMPULSE: Quantity = quantity("Impulse", "N.s", "", ANY_SIGN, 1.0, "Force over time");
 const ANGULAR_IMPULSE: Quantity = quantity("AngularImpulse", "N.m.s", "", ANY_SIGN, 1e-3, "Torque over time");
 const ENERGY: Quantity = quantity("Energy", "J", "", ANY_SIGN, 10.0, "Energy or work");
+const COUNT_OF: Quantity = quantity("Count", "1", "", 0.0, 1.0, "Number of things");
 const TIME: Quantity = quantity("Time", "s", "us", ANY_SIGN, 1e-3, "Point in time");
 
 /// Every quantity in use, for the type definitions.
@@ -304,8 +295,7 @@ pub fn choices() -> impl Iterator<Item = &'static Choice> {
 
 /// Log categories: name and meaning.
 pub const LOG_CATEGORIES: &[(&str, &str)] = &[
-    ("logEvents", "First contact, outcomes, initialisation"),
-    ("logStatusWarning", "What was put right or may surprise"),
+    ("logEvents", "Initialisation, first contact, outcomes, what was put right"),
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
     ("logStatusFatal", "No memory for an instance"),
@@ -316,13 +306,42 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
 pub const DEFAULT_STOP_TIME: f64 = 6e-4;
 /// Default communication step, s.
 pub const DEFAULT_STEP_SIZE: f64 = 1e-6;
-/// Default internal step, s; the start value of `time_step.seconds`.
-pub const DEFAULT_TIME_STEP: f64 = 2e-8;
 
 const LARGEST: f64 = i32::MAX as f64;
 
 /// What the FMU adds to the scene.
 const OWN: &[Variable] = &[
+    input(
+        Id::Position,
+        "projectile.position",
+        100,
+        &POSITION,
+        "Drive prescribed: centre of mass at the communication point. Position and velocity all zero before anything else was \
+         given: not connected, the body flies on from its start",
+    ),
+    input(
+        Id::Velocity,
+        "projectile.velocity",
+        110,
+        &VELOCITY,
+        "Drive prescribed: velocity of the centre of mass at the communication point",
+    ),
+    input(
+        Id::Orientation,
+        "projectile.orientation",
+        120,
+        &QUATERNION,
+        "Drive prescribed: orientation at the communication point, unit quaternion, scalar first. All zero: not connected, the \
+         body turns on as it does",
+    )
+    .shaped(&[4]),
+    input(
+        Id::AngularVelocity,
+        "projectile.angular_velocity",
+        130,
+        &ANGULAR_VELOCITY,
+        "Drive prescribed: angular velocity, host's axes. Read if the orientation is connected",
+    ),
     input(
         Id::Acceleration,
         "projectile.acceleration",
@@ -346,13 +365,6 @@ const OWN: &[Variable] = &[
         "Drive free: torque about the centre of mass, held over the step",
     )
     .nominal(1e-3),
-    parameter(
-        Id::Preset,
-        "preset",
-        201,
-        Kind::Choice(&PRESET),
-        "Where parameters come from that the host does not set. A parameter that the host sets counts over any preset",
-    ),
     tunable(
         Id::StopOnEvent,
         "stop_on_event",
@@ -360,20 +372,12 @@ const OWN: &[Variable] = &[
         Kind::Boolean,
         "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed)",
     ),
-    tunable(
-        Id::LogLevel,
-        "log.level",
-        271,
-        Kind::Integer,
-        "0 only fatal errors, 1 errors and refused steps, 2 warnings, 3 events",
-    )
-    .up_to(3.0),
     output(
         Id::ForceMean,
         "contact.force_mean",
         300,
         &FORCE,
-        "Mean force on the projectile over the last communication step: impulse over the step size",
+        "Mean force on the projectile over the internal steps of the last communication step that had any: impulse over their time",
     )
     .shaped(&[3]),
     output(
@@ -381,7 +385,7 @@ const OWN: &[Variable] = &[
         "contact.torque_mean",
         310,
         &TORQUE,
-        "Mean torque on the projectile about its moving centre of mass over the last communication step",
+        "Mean torque on the projectile about its moving centre of mass over the same time",
     )
     .shaped(&[3]),
     output(Id::ForcePeak, "contact.force_peak", 313, &FORCE, "Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed"),
@@ -439,7 +443,7 @@ const OWN: &[Variable] = &[
     ),
     output(Id::MaxDeflection, "fabric.max_deflection", 420, &POSITION, "Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)"),
     output(Id::MaxStretch, "fabric.max_stretch", 421, &RATIO, "Largest stretch of a segment that has not failed"),
-    discrete(Id::FailedSegments, "fabric.failed_segments", 422, Kind::Integer, "Number of failed segments"),
+    output(Id::FailedSegments, "fabric.failed_segments", 422, &COUNT_OF, "Number of failed segments"),
     output(
         Id::WorstPenetration,
         "fabric.worst_penetration",
@@ -456,10 +460,27 @@ const OWN: &[Variable] = &[
         "Size of what the momentum balance of fabric, projectile and supports does not close by",
     ),
     output(Id::StepFraction, "step.fraction", 431, &RATIO, "Time step in use over the stability limit of the sheet as drawn"),
-    discrete(Id::Unconverged, "contact.unconverged", 432, Kind::Integer, "Contact solves that ran out of sweeps"),
-    discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "The latest outcome, or contact or flight"),
-    time(Id::TimeFirstContact, "time_first_contact", 441, "Time of the first contact; -1 before"),
-    time(Id::TimeEvent, "time_event", 442, "Time of the latest outcome; -1 before"),
+    output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that ran out of sweeps"),
+    output(
+        Id::InterfaceGap,
+        "interface.gap",
+        433,
+        &POSITION,
+        "Drive prescribed: how far surface points of the host's body and of the fabric's lay apart at most, at the start of the \
+         last communication step. More than one node spacing is refused",
+    )
+    .nominal(1e-6),
+    discrete(Id::Status, "status", 440, Kind::Choice(&STATUS), "What is true now, whatever has happened before"),
+    happened(0, "outcome.first_contact", "The projectile has touched the sheet"),
+    happened(1, "outcome.arrested", "It has stopped along its direction at first contact"),
+    happened(2, "outcome.detached", "The nodes under it have lost every connection to a support"),
+    happened(3, "outcome.exited", "It goes on, and its contact with the fabric is over"),
+    happened(4, "outcome.passed", "No contact, and none to come: it leaves the sheet's box for good"),
+    at(0, "outcome.first_contact_time", "When it first touched the sheet; 0 unless outcome.first_contact"),
+    at(1, "outcome.arrested_time", "When it stopped; 0 unless outcome.arrested"),
+    at(2, "outcome.detached_time", "When that was found; 0 unless outcome.detached"),
+    at(3, "outcome.exited_time", "When that was found; 0 unless outcome.exited"),
+    at(4, "outcome.passed_time", "When that was found; 0 unless outcome.passed"),
 ];
 
 /// Number of variables.
@@ -528,11 +549,20 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_of_the_body_is_an_input_and_nothing_else_of_the_scene() {
-        let inputs = VARIABLES.iter().filter(|variable| variable.field().is_some() && variable.role == Role::Input);
-        let names: std::vec::Vec<_> = inputs.map(|variable| variable.name).collect();
-        let motion = ["position", "velocity", "orientation", "angular_velocity"];
-        assert_eq!(names, motion.map(|name| std::format!("projectile.{name}")));
+    fn the_scene_is_parameters_and_the_motion_of_the_body_is_inputs_too() {
+        assert!(VARIABLES.iter().all(|variable| (variable.role == Role::Fixed) == variable.field().is_some()));
+        for name in ["position", "velocity", "orientation", "angular_velocity"] {
+            let (input, start) = (std::format!("projectile.{name}"), std::format!("projectile.start.{name}"));
+            assert_eq!(variable(&input).unwrap().role, Role::Input);
+            assert_eq!(variable(&start).unwrap().field().unwrap().name, input);
+        }
+    }
+
+    #[test]
+    fn only_the_status_and_the_events_are_discrete() {
+        for variable in VARIABLES.iter().filter(|variable| variable.role == Role::Discrete) {
+            assert!(matches!(variable.id, Id::Status | Id::Happened(_)), "{}", variable.name);
+        }
     }
 
     #[test]

@@ -3,9 +3,9 @@
 use crate::parameters::Parameters;
 use crate::table::{Kind, MOST_ELEMENTS, VARIABLES};
 
-/// A hash of the table (names, references, types, roles, sizes and start values) and of the kernel's version and image format.
-pub fn hash() -> u64 {
-    let (mut hash, mut starts) = (0xcbf2_9ce4_8422_2325, Parameters::default());
+/// A hash of the table (names, references, types, roles, sizes), of the start values and of the kernel's version and image format.
+pub fn hash(mut starts: Parameters) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325;
     let mut take =
         |bytes: &[u8]| bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
     take(fabric::VERSION.as_bytes());
@@ -34,8 +34,8 @@ pub fn hash() -> u64 {
 }
 
 /// The token as a text: guid of FMI 2.0, instantiationToken of FMI 3.0.
-pub fn text() -> [u8; 28] {
-    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", hash());
+pub fn text(starts: Parameters) -> [u8; 28] {
+    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", hash(starts));
     for place in token.iter_mut().skip(14).take(13).rev() {
         let digit = (rest & 15) as u8;
         *place = if digit < 10 { b'0' + digit } else { b'a' + digit - 10 };
@@ -50,7 +50,8 @@ mod tests {
 
     #[test]
     fn it_is_readable() {
-        assert!(std::format!("{:016x}", hash()).ends_with(core::str::from_utf8(&text()[14..27]).unwrap()));
-        assert!(core::str::from_utf8(&text()).unwrap().starts_with("{FabricShield-"));
+        let (hash, text) = (hash(Parameters::default()), text(Parameters::default()));
+        assert!(std::format!("{hash:016x}").ends_with(core::str::from_utf8(&text[14..27]).unwrap()));
+        assert!(core::str::from_utf8(&text).unwrap().starts_with("{FabricShield-"));
     }
 }

@@ -189,44 +189,74 @@ impl Error {
         Error { code, field, value: 0.0, limit: 0.0 }
     }
 
-    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`.
-    /// Numbers other than steps stay in the fields: formatting floats would need panics and 20 KB of code.
+    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
+    /// is 0`.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
         let reason = self.code.text().to_str().unwrap_or("");
         // A text that does not fit is cut; the code and the field come first.
         let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
-        let step = match self.code {
-            Code::StepTooLarge => "; the largest allowed is",
-            Code::ProjectileTooFast => "; the largest step for this motion is",
-            _ => return text,
+        let _ = match self.code {
+            Code::StepTooLarge => write!(text, "; the largest allowed is {} s", Number(self.limit)),
+            Code::ProjectileTooFast => write!(text, "; the largest step for this motion is {} s", Number(self.limit)),
+            Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => {
+                write!(text, "; it is {}", Number(self.value))
+            }
+            _ => Ok(()),
         };
-        let _ = text.push_str(step);
-        let _ = write_seconds(&mut text, self.limit);
         text
     }
 }
 
-/// Writes a time with five digits, rounded down so that it may be used as it stands. Formatting a float would need panics and 20 KB of
-/// code.
-fn write_seconds(text: &mut Text, seconds: f64) -> core::fmt::Result {
-    let (mut digits, mut exponent) = ((seconds * 1e18) as u64, -14_i32);
-    if digits == 0 {
-        return text.write_str(" 0 s");
+/// A number for a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands. The library's formatting of a
+/// float would need panics and 20 KB of code.
+pub struct Number(pub f64);
+
+impl core::fmt::Display for Number {
+    fn fmt(&self, text: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Number(value) = *self;
+        if value == 0.0 || !value.is_finite() {
+            return text.write_str(if value == 0.0 {
+                "0"
+            } else if value.is_nan() {
+                "not a number"
+            } else {
+                "infinite"
+            });
+        }
+        let (mut size, mut exponent) = (if value < 0.0 { -value } else { value }, 0_i32);
+        while size >= 10.0 {
+            (size, exponent) = (size / 10.0, exponent + 1);
+        }
+        while size < 1.0 {
+            (size, exponent) = (size * 10.0, exponent - 1);
+        }
+        // What the divisions may have rounded up or down is less than this; a whole number of digits stays one.
+        let mut digits = (size * 1e4 + 1e-8) as u64;
+        let mut scale = 10_000;
+        if value < 0.0 {
+            text.write_str("-")?;
+        }
+        // Digit by digit: a width would take the formatter's padding, which calls through pointers.
+        write!(text, "{}", digits / scale)?;
+        digits %= 10_000;
+        if digits > 0 {
+            text.write_str(".")?;
+        }
+        while digits > 0 {
+            scale /= 10;
+            if scale == 0 {
+                break;
+            }
+            write!(text, "{}", digits / scale)?;
+            digits %= scale;
+        }
+        match exponent {
+            0 => Ok(()),
+            _ if exponent < 0 => write!(text, "e-{}", -exponent as u64),
+            _ => write!(text, "e{}", exponent as u64),
+        }
     }
-    while digits >= 100_000 {
-        (digits, exponent) = (digits / 10, exponent + 1);
-    }
-    while digits < 10_000 {
-        (digits, exponent) = (digits * 10, exponent - 1);
-    }
-    // Digit by digit: a width would take the formatter's padding, which calls through pointers.
-    write!(text, " {}.", digits / 10_000)?;
-    for scale in [1000, 100, 10, 1] {
-        write!(text, "{}", digits / scale % 10)?;
-    }
-    let (sign, size) = if exponent < 0 { ("-", -exponent) } else { ("", exponent) };
-    write!(text, "e{sign}{} s", size as u64)
 }
 
 impl core::fmt::Display for Error {
@@ -342,17 +372,22 @@ mod tests {
     }
 
     #[test]
-    fn times_have_five_digits_and_are_never_rounded_up() {
-        for (seconds, expected) in [
-            (0.0, " 0 s"),
-            (1e-17, " 1.0000e-17 s"),
-            (2.99999e-8, " 2.9999e-8 s"),
-            (1.0, " 1.0000e0 s"),
-            (12.345678, " 1.2345e1 s"),
+    fn numbers_have_five_digits_and_are_rounded_towards_zero() {
+        for (value, expected) in [
+            (0.0, "0"),
+            (1e-17, "1e-17"),
+            (2.99999e-8, "2.9999e-8"),
+            (1.0, "1"),
+            (-0.05, "-5e-2"),
+            (12.345678, "1.2345e1"),
+            (1e6, "1e6"),
+            (1.0305e-300, "1.0305e-300"),
+            (f64::NAN, "not a number"),
+            (f64::NEG_INFINITY, "infinite"),
+            (f64::MAX, "1.7976e308"),
+            (5e-324, "4.9406e-324"),
         ] {
-            let mut text = Text::new();
-            write_seconds(&mut text, seconds).unwrap();
-            assert_eq!(text.as_str(), expected);
+            assert_eq!(std::format!("{}", Number(value)), expected);
         }
     }
 }

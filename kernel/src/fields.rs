@@ -351,7 +351,7 @@ impl Field {
         }
     }
 
-    /// Least and greatest value of an element; infinite where there is none.
+    /// Least and greatest value that an element may have; infinite where there is none.
     pub fn limits(&self) -> [f64; 2] {
         let whole = |place| match place {
             Place::Choice(choice, ..) => choice.items.len() as f64 - 1.0,
@@ -360,10 +360,11 @@ impl Field {
             _ => u32::MAX as f64,
         };
         match self.range {
+            // What no scene reads may be 0 although what is read must be greater.
             Range::Positive | Range::NotNegative => [0.0, f64::INFINITY],
-            Range::Within(least, greatest) | Range::Above(least, greatest) | Range::Below(least, greatest) => {
-                [least, greatest]
-            }
+            Range::Within(least, greatest) => [least, greatest],
+            Range::Above(least, greatest) => [least.next_up(), greatest],
+            Range::Below(least, greatest) => [least, greatest.next_down()],
             Range::Nodes => [2.0, MAX_NODES_PER_SIDE as f64],
             Range::Any | Range::UnitQuaternion if self.is_real() => [f64::NEG_INFINITY, f64::INFINITY],
             Range::Any | Range::UnitQuaternion => [0.0, whole(self.place)],
@@ -504,13 +505,13 @@ pub const FIELDS: &[Field] = &[
     vector("projectile.moments", |s| &mut s.projectile.moments, &INERTIA, Range::Positive, 265,
         "Principal moments of inertia about the centre of mass along the body's axes, none greater than the other two together. Read for a polyhedron of known mass only; other shapes are homogeneous")
         .read(|s| if_so(s.projectile.shape == Shape::Polyhedron && s.projectile.mass != 0.0)).image(Image::WhereRead),
-    vector("projectile.position", |s| &mut s.projectile.position, &POSITION, Range::Any, 100,
+    vector("projectile.position", |s| &mut s.projectile.position, &POSITION, Range::Any, 600,
         "Centre of mass at the start. No node may lie inside the projectile (a fixed one may in a prescribed one)").image(Image::Never),
-    vector("projectile.velocity", |s| &mut s.projectile.velocity, &VELOCITY, Range::Any, 110,
+    vector("projectile.velocity", |s| &mut s.projectile.velocity, &VELOCITY, Range::Any, 603,
         "Velocity of the centre of mass at the start. No point of the surface may cross sheet.spacing in a step").image(Image::Never),
-    quaternion("projectile.orientation", |s| &mut s.projectile.orientation, 120,
+    quaternion("projectile.orientation", |s| &mut s.projectile.orientation, 606,
         "Orientation at the start: unit quaternion, scalar first, that turns body vectors into the host's axes").image(Image::Never),
-    vector("projectile.angular_velocity", |s| &mut s.projectile.angular_velocity, &ANGULAR_VELOCITY, Range::Any, 130,
+    vector("projectile.angular_velocity", |s| &mut s.projectile.angular_velocity, &ANGULAR_VELOCITY, Range::Any, 610,
         "Angular velocity at the start, host's axes").image(Image::Never),
     real("projectile.sector.inner_radius", |s| one(&mut s.projectile.sector.inner_radius), &LENGTH, Range::NotNegative, 294,
         "Radius of the bore, 0 or between 1e-6 and 1 - 1e-6 of that of the rim; filled up to its one chord. Read for a disc sector only").read(sector).image(Image::WhereRead),

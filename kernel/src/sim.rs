@@ -22,7 +22,7 @@ use crate::start;
 use crate::state::{COUNT_MAX, State};
 use crate::step;
 use crate::system::{SegmentView, System};
-use crate::watch::{FirstContact, Latch, Outcome, OutcomeSet};
+use crate::watch::{FirstContact, Latch, OutcomeSet};
 use crate::yarn;
 use core::mem::MaybeUninit;
 
@@ -89,30 +89,22 @@ pub struct Counters {
     pub most_iterations: u64,
 }
 
-/// What a host sees first.
+/// What is true now, whatever has happened before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
-    /// No contact in the last step and no outcome yet.
+    /// No contact in the last step.
     Flight = 0,
     /// Contact in the last step.
     Contact = 1,
-    /// See [`Outcome::Arrested`].
-    Arrested = 2,
-    /// See [`Outcome::Detached`].
-    Detached = 3,
-    /// See [`Outcome::Exited`].
-    Exited = 4,
-    /// See [`Outcome::Passed`].
-    Passed = 5,
     /// A failure is latched.
-    Faulted = 6,
+    Faulted = 2,
 }
 
 /// Outcomes latched so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcomes {
-    /// The latest outcome, or contact or flight.
+    /// Contact, flight or a failure.
     pub status: Status,
     /// All latched outcomes.
     pub mask: OutcomeSet,
@@ -488,23 +480,10 @@ impl<'a> Sim<'a> {
     /// Outcomes latched so far.
     pub fn outcomes(&self) -> Outcomes {
         let watch = &self.system.state.watch;
-        // The latest latch wins; of several in one test, the one with the highest number.
-        let mut latest: Option<(Outcome, u64)> = None;
-        for (outcome, latch) in Outcome::ALL.iter().zip(&watch.latched) {
-            if let Some(latch) = latch
-                && latest.is_none_or(|(_, step)| latch.step >= step)
-            {
-                latest = Some((*outcome, latch.step));
-            }
-        }
-        let status = match (self.system.failure, latest) {
-            (Some(_), _) => Status::Faulted,
-            (None, Some((Outcome::Arrested, _))) => Status::Arrested,
-            (None, Some((Outcome::Detached, _))) => Status::Detached,
-            (None, Some((Outcome::Exited, _))) => Status::Exited,
-            (None, Some((Outcome::Passed, _))) => Status::Passed,
-            (None, None) if self.system.state.sums.contacts > 0 => Status::Contact,
-            (None, None) => Status::Flight,
+        let status = match self.system.failure {
+            Some(_) => Status::Faulted,
+            None if self.system.state.sums.contacts > 0 => Status::Contact,
+            None => Status::Flight,
         };
         Outcomes {
             status,

@@ -13,7 +13,6 @@ mod picture;
 mod progress;
 mod report;
 mod run;
-mod scene_file;
 mod stability;
 mod table;
 mod threads;
@@ -70,7 +69,7 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
-        Command::Scene { preset } => scene_file::print(&preset),
+        Command::Scene { preset } => fabric_scene::print(&preset),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),

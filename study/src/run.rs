@@ -4,7 +4,7 @@ use crate::event::{self, Summary};
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
-use crate::{Result, picture, report, scene_file, threads};
+use crate::{Result, picture, report, threads};
 use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
@@ -129,7 +129,7 @@ impl Sample {
 
 /// Runs, prints and writes. False if the run ended in a failure.
 pub fn run(options: &Options) -> Result<bool> {
-    let scene = scene_file::read(&options.scene)?;
+    let scene = fabric_scene::read(&options.scene)?;
     let name = options.scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy().to_string());
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/study").join(&name));
     let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;

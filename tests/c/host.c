@@ -440,7 +440,7 @@ static void read_outs(void)
 
     CHECK(fk_advance_until(sim, FK_ARRESTED | FK_EXITED | FK_PASSED, 50000, &taken) == FK_OK);
     CHECK(fk_get_outcome(sim, &outcome, sizeof outcome) == FK_OK);
-    CHECK(outcome.mask & FK_EXITED && outcome.status == FK_STATUS_EXITED);
+    CHECK(outcome.mask & FK_EXITED && outcome.status == FK_STATUS_FLIGHT);
     CHECK(outcome.first_contact == 0 && outcome.step[2] == taken && outcome.step[0] == FK_NEVER);
     CHECK(fk_get_time(sim, &steps, &seconds) == FK_OK && steps == taken && seconds == (double)steps * limits.dt);
     CHECK(fk_get_time(sim, NULL, NULL) == FK_OK);

@@ -28,11 +28,11 @@ int main(int count, char **arguments) {
         fmi2CallbackFunctions functions = {0};
         fmi2Component fmu = Instantiate("environment", fmi2CoSimulation, arguments[2], "", &functions, 0, 1);
         if (!fmu) return 3;
-        const fmi2ValueReference grid[] = {201, 220, 221}, place[] = {102}, work[] = {333};
-        const fmi2Integer nodes[] = {1, 31, 31}; /* preset, nodes along x and y */
-        const fmi2Real position[] = {-6.36e-3};
+        const fmi2ValueReference grid[] = {220, 221}, place[] = {602}, work[] = {333};
+        const fmi2Integer nodes[] = {31, 31};
+        const fmi2Real position[] = {-1.906e-2};
         fmi2Real value;
-        if (SetInteger(fmu, grid, 3, nodes) || SetReal(fmu, place, 1, position)) return 4;
+        if (SetInteger(fmu, grid, 2, nodes) || SetReal(fmu, place, 1, position)) return 4;
         _mm_setcsr(environments[k]);
         int status = EnterInitializationMode(fmu) | ExitInitializationMode(fmu);
         for (int step = 0; step < 20; step++) status |= DoStep(fmu, step * 1e-6, 1e-6, fmi2True);

@@ -13,22 +13,34 @@ import tempfile
 import fmpy
 from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
+from fmpy.ssp.ssv import read_ssv
 
 OK, WARNING, DISCARD, ERROR = range(4)
 PRESCRIBED = 1
 TWO_SIDES, FOUR_SIDES, FOUR_CORNERS, FREE = range(4)
-SHEET_3IN_SPHERE, CUSTOM = 1, 2
 RADIUS = 6.35e-3
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", pathlib.Path(__file__).parents[2] / "target"))
 ARCHIVES = {version: TARGET / "fmu" / f"FabricShield-fmi{version}.fmu" for version in (2, 3)}
 
+
+
+def parameter_set(name):
+    """The values of a parameter set of the examples."""
+    found = read_ssv(str(EXAMPLES / "parameters" / f"{name}.ssv")).parameters
+    read = {"Real": float, "Integer": int, "Boolean": lambda text: text == "true"}
+    return {parameter.name: read[parameter.type](parameter.value) for parameter in found}
+
+
+# The 3 in sheet and the sphere, 1 mm before it.
+SPHERE = parameter_set("sheet_3in_sphere")
 # A small sheet under the sphere, which starts a hundredth of a millimetre before it.
 SMALL = {
-    "preset": SHEET_3IN_SPHERE,
+    **SPHERE,
     "sheet.nodes_x": 41,
     "sheet.nodes_y": 41,
-    "projectile.position": [0.0, 0.0, -RADIUS - 1e-5],
+    "projectile.start.position[3]": -RADIUS - 1e-5,
 }
 
 # What the two versions must agree on bit by bit.
@@ -36,9 +48,10 @@ OUTPUTS = [
     "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
     "contact.work", "support.impulse", "support.attachment_impulse", "state.position", "state.velocity",
     "state.orientation", "state.angular_velocity", "energy.kinetic", "energy.strain", "energy.dissipated",
-    "energy.contact_loss", "energy.residual", "interface.residual", "fabric.max_deflection", "fabric.max_stretch",
+    "energy.contact_loss", "energy.residual", "interface.residual", "interface.gap", "fabric.max_deflection", "fabric.max_stretch",
     "fabric.failed_segments", "fabric.worst_penetration", "momentum.residual", "step.fraction", "contact.unconverged",
-    "status", "time_first_contact", "time_event",
+    "status", "outcome.first_contact", "outcome.arrested", "outcome.detached", "outcome.exited", "outcome.passed",
+    "outcome.first_contact_time", "outcome.arrested_time", "outcome.detached_time", "outcome.exited_time", "outcome.passed_time",
 ]  # fmt: skip
 
 # FMPy's own logger keeps one receiver for all instances. The FMU always passes "%s" and one text, so this receives it; on Linux
@@ -127,7 +140,7 @@ class Host:
 
     def begin(self, values, start=0.0, stop=None):
         """Sets parameters and enters initialisation."""
-        for name, value in values.items():
+        for name, value in self.whole(values).items():
             status = self.try_set(name, value)
             if status > WARNING:
                 return status
@@ -135,6 +148,20 @@ class Host:
             self.fmu.setupExperiment(startTime=start, stopTime=stop)
             return self.attempt(self.fmu.enterInitializationMode)
         return self.attempt(self.fmu.enterInitializationMode, startTime=start, stopTime=stop)
+
+    def whole(self, values):
+        """The same values, for FMI 3.0 with whole vectors instead of elements: `name[3]` in the start value of `name`."""
+        if self.version == 2:
+            return values
+        found = {}
+        for name, value in values.items():
+            vector, _, place = name.partition("[")
+            if place:
+                start = found.setdefault(vector, [float(x) for x in self.variables[vector].start.split()])
+                start[int(place[:-1]) - 1] = value
+            else:
+                found[name] = value
+        return found
 
     def _elements(self, name):
         if name in self.variables:

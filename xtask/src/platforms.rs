@@ -70,9 +70,10 @@ pub struct Library {
 }
 
 /// Builds the wanted libraries from the checkout in `source` into `target`, checks each, and says what was left out and why.
-pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Library>, String> {
+/// `scene`: the words of the start values (`fmu/src/starts.rs`).
+pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<&str>) -> Result<Vec<Library>, String> {
     let host = host()?;
-    compile(source, &["--target-dir", &target.to_string_lossy()], &own(), &[])?;
+    compile(source, &["--target-dir", &target.to_string_lossy()], &own(), &[], scene)?;
     let mut built = vec![Library { platform: host, path: target.join("ship").join(host.built) }];
     if targets == Targets::All {
         let cross = target.join("cross");
@@ -87,7 +88,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets) -> Result<Vec<Libra
         while let Some((_, compiler)) = wanted.first().cloned() {
             let (now, later): (Vec<_>, Vec<_>) = wanted.into_iter().partition(|(_, other)| *other == compiler);
             let platforms: Vec<_> = now.into_iter().map(|(platform, _)| platform).collect();
-            compile(source, &["--target-dir", &cross.to_string_lossy()], &compiler, &platforms)?;
+            compile(source, &["--target-dir", &cross.to_string_lossy()], &compiler, &platforms, scene)?;
             built.extend(platforms.into_iter().map(|platform| Library {
                 platform,
                 path: cross.join(platform.triple).join("ship").join(platform.built),
@@ -198,8 +199,12 @@ fn version(text: &str) -> Option<(u32, u32)> {
 }
 
 /// Builds the library in its shipped form, for this platform if `others` names none.
-fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platform]) -> Outcome {
+fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platform], scene: Option<&str>) -> Outcome {
     let mut command = compiler.command();
+    match scene {
+        Some(words) => command.env("FABRIC_FMU_SCENE", words),
+        None => command.env_remove("FABRIC_FMU_SCENE"),
+    };
     command
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])
         .args(place)
@@ -221,7 +226,7 @@ fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platfo
 }
 
 /// What a library of ours may ask of Linux, besides the weak names of the linker's start-up code.
-pub const FROM_LINUX: [&str; 7] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "strlen"];
+pub const FROM_LINUX: [&str; 8] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
 /// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics excepted.
 const FROM_WINDOWS: [&str; 2] = ["KERNEL32.dll", "msvcrt.dll"];
 const MATHEMATICS: [&str; 12] =
@@ -299,7 +304,7 @@ pub fn reproduced(libraries: &[Library], targets: Targets) -> Result<(PathBuf, V
         tools::make_folder(folder.to_path_buf())?;
         std::fs::copy(&from, &to).map_err(|error| format!("{}: {error}", from.display()))?;
     }
-    let again = build(&copy, &elsewhere.join("target"), targets)?;
+    let again = build(&copy, &elsewhere.join("target"), targets, None)?;
     for (one, other) in libraries.iter().zip(&again) {
         let read = |path: &Path| std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()));
         if read(&one.path)? != read(&other.path)? {

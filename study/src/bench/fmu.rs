@@ -14,7 +14,8 @@ use fabric_fmu::calls::{Handle, Text};
 use fabric_fmu::instance::Instance;
 use fabric_fmu::kept::Saved;
 use fabric_fmu::log::Status;
-use fabric_fmu::table::{self, DEFAULT_TIME_STEP};
+use fabric_fmu::starts::TIME_STEP;
+use fabric_fmu::table;
 use fabric_fmu::{Input, Output, fmi2, fmi3};
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -79,7 +80,7 @@ fn ok(status: Status, what: &str) -> Result<()> {
 impl Fmu {
     /// A running instance; `nodes` per side, or the default scene.
     fn new(version: Version, nodes: Option<i32>, prescribed: bool) -> Result<Fmu> {
-        let token = CString::new(fabric_fmu::token::text())?;
+        let token = CString::new(fabric_fmu::token::text(fabric_fmu::parameters::Parameters::default()))?;
         let name = c"bench";
         // SAFETY: texts end with a zero and live through the call; the callbacks are five null pointers, as the struct has.
         let place = unsafe {
@@ -123,7 +124,7 @@ impl Fmu {
         }
         let (references, values): (Vec<u32>, Vec<i32>) = integers.iter().map(|&(name, n)| (reference(name), n)).unzip();
         let (drive, driven) = (reference("drive"), i32::from(prescribed));
-        let velocity: Vec<u32> = (0..3).map(|k| reference("projectile.velocity") + k).collect();
+        let velocity: Vec<u32> = (0..3).map(|k| reference("projectile.start.velocity") + k).collect();
         let slow = [0.0, 0.0, 1.0];
         let count = references.len();
         // SAFETY: the instance lives; arrays are as long as said.
@@ -161,7 +162,7 @@ impl Fmu {
 
     /// doStep of one internal step, the `number`th.
     fn step(&self, number: u64) -> Status {
-        let (t, h) = (number as f64 * DEFAULT_TIME_STEP, DEFAULT_TIME_STEP);
+        let (t, h) = (number as f64 * TIME_STEP, TIME_STEP);
         let (mut event, mut terminate, mut early, mut last) = (0, 0, 0, 0.0);
         // SAFETY: the instance lives.
         unsafe {
@@ -217,7 +218,7 @@ pub fn calls(effort: Effort, progress: &Progress, report: &mut Report) -> Result
             for _ in 0..effort.rounds {
                 let fmu = Fmu::new(version, Some(5), prescribed)?;
                 // SAFETY: the instance lives; nothing else refers to it meanwhile.
-                let scene = unsafe { (*fmu.place).kept.scene() };
+                let scene = unsafe { *(*fmu.place).kept.parameters.scene() };
                 let mut buffers = Buffers::of(&scene)?;
                 let mut sim = buffers.sim(&scene)?;
                 let clock = Clock::start();

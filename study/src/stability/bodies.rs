@@ -6,7 +6,6 @@ use super::{Answer, Balances, Case, fmu, steps};
 use crate::Result;
 use crate::event::Summary;
 use crate::memory::Buffers;
-use crate::scene_file;
 use fabric::pose::into_body;
 use fabric::pose::{Vector, quaternion, rotate};
 use fabric::shape::Solid;
@@ -224,7 +223,7 @@ fn hits() -> Result<Vec<Flight>> {
         scene.projectile.position[2] = -0.002;
     });
     let quarter_turn = 0.5 * core::f64::consts::PI;
-    let disc = changed(scene_file::parse(include_str!("../../scenes/tilted_disc_sector.toml"))?, |scene| {
+    let disc = changed(fabric_scene::parse(include_str!("../../scenes/tilted_disc_sector.toml"))?, |scene| {
         scene.yarn.stochastic = false;
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (61, 61);
     });

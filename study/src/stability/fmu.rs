@@ -6,6 +6,7 @@
 use crate::Result;
 use fabric::fields::{FIELDS, Place};
 use fabric::{Drive, Error, Scene, Sim, math};
+use fabric_fmu::table::VARIABLES;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -57,7 +58,6 @@ pub fn case(sim: &mut Sim<'_>, force: [f64; 3], steps: u64) -> Result<Option<Fmu
 /// 31 bits, and what lies out of range where the scene does not read it.
 fn values(scene: &Scene) -> Option<Map<String, Value>> {
     let (mut copy, mut values) = (*scene, Map::new());
-    values.insert("preset".into(), json!(1));
     for field in FIELDS {
         let ([least, greatest], read) = (field.limits(), (field.read)(scene));
         let words: Vec<_> = (0..field.size()).map(|element| field.word(&mut copy, element)).collect();
@@ -80,7 +80,8 @@ fn values(scene: &Scene) -> Option<Map<String, Value>> {
             ([word], []) => value(word),
             (words, _) => words.iter().map(value).collect(),
         };
-        values.insert(field.name.into(), value);
+        let known = VARIABLES.iter().find(|variable| variable.field().is_some_and(|own| own.name == field.name));
+        values.insert(known?.name.into(), value);
     }
     Some(values)
 }

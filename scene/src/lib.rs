@@ -17,15 +17,18 @@
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
-use crate::Result;
 use fabric::Scene;
 use fabric::fields::{self, FIELDS, Field, Place};
 use std::path::Path;
 use toml::{Table, Value};
 
-/// The presets by name.
-type Preset = (&'static str, fn() -> Scene);
-const PRESETS: [Preset; 3] = [
+/// What cannot be read says why.
+pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// A preset by name.
+pub type Preset = (&'static str, fn() -> Scene);
+/// The presets.
+pub const PRESETS: [Preset; 3] = [
     ("sheet_3in_sphere", Scene::sheet_3in_sphere),
     ("sheet_10in_cylinder", Scene::sheet_10in_cylinder),
     ("turbine_disc_sector", Scene::turbine_disc_sector),
@@ -54,7 +57,8 @@ pub fn parse(text: &str) -> Result<Scene> {
     Ok(scene)
 }
 
-fn preset(name: Option<Value>) -> Result<Scene> {
+/// The preset of this name.
+pub fn preset(name: Option<Value>) -> Result<Scene> {
     let names = PRESETS.map(|(name, _)| format!("\"{name}\"")).join(", ");
     let Some(name) = name else { return Err(format!("no key `preset`: one of {names}").into()) };
     let found = PRESETS.iter().find(|(known, _)| name.as_str() == Some(known));
@@ -290,8 +294,8 @@ mod tests {
     }
 
     #[test]
-    fn the_scenes_in_this_folder_are_sound() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    fn the_scenes_of_the_study_are_sound() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../study/scenes");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap() {
             let scene = read(&entry.unwrap().path()).unwrap();

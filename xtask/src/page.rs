@@ -1,0 +1,63 @@
+//! The page in the archives, documentation/index.html: a picture, how to use the model, and a table of its variables from the tables
+//! in code.
+
+use crate::description::{description, escaped, starts};
+use crate::fmu::Model;
+use fabric::fields::Choice;
+use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS, VARIABLES, Variable};
+
+/// The whole page.
+pub fn page(model: &Model) -> String {
+    let text = include_str!("page.html");
+    text.replace("{name}", &model.name)
+        .replace("{version}", env!("CARGO_PKG_VERSION"))
+        .replace("{stop_time}", &format!("{DEFAULT_STOP_TIME:?}"))
+        .replace("{step_size}", &format!("{DEFAULT_STEP_SIZE:?}"))
+        .replace("{time_step}", &format!("{:?}", model.time_step))
+        .replace("{status}", &items(&STATUS))
+        .replace("{outcomes}", &rows(model, |variable| variable.name.starts_with("outcome.")))
+        .replace("{inputs}", &rows(model, |variable| variable.role == Role::Input))
+        .replace(
+            "{outputs}",
+            &rows(model, |variable| variable.role.is_output() && !variable.name.starts_with("outcome.")),
+        )
+        .replace("{parameters}", &rows(model, |variable| matches!(variable.role, Role::Fixed | Role::Tunable)))
+}
+
+/// The items of a choice as rows of a table.
+fn items(choice: &Choice) -> String {
+    let row = |(number, (name, about)): (usize, &(&str, &str))| {
+        format!("<tr><td>{number}</td><td>{name}</td><td>{}</td></tr>\n", escaped(about))
+    };
+    choice.items.iter().enumerate().map(row).collect()
+}
+
+/// Variables as rows of a table: name, start, unit, reference, meaning.
+fn rows(model: &Model, wanted: impl Fn(&Variable) -> bool) -> String {
+    VARIABLES.iter().filter(|variable| wanted(variable)).map(|variable| row(model, variable)).collect()
+}
+
+fn row(model: &Model, variable: &Variable) -> String {
+    let size: Vec<_> = variable.shape.iter().map(ToString::to_string).collect();
+    let name = if size.is_empty() { String::new() } else { format!(" [{}]", size.join(" x ")) };
+    let starts = starts(model, variable);
+    let start = match &starts[..] {
+        [first, rest @ ..] if rest.iter().all(|start| start == first) => first.clone(),
+        _ => starts.join(" "),
+    };
+    let unit = match (variable.kind, variable.quantity) {
+        (Kind::Choice(_), _) => "choice",
+        (Kind::Boolean, _) => "true, false",
+        (_, Some(quantity)) if quantity.unit != "1" => quantity.unit,
+        _ => "",
+    };
+    let about = escaped(&description(variable, true));
+    let cells = [
+        format!("<code>{}</code>{name}", variable.name),
+        start,
+        unit.to_string(),
+        variable.reference.to_string(),
+        about,
+    ];
+    format!("<tr><td>{}</td></tr>\n", cells.join("</td><td>"))
+}
