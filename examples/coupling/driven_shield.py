@@ -1,15 +1,23 @@
 """One fabric shield: an instance of the FMU (FMI 2.0, drive prescribed) behind names, through FMPy's low-level interface."""
 
+import pathlib
 import shutil
 import tempfile
+from xml.etree import ElementTree
 
 import fmpy
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 FREE, PRESCRIBED = range(2)
-SHEET_3IN_SPHERE = 1
-FLIGHT, CONTACT, ARRESTED, DETACHED, EXITED, PASSED, FAULTED = range(7)
+
+
+def parameter_set(name):
+    """The values of a parameter set of the examples, e.g. sheet_3in_sphere."""
+    file = pathlib.Path(__file__).parents[1] / "parameters" / f"{name}.ssv"
+    read = {"Real": float, "Integer": int, "Boolean": lambda text: text == "true"}
+    found = ElementTree.parse(file).getroot().find("{*}Parameters")
+    return {parameter.get("name"): read[parameter[0].tag.split("}")[1]](parameter[0].get("value")) for parameter in found}
 
 
 class Shield:

@@ -13,7 +13,7 @@ import math
 import sys
 
 from sphere import MASS, RADIUS, Body
-from driven_shield import FREE, PRESCRIBED, SHEET_3IN_SPHERE, Shield
+from driven_shield import FREE, PRESCRIBED, Shield, parameter_set
 
 SPEED = math.sqrt(2.0 * 40.0 / MASS)  # m/s
 START = [0.0, 0.0, -RADIUS - 1e-5]
@@ -41,8 +41,8 @@ def rollback(shield, body, t, h, memory):
 
 def run(archive, h, scheme, end=END):
     """Speed at EARLY, m/s, and at the end the energy that the body lost and the shield's account of it, J."""
-    values = {"preset": SHEET_3IN_SPHERE, "projectile.position": START, "projectile.velocity": [0.0, 0.0, SPEED]}
-    shield = Shield(archive, {**values, "drive": PRESCRIBED if scheme else FREE})
+    start = {"projectile.start.position": START, "projectile.start.velocity": [0.0, 0.0, SPEED]}
+    shield = Shield(archive, {**parameter_set("sheet_3in_sphere"), **start, "drive": PRESCRIBED if scheme else FREE})
     body, memory, early = Body(START, [0.0, 0.0, SPEED]), {"dt": shield.get("time_step.seconds")}, None
     for k in range(round(end / h)):
         if scheme:

@@ -11,7 +11,7 @@ import math
 import sys
 
 from sphere import MASS, RADIUS, Body
-from driven_shield import ARRESTED, EXITED, PRESCRIBED, PASSED, SHEET_3IN_SPHERE, Shield
+from driven_shield import PRESCRIBED, Shield, parameter_set
 
 SPEED = 250.0  # m/s
 H = 5e-7  # s
@@ -27,8 +27,8 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
     """The balances after the flight: a dictionary of numbers, and one of lists with an entry per shield."""
     body = Body([0.0, 0.0, -RADIUS - 1e-4], [0.0, 0.0, speed])
     common = {
-        "preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0,
-        "projectile.position": body.position, "projectile.velocity": body.velocity,
+        **parameter_set("sheet_3in_sphere"), "drive": PRESCRIBED, "projectile.mass": 0.0,
+        "projectile.start.position": body.position, "projectile.start.velocity": body.velocity,
     }  # fmt: skip
     shields = [Shield(archive, {**common, **sheet}) for sheet in sheets]
     dt, energy, force = shields[0].get("time_step.seconds"), body.kinetic_energy(), [0.0] * 3
@@ -37,9 +37,9 @@ def fly(archive, sheets=SHEETS, speed=SPEED, h=H, end=END):
         forces = [shield.step(k * h, h, body, expected) for shield in shields]
         force = [sum(parts) for parts in zip(*forces)]
         body.pushed(force, h, dt)
-        if all(shield.get("status") in (ARRESTED, EXITED, PASSED) for shield in shields):
+        if all(any(shield.get(f"outcome.{end}") for end in ("arrested", "exited", "passed")) for shield in shields):
             break
-    names = ["status", "time_first_contact", "time_event", "contact.work", "contact.impulse", "contact.force_peak"]
+    names = ["outcome.exited", "outcome.first_contact_time", "outcome.exited_time", "contact.work", "contact.impulse", "contact.force_peak"]
     balances = {name: [shield.get(name) for shield in shields] for name in [*names, "fabric.failed_segments"]}
     balances["velocity"] = body.velocity
     balances["lost"] = energy - body.kinetic_energy()

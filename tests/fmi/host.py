@@ -9,11 +9,11 @@ import os
 import pathlib
 import shutil
 import tempfile
+from xml.etree import ElementTree
 
 import fmpy
 from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
-from fmpy.ssp.ssv import read_ssv
 
 OK, WARNING, DISCARD, ERROR = range(4)
 PRESCRIBED = 1
@@ -28,9 +28,9 @@ ARCHIVES = {version: TARGET / "fmu" / f"FabricShield-fmi{version}.fmu" for versi
 
 def parameter_set(name):
     """The values of a parameter set of the examples."""
-    found = read_ssv(str(EXAMPLES / "parameters" / f"{name}.ssv")).parameters
     read = {"Real": float, "Integer": int, "Boolean": lambda text: text == "true"}
-    return {parameter.name: read[parameter.type](parameter.value) for parameter in found}
+    found = ElementTree.parse(EXAMPLES / "parameters" / f"{name}.ssv").getroot().find("{*}Parameters")
+    return {parameter.get("name"): read[parameter[0].tag.split("}")[1]](parameter[0].get("value")) for parameter in found}
 
 
 # The 3 in sheet and the sphere, 1 mm before it.
@@ -63,14 +63,15 @@ LOGGER = ctypes.CFUNCTYPE(
 _opened = {}
 
 
-def opened(version):
-    """Model description and folder of an archive, which is unpacked once."""
-    if version not in _opened:
+def opened(version, archive=None):
+    """Model description and folder of an archive, which is unpacked once; FabricShield's if none is named."""
+    archive = str(archive or ARCHIVES[version])
+    if archive not in _opened:
         folder = tempfile.mkdtemp(prefix="fabric-fmu-")
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        fmpy.extract(str(ARCHIVES[version]), folder)
-        _opened[version] = (fmpy.read_model_description(str(ARCHIVES[version])), folder)
-    return _opened[version]
+        fmpy.extract(archive, folder)
+        _opened[archive] = (fmpy.read_model_description(archive), folder)
+    return _opened[archive]
 
 
 def library(version):
@@ -82,9 +83,10 @@ def library(version):
 class Host:
     """One instance. With `values` it is initialised at once and must accept them."""
 
-    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True):
+    def __init__(self, version, values=None, start=0.0, stop=None, token=None, events=False, early=None, logging_on=True,
+                 archive=None):
         self.version, self.log = version, []
-        description, folder = opened(version)
+        description, folder = opened(version, archive)
         self.variables = {variable.name: variable for variable in description.modelVariables}
         arguments = dict(
             guid=token or (description.guid if version == 2 else description.instantiationToken),
@@ -158,7 +160,9 @@ class Host:
             vector, _, place = name.partition("[")
             if place:
                 start = found.setdefault(vector, [float(x) for x in self.variables[vector].start.split()])
-                start[int(place[:-1]) - 1] = value
+                *row, column = [int(index) - 1 for index in place[:-1].split(",")]
+                columns = int(self.variables[vector].dimensions[-1].start)
+                start[sum(row) * columns + column] = value
             else:
                 found[name] = value
         return found
@@ -197,6 +201,7 @@ class Host:
             for dimension in elements[0].dimensions:
                 size *= int(dimension.start)
             values = list(getattr(self.fmu, names[kind])(references, nValues=size))
+        values = [int(value) if kind == "Boolean" else value for value in values]
         return values[0] if len(values) == 1 else values
 
     def outputs(self):
@@ -209,6 +214,16 @@ class Host:
         except FMICallException as refused:
             return refused.status
         return OK
+
+    def status_of_step(self, t, h):
+        """What the step function itself returns: FMPy takes a warning as success."""
+        if self.version == 2:
+            return self.fmu.dll.fmi2DoStep(ctypes.c_void_p(self.fmu.component), ctypes.c_double(t), ctypes.c_double(h), 1)
+        flags = [ctypes.byref(ctypes.c_bool()) for _ in range(3)]
+        return self.fmu.dll.fmi3DoStep(
+            ctypes.c_void_p(self.fmu.component), ctypes.c_double(t), ctypes.c_double(h), ctypes.c_bool(True), *flags,
+            ctypes.byref(ctypes.c_double()),
+        )  # fmt: skip
 
     def run(self, first, end, h):
         """Steps number first to end - 1 of size h, from time first h on."""

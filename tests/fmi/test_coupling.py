@@ -5,7 +5,7 @@ import pathlib
 import sys
 import unittest
 
-from host import ARCHIVES, FOUR_SIDES, PRESCRIBED, OK, RADIUS, SHEET_3IN_SPHERE, Host
+from host import ARCHIVES, PRESCRIBED, OK, RADIUS, SPHERE, Host
 
 TOP = pathlib.Path(__file__).parents[2]
 sys.path.insert(0, str(TOP / "examples" / "coupling"))
@@ -15,7 +15,6 @@ import two_shields  # noqa: E402
 from sphere import MASS, Body  # noqa: E402
 from driven_shield import Shield  # noqa: E402
 
-EXITED = 4
 ARCHIVE = ARCHIVES[2]
 
 
@@ -41,7 +40,7 @@ class Rollback(unittest.TestCase):
 
     def test_a_step_that_was_refused_may_be_repeated(self):
         body = Body(rollback.START, [0.0, 0.0, 60.0])
-        values = {"preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.position": body.position}
+        values = {**SPHERE, "drive": PRESCRIBED, "projectile.start.position": body.position, "projectile.start.velocity": body.velocity}
         shield = Shield(ARCHIVE, values)
         for teleport in (1e-3, float("nan")):
             self.assertFalse(shield.try_step(0.0, 1e-6, Body([0.0, teleport, body.position[2]], body.velocity)))
@@ -52,8 +51,8 @@ class Rollback(unittest.TestCase):
 class TwoShields(unittest.TestCase):
     def test_the_books_balance_over_both(self):
         books = two_shields.fly(ARCHIVE)
-        self.assertEqual(books["status"], [EXITED, EXITED])
-        self.assertLess(books["time_event"][0], books["time_first_contact"][1])
+        self.assertEqual(books["outcome.exited"], [True, True])
+        self.assertLess(books["outcome.exited_time"][0], books["outcome.first_contact_time"][1])
         self.assertGreater(min(books["contact.work"]), 10.0)
         self.assertLess(abs(books["interface residual"]), 1e-5)
         self.assertLess(books["momentum residual"], 1e-12)
@@ -73,8 +72,8 @@ class TwoShields(unittest.TestCase):
         body = Body([place[0], place[1] + RADIUS + 1e-4, place[2]], [0.0, -two_shields.SPEED, 0.0])
         shield = Shield(
             ARCHIVE,
-            {"preset": SHEET_3IN_SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0, "projectile.position": body.position,
-             "projectile.velocity": body.velocity, "sheet.position": place, "sheet.orientation": [half, half, 0.0, 0.0]},
+            {**SPHERE, "drive": PRESCRIBED, "projectile.mass": 0.0, "projectile.start.position": body.position,
+             "projectile.start.velocity": body.velocity, "sheet.position": place, "sheet.orientation": [half, half, 0.0, 0.0]},
         )  # fmt: skip
         force, dt = [0.0] * 3, shield.get("time_step.seconds")
         for k in range(40):
@@ -90,15 +89,14 @@ class Interface(unittest.TestCase):
 
     def test_energy_until_exit(self):
         """The fabric's own balance within 1 % of the impact energy, and the host's loss against the work of contact."""
-        values = {"preset": SHEET_3IN_SPHERE, "projectile.position": rollback.START}
-        values["projectile.velocity"] = [0.0, 0.0, rollback.SPEED]
+        values = {**SPHERE, "projectile.start.position[3]": rollback.START[2], "projectile.start.velocity[3]": rollback.SPEED}
         host, worst = Host(2, values), 0.0
         for k in range(60):
             host.run(k, k + 1, 5e-6)
             worst = max(worst, abs(host.get("energy.residual")))
-            if host.get("status") == EXITED:
+            if host.get("outcome.exited"):
                 break
-        self.assertEqual(host.get("status"), EXITED)
+        self.assertTrue(host.get("outcome.exited"))
         lost = 40.0 - 0.5 * MASS * sum(v * v for v in host.get("state.velocity"))
         print(f"\n  energy.residual at most {worst:.1e} J, loss {lost:.4f} J, contact work {host.get('contact.work'):.4f} J", end=" ")
         self.assertLess(worst, 0.01 * 40.0)
@@ -107,8 +105,7 @@ class Interface(unittest.TestCase):
 
     def test_force_peak_and_cumulative_sums(self):
         """force_peak as in the free run; impulse and work are the sums of what the steps gave."""
-        values = {"preset": SHEET_3IN_SPHERE, "projectile.position": rollback.START, "attachment.kind": FOUR_SIDES}
-        values["projectile.velocity"] = [0.0, 0.0, rollback.SPEED]
+        values = {**SPHERE, "projectile.start.position[3]": rollback.START[2], "projectile.start.velocity[3]": rollback.SPEED}
         free = Host(2, values).run(0, 50, 1e-6)
         expected = free.get("contact.force_peak")
         free.close()

@@ -63,7 +63,8 @@ class Description(unittest.TestCase):
             if u.get("dependencies") is not None
         }
         plain = Host(2, SMALL)
-        for turned, value in [("projectile.velocity[1]", 3.0), ("projectile.angular_velocity[2]", 7.0), ("projectile.radius", 6.3e-3)]:
+        for turned, value in [("projectile.start.velocity[1]", 3.0), ("projectile.start.angular_velocity[2]", 7.0), ("projectile.start.position[1]", 1e-5),
+                              ("projectile.radius", 6.3e-3)]:
             host = Host(2, {**SMALL, turned: value})
             for output, dependencies in stated.items():
                 self.assertEqual(host.get(output) != plain.get(output), turned in dependencies, (turned, output))
@@ -90,6 +91,19 @@ class Description(unittest.TestCase):
                     shown = declared.get("displayUnit")
                     self.assertIn(shown, [None] + [d.get("name") for d in units[typed.get("unit")].findall("DisplayUnit")])
                     self.assertGreater(float(typed.get("nominal") or declared.get("nominal")), 0.0)
+
+    def test_choices_are_integers_with_a_range_in_2_and_enumerations_in_3(self):
+        """libcosim and ecos pass over enumerations of FMI 2.0."""
+        two, three = ({v.get("name"): v for v in variables(version)} for version in (2, 3))
+        choices = [name for name, v in three.items() if v.tag == "Enumeration"]
+        self.assertEqual(len(choices), 9)
+        for name in choices:
+            self.assertEqual(two[name][0].tag, "Integer")
+            items = [t for t in tree(3).find("TypeDefinitions") if t.get("name") == three[name].get("declaredType")][0]
+            self.assertEqual((two[name][0].get("min"), two[name][0].get("max")), ("0", str(len(items) - 1)))
+            for item in items:
+                self.assertIn(f"{item.get('value')} {item.get('name')} (", two[name].get("description"))
+        self.assertNotIn("Enumeration", {v[0].tag for v in two.values()})
 
     def test_log_categories_and_default_experiment(self):
         for version in (2, 3):

@@ -1,25 +1,25 @@
-"""Events: status and times latch, FMI 3.0's event mode and early return, and stopping on request."""
+"""Events: outcomes latch with their times beside the status, FMI 3.0's event mode and early return, and stopping on request."""
 
 import unittest
 
 from fmpy.fmi2 import fmi2LastSuccessfulTime, fmi2Terminated
-from host import DISCARD, OK, SMALL, Host
+from host import DISCARD, OK, OUTPUTS, SMALL, Host
 
 H = 1e-6
 TICK = 2e-8
-ARRESTED, EXITED = 2, 4
 # What happens: the values, the outcome, and the number of steps to some time after it.
-CASES = [(SMALL, EXITED, 200), ({**SMALL, "projectile.velocity": [0.0, 0.0, 20.0]}, ARRESTED, 250)]
+CASES = [(SMALL, "exited", 200), ({**SMALL, "projectile.start.velocity[3]": 20.0}, "arrested", 250)]
+DISCRETE = ["status", *(name for name in OUTPUTS if name.startswith("outcome.") and not name.endswith("_time"))]
 
 
 class Events(unittest.TestCase):
     def expected(self, values, outcome, steps):
         """Times of first contact and outcome, and all outputs, in a run of FMI 2.0, which knows no events."""
         host = Host(2, values).run(0, steps, H)
-        self.assertEqual(host.get("status"), outcome)
+        self.assertTrue(host.get(f"outcome.{outcome}"))
         outputs = host.outputs()
         host.close()
-        return outputs["time_first_contact"], outputs["time_event"], outputs
+        return outputs["outcome.first_contact_time"], outputs[f"outcome.{outcome}_time"], outputs
 
     def test_event_mode_returns_early_at_the_tick(self):
         for values, outcome, steps in CASES:
@@ -38,6 +38,7 @@ class Events(unittest.TestCase):
                     host.fmu.enterStepMode()
             self.assertAlmostEqual(events[0], contact, delta=1.05 * TICK)
             self.assertTrue(any(abs(t - event) < 1.05 * TICK for t in events), events)
+            host.fmu.enterEventMode()
             # The physics goes on as if nobody had looked; only the two step means depend on the steps.
             for name, value in host.outputs().items():
                 if not name.endswith("_mean"):
@@ -56,9 +57,50 @@ class Events(unittest.TestCase):
             self.assertAlmostEqual(reached, (k + 1) * H, delta=1e-15)
             if needed:
                 told.append(reached)
+                host.fmu.enterEventMode()
+                host.fmu.updateDiscreteStates()
+                host.fmu.enterStepMode()
         self.assertTrue(contact <= told[0] < contact + H, told)
-        self.assertTrue(event <= told[-1] < event + H, told)
-        self.assertEqual(host.get("time_event"), event)
+        self.assertTrue(any(event <= t < event + H for t in told), told)
+        self.assertEqual(host.get("outcome.exited_time"), event)
+        host.close()
+
+    def test_discrete_variables_change_in_event_mode_only(self):
+        """Read after every call: what the description calls discrete changes on entering event mode, which the step has asked for."""
+        declared = [v.name for v in Host(3).variables.values() if v.variability == "discrete"]
+        self.assertEqual(sorted(declared), sorted(DISCRETE))
+        for early in (False, True):
+            host, t, changes = Host(3, SMALL, events=True, early=early), 0.0, 0
+            shown = [host.get(name) for name in DISCRETE]
+            while t < 2e-4 - 1e-12:
+                self.assertEqual(host.step(t, min(H, 2e-4 - t)), OK)
+                needed, _, _, t = host.last
+                self.assertEqual([host.get(name) for name in DISCRETE], shown)
+                if needed:
+                    host.fmu.enterEventMode()
+                    now = [host.get(name) for name in DISCRETE]
+                    self.assertNotEqual(now, shown)
+                    host.fmu.updateDiscreteStates()
+                    self.assertEqual([host.get(name) for name in DISCRETE], now)
+                    host.fmu.enterStepMode()
+                    shown, changes = now, changes + 1
+            self.assertGreater(changes, 2)
+            host.close()
+
+    def test_the_status_is_what_is_true_now(self):
+        """A sphere that was stopped still touches the sheet, then flies back: the outcome stays, the status does not."""
+        host, seen = Host(2, CASES[1][0]), []
+        for k in range(500):
+            host.run(k, k + 1, H)
+            touching = any(host.get("contact.force_mean"))
+            if host.get("outcome.arrested"):
+                seen.append((host.get("status"), touching))
+        self.assertIn((1, True), seen)
+        self.assertIn((0, False), seen)
+        self.assertNotIn((1, False), seen)
+        self.assertFalse(host.get("outcome.exited"))
+        self.assertEqual(host.get("outcome.exited_time"), 0.0)
+        self.assertTrue(0.0 < host.get("outcome.first_contact_time") < host.get("outcome.arrested_time"))
         host.close()
 
     def test_step_mode_never_returns_early(self):
@@ -79,7 +121,8 @@ class Events(unittest.TestCase):
                 break
         self.assertEqual(status, DISCARD)
         self.assertTrue(host.fmu.getBooleanStatus(fmi2Terminated))
-        self.assertAlmostEqual(host.fmu.getRealStatus(fmi2LastSuccessfulTime), host.get("time_event"), delta=1e-12)
+        times = [host.get(f"outcome.{name}_time") for name in ("arrested", "detached", "exited", "passed")]
+        self.assertAlmostEqual(host.fmu.getRealStatus(fmi2LastSuccessfulTime), max(times), delta=1e-12)
         host.close()
         host = Host(3, {**SMALL, "stop_on_event": True})
         for k in range(200):
@@ -90,8 +133,13 @@ class Events(unittest.TestCase):
         host.close()
 
     def test_events_are_logged_on_request(self):
-        host = Host(3, {**SMALL, "log.level": 3}, logging_on=True).run(0, 5, H)
-        self.assertTrue(host.said("first contact at internal step"))
+        host = Host(3, SMALL, logging_on=True).run(0, 5, H)
+        self.assertTrue(host.said("first contact at 8e-8 s, internal step 4"), host.log)
+        host.close()
+        host = Host(3, SMALL, logging_on=False)
+        host.fmu.setDebugLogging(True, ["logEvents"])
+        host.run(0, 5, H)
+        self.assertEqual({category for _, category, _ in host.log}, {"logEvents"})
         host.close()
         host = Host(3, SMALL, logging_on=False).run(0, 5, H)
         self.assertEqual(host.log, [])

@@ -9,17 +9,23 @@ import pathlib
 import struct
 import unittest
 
-from host import DISCARD, ERROR, PRESCRIBED, SHEET_3IN_SPHERE, SMALL, WARNING, Host, opened
+from host import DISCARD, ERROR, PRESCRIBED, SMALL, SPHERE, WARNING, Host
 
 FILE = pathlib.Path(__file__).parents[1] / "inputs" / "cases"
 # Larger sheets would take the memory.
 NODES = 100
 # What the kernel's scene does not have; other tests try it.
-OWN = {"preset", "log.level", "stop_on_event", "projectile.acceleration", "external.force", "external.torque"}
+MOTION = [f"projectile.{name}" for name in ("position", "velocity", "orientation", "angular_velocity")]
+OWN = {*MOTION, "stop_on_event", "projectile.acceleration", "external.force", "external.torque"}
 
 
 def number(bits):
     return struct.unpack(">d", bytes.fromhex(bits))[0]
+
+
+def named(field):
+    """The kernel's motion of the body is the FMU's motion at the start."""
+    return field.replace("projectile.", "projectile.start.", 1) if field.split("[")[0] in MOTION else field
 
 
 def read():
@@ -30,10 +36,10 @@ def read():
         if kind == "text":
             texts[int(words[0])] = line.split(maxsplit=2)[2]
         elif kind == "set":
-            bases.setdefault(words[0], []).append((words[1], number(words[2])))
+            bases.setdefault(words[0], []).append((named(words[1]), number(words[2])))
         elif kind == "case":
             base, name, bits, code, field = words
-            cases.append((base, name, number(bits), int(code), field))
+            cases.append((base, named(name), number(bits), int(code), named(field)))
     return texts, bases, cases
 
 
@@ -64,7 +70,8 @@ class Inputs(unittest.TestCase):
                 least, greatest = limits(variable)
                 inside = math.isfinite(value) and least <= value <= greatest
                 # What no scene can be given is refused at once; the rest when initialisation ends, with the kernel's words first.
-                at_once = variable.type == "Enumeration" or (variable.type in ("Integer", "Int32") and value < 0)
+                choice = variable.type == "Integer" and ": 0 " in variable.description
+                at_once = choice or variable.type == "Enumeration" or (variable.type in ("Integer", "Int32") and value < 0)
                 if not inside and (at_once or (code == 0 and variable.causality == "parameter")):
                     words = f"{name.split('[')[0]}: out of range"
                 said = self.answer(host, bases[base], name, value, references)
@@ -104,7 +111,7 @@ class Inputs(unittest.TestCase):
         """A new life of the instance, with these numbers set."""
         host.fmu.reset()
         host.log.clear()
-        host.begin({"preset": SHEET_3IN_SPHERE})
+        host.begin(SPHERE)
         for name, value in sets:
             self.assertLessEqual(self.put(host, name, value)[0], WARNING, (name, value, host.log))
 

@@ -12,7 +12,7 @@ from test_calls import build
 
 CYLINDER = {
     "sheet.nodes_x": 41, "sheet.nodes_y": 41, "attachment.kind": 1,
-    "projectile.position": [0.0, 0.0, -0.01906],
+    "projectile.start.position[3]": -0.01906,
 }  # fmt: skip
 
 

@@ -128,11 +128,17 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
     Ok(())
 }
 
-/// Compares the committed model descriptions, builds both FMUs for every platform there are tools for, and
-/// runs the FMPy tests.
+/// Compares the committed model descriptions, builds both FMUs for every platform there are tools for and those of a scene of its own,
+/// and runs the FMPy tests.
 fn fmu() -> Outcome {
     crate::fmu::run(&crate::fmu::Options { check: true, ..Default::default() })?;
     crate::fmu::run(&crate::fmu::Options { targets: crate::platforms::Targets::All, ..Default::default() })?;
+    let (file, name) = ("study/scenes/tilted_disc_sector.toml", "TiltedDiscSector");
+    crate::fmu::run(&crate::fmu::Options {
+        scene: Some(top().join(file)),
+        name: Some(name.into()),
+        ..Default::default()
+    })?;
     let (out, cases) = (target().join("smoke/stability").to_string_lossy().into_owned(), fmu_cases());
     study(&["stability", "--smoke", "--out", &out, "--fmu-cases", &cases])?;
     report("stability", &out)?;

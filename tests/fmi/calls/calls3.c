@@ -44,7 +44,7 @@ static void reach(int state) {
     if (state < 0) return;
     const fmi3ValueReference place = 600;
     const fmi3Int32 nodes[] = {21, 21};
-    const fmi3Float64 position[] = {0.0, 0.0, -1.906e-2};
+    const fmi3Float64 position[] = {0.0, 0.0, -1.9059e-2};
     if (!(fmu = instantiate()) || fmi3SetInt32(fmu, GRID, 2, nodes, 2)) abort();
     if (fmi3SetFloat64(fmu, &place, 1, position, 3)) abort();
     if (state >= INITIALIZATION && fmi3EnterInitializationMode(fmu, fmi3False, 0.0, 0.0, fmi3True, 1e-3)) abort();

@@ -466,23 +466,11 @@ typedef struct fk_scene {
 // Bit of the outcome "passed".
 #define FK_PASSED 8
 
-// fk_outcome's status: no contact in the last step and no outcome yet.
+// fk_outcome's status: no contact in the last step.
 #define FK_STATUS_FLIGHT 0
 
-// fk_outcome's status: contact in the last step, no outcome yet.
+// fk_outcome's status: contact in the last step.
 #define FK_STATUS_CONTACT 1
-
-// fk_outcome's status: the velocity along the direction at first contact fell to 0 or below.
-#define FK_STATUS_ARRESTED 2
-
-// fk_outcome's status: no node touched in the last 64 steps is connected to a support any more.
-#define FK_STATUS_DETACHED 3
-
-// fk_outcome's status: the projectile goes on and its contact with the fabric is over (docs/model.md, "Outcomes").
-#define FK_STATUS_EXITED 4
-
-// fk_outcome's status: no contact, and none to come: the projectile leaves the sheet's box for good.
-#define FK_STATUS_PASSED 5
 
 // A step count that has not happened.
 #define FK_NEVER UINT64_MAX
@@ -630,7 +618,7 @@ typedef struct fk_counters {
 
 // Outcomes; FK_NEVER for what has not happened.
 typedef struct fk_outcome {
-    // FK_STATUS_FLIGHT ...: the latest outcome, or contact or flight.
+    // FK_STATUS_FLIGHT or FK_STATUS_CONTACT: what is true now, whatever has latched.
     uint32_t status;
     // FK_ARRESTED | FK_DETACHED | ...: the bits of all latched outcomes.
     uint32_t mask;

@@ -1,0 +1,74 @@
+"""Scenes of one's own: the parameter sets, and an FMU whose start values are a scene (`cargo xtask fmu --scene FILE --name NAME`)."""
+
+import pathlib
+import re
+import tomllib
+import unittest
+import zipfile
+
+import fmpy
+from fmpy.validation import validate_fmu
+from host import ARCHIVES, EXAMPLES, OK, TARGET, Host, opened, parameter_set
+
+NAME = "TiltedDiscSector"
+SCENE = pathlib.Path(__file__).parents[2] / "study" / "scenes" / "tilted_disc_sector.toml"
+
+
+class Scenes(unittest.TestCase):
+    def test_the_archive_has_the_parameter_sets_of_the_examples(self):
+        files = sorted((EXAMPLES / "parameters").glob("*.ssv"))
+        self.assertEqual([file.stem for file in files], ["sheet_3in_sphere", "turbine_disc_sector"])
+        with zipfile.ZipFile(ARCHIVES[2]) as archive:
+            for file in files:
+                self.assertEqual(archive.read(f"documentation/parameters/{file.name}"), file.read_bytes())
+
+    def test_each_parameter_set_is_a_sound_scene(self):
+        for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118)]:
+            for version in (2, 3):
+                host = Host(version, parameter_set(name))
+                self.assertEqual(host.get("projectile.shape"), shape)
+                self.assertAlmostEqual(host.get("projectile.mass"), mass, 3)
+                self.assertEqual(host.status_of_step(0.0, 1e-7), OK)
+                host.close()
+
+    def test_a_model_of_a_scene_starts_as_that_scene(self):
+        wanted = tomllib.loads(SCENE.read_text())
+        for version in (2, 3):
+            archive = TARGET / "fmu" / f"{NAME}-fmi{version}.fmu"
+            self.assertEqual(validate_fmu(str(archive)), [])
+            description = fmpy.read_model_description(str(archive))
+            self.assertEqual((description.modelName, description.coSimulation.modelIdentifier), (NAME, NAME))
+            own = opened(version)[0]
+            token = lambda d: d.guid if version == 2 else d.instantiationToken
+            self.assertNotEqual(token(description), token(own))
+            host = Host(version, {}, archive=archive)
+            body = wanted["projectile"]
+            for name in ("position", "velocity", "orientation"):
+                self.assertEqual(host.get(f"projectile.start.{name}"), body[name])
+            for name, value in body["sector"].items():
+                self.assertEqual(host.get(f"projectile.sector.{name}"), value)
+            # The same bits as of the usual FMU with all of it set.
+            values = {v.name: host.get(v.name) for v in host.variables.values() if v.causality == "parameter"}
+            other = Host(version, values)
+            host.run(0, 20, 1e-6), other.run(0, 20, 1e-6)
+            self.assertGreater(host.get("contact.work"), 0.0)
+            self.assertEqual(host.outputs(), other.outputs())
+            host.close(), other.close()
+            with zipfile.ZipFile(archive) as files:
+                page = files.read("documentation/index.html").decode()
+            self.assertIn(f"<h1>{NAME}</h1>", page)
+            self.assertIn(repr(body["sector"]["thickness"]), page)
+
+    def test_the_example_of_the_page_runs(self):
+        with zipfile.ZipFile(ARCHIVES[2]) as archive:
+            page = archive.read("documentation/index.html").decode()
+        code = re.search(r"<pre>(import fmpy.*?)</pre>", page, re.DOTALL)[1]
+        self.assertIn("stop_time=0.0006", code)
+        short = code.replace("FabricShield-fmi2.fmu", str(ARCHIVES[2])).replace("stop_time=0.0006", "stop_time=2e-5")
+        namespace = {}
+        exec(short.replace("print(rows[-1])", ""), namespace)
+        self.assertGreater(float(namespace["rows"][-1]["contact.work"]), 0.0)
+
+
+if __name__ == "__main__":
+    unittest.main()
