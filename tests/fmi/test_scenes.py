@@ -68,6 +68,12 @@ class Scenes(unittest.TestCase):
         namespace = {}
         exec(short.replace("print(rows[-1])", ""), namespace)
         self.assertGreater(float(namespace["rows"][-1]["contact.work"]), 0.0)
+        # And the start values that it shows for the two versions.
+        shown = [eval(text) for text in re.findall(r"<code>(?:start_values=)?(\{&?.*?\})</code>", page)]
+        self.assertEqual(len(shown), 2)
+        for version, values in zip((2, 3), shown):
+            rows = fmpy.simulate_fmu(str(ARCHIVES[version]), stop_time=1e-6, start_values=values, output=["contact.work", "state.velocity[3]"[: None if version == 2 else -3]])
+            self.assertAlmostEqual(float(rows[-1][-1] if version == 2 else rows[-1][-1][2]), 80.0, 6)
 
 
 if __name__ == "__main__":
