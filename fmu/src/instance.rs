@@ -10,7 +10,7 @@ use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::table::{Id, MOST_ELEMENTS, VARIABLES, Variable};
 use core::fmt::Write;
-use fabric::error::{Code, Number};
+use fabric::error::{Code, number};
 use fabric::outcome::TEST_INTERVAL;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
@@ -165,12 +165,12 @@ impl Instance {
     fn refuse_range(&self, variable: &Variable, value: f64) -> Status {
         let [least, greatest] = variable.limits();
         let mut line = Line::new();
-        let _ = write!(line, "{}: out of range; it is {}", variable.name, Number(value));
+        let _ = write!(line, "{}: out of range; it is {}", variable.name, number(value));
         if least.is_finite() {
-            let _ = write!(line, ", at least {}", Number(least));
+            let _ = write!(line, ", at least {}", number(least));
         }
         if greatest.is_finite() {
-            let _ = write!(line, ", at most {}", Number(greatest));
+            let _ = write!(line, ", at most {}", number(greatest));
         }
         self.refuse(&line)
     }
@@ -410,9 +410,9 @@ impl Instance {
                 let _ = write!(
                     line,
                     "projectile.position, projectile.orientation: {} m from where the fabric has ",
-                    Number(gap)
+                    number(gap)
                 );
-                let _ = write!(line, "the body (state.position), more than sheet.spacing, {} m", Number(spacing));
+                let _ = write!(line, "the body (state.position), more than sheet.spacing, {} m", number(spacing));
                 self.refuse_as(Category::Discard, &line)
             }
         }
@@ -428,13 +428,13 @@ impl Instance {
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * if t < 0.0 { -t } else { t };
         let off = t - self.kept.time;
         if off > slack || off < -slack {
-            let _ = write!(line, "doStep: the communication point {} s is not where the last step ended, ", Number(t));
-            let _ = write!(line, "{} s: it is off by {} s", Number(self.kept.time), Number(off));
+            let _ = write!(line, "doStep: the communication point {} s is not where the last step ended, ", number(t));
+            let _ = write!(line, "{} s: it is off by {} s", number(self.kept.time), number(off));
             return Err(line);
         }
         if t + h > self.kept.stop_time + slack {
-            let _ = write!(line, "doStep: the step leads to {} s, past the stop time, ", Number(t + h));
-            let _ = write!(line, "{} s", Number(self.kept.stop_time));
+            let _ = write!(line, "doStep: the step leads to {} s, past the stop time, ", number(t + h));
+            let _ = write!(line, "{} s", number(self.kept.stop_time));
             return Err(line);
         }
         Ok(())
@@ -535,7 +535,7 @@ impl Instance {
         let (start, dt) = (self.kept.start_time, sim.step_limits().dt);
         let log = |name: &str, step: u64| {
             let mut line = Line::new();
-            let _ = write!(line, "{name} at {} s, internal step {step}", Number(start + step as f64 * dt));
+            let _ = write!(line, "{name} at {} s, internal step {step}", number(start + step as f64 * dt));
             self.log.say(Category::Event, &line);
         };
         if contact_came && let Some(step) = outcomes.first_contact {

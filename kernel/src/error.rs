@@ -196,66 +196,63 @@ impl Error {
         let reason = self.code.text().to_str().unwrap_or("");
         // A text that does not fit is cut; the code and the field come first.
         let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
-        let _ = match self.code {
-            Code::StepTooLarge => write!(text, "; the largest allowed is {} s", Number(self.limit)),
-            Code::ProjectileTooFast => write!(text, "; the largest step for this motion is {} s", Number(self.limit)),
-            Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => {
-                write!(text, "; it is {}", Number(self.value))
-            }
-            _ => Ok(()),
+        let (before, value, after) = match self.code {
+            Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
+            Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
+            Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
+            _ => return text,
         };
+        for part in [before, &number(value), after] {
+            let _ = text.push_str(part);
+        }
         text
     }
 }
 
-/// A number for a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands. The library's formatting of a
-/// float would need panics and 20 KB of code.
-pub struct Number(pub f64);
+/// A number as a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands. The library's formatting of
+/// a float would need panics and 20 KB of code.
+pub fn number(value: f64) -> Text {
+    let mut text = Text::new();
+    let _ = write_number(&mut text, value);
+    text
+}
 
-impl core::fmt::Display for Number {
-    fn fmt(&self, text: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Number(value) = *self;
-        if value == 0.0 || !value.is_finite() {
-            return text.write_str(if value == 0.0 {
-                "0"
-            } else if value.is_nan() {
-                "not a number"
-            } else {
-                "infinite"
-            });
-        }
-        let (mut size, mut exponent) = (if value < 0.0 { -value } else { value }, 0_i32);
-        while size >= 10.0 {
-            (size, exponent) = (size / 10.0, exponent + 1);
-        }
-        while size < 1.0 {
-            (size, exponent) = (size * 10.0, exponent - 1);
-        }
-        // What the divisions may have rounded up or down is less than this; a whole number of digits stays one.
-        let mut digits = (size * 1e4 + 1e-8) as u64;
-        let mut scale = 10_000;
-        if value < 0.0 {
-            text.write_str("-")?;
-        }
-        // Digit by digit: a width would take the formatter's padding, which calls through pointers.
-        write!(text, "{}", digits / scale)?;
-        digits %= 10_000;
-        if digits > 0 {
-            text.write_str(".")?;
-        }
-        while digits > 0 {
-            scale /= 10;
-            if scale == 0 {
-                break;
-            }
-            write!(text, "{}", digits / scale)?;
-            digits %= scale;
-        }
-        match exponent {
-            0 => Ok(()),
-            _ if exponent < 0 => write!(text, "e-{}", -exponent as u64),
-            _ => write!(text, "e{}", exponent as u64),
-        }
+fn write_number(text: &mut Text, value: f64) -> core::fmt::Result {
+    if value == 0.0 || !value.is_finite() {
+        return text.write_str(if value == 0.0 {
+            "0"
+        } else if value.is_nan() {
+            "not a number"
+        } else {
+            "infinite"
+        });
+    }
+    let (mut size, mut exponent) = (if value < 0.0 { -value } else { value }, 0_i32);
+    while size >= 10.0 {
+        (size, exponent) = (size / 10.0, exponent + 1);
+    }
+    while size < 1.0 {
+        (size, exponent) = (size * 10.0, exponent - 1);
+    }
+    if value < 0.0 {
+        text.write_str("-")?;
+    }
+    // What the divisions may have rounded up or down is less than this: a whole number of digits stays one.
+    let digits = (size * 1e4 + 1e-8) as u64;
+    // Digit by digit: a width would take the formatter's padding, which calls through pointers.
+    write!(text, "{}", digits / 10_000)?;
+    let mut rest = digits % 10_000;
+    if rest > 0 {
+        text.write_str(".")?;
+    }
+    while rest > 0 {
+        write!(text, "{}", rest / 1000)?;
+        rest = rest % 1000 * 10;
+    }
+    match exponent {
+        0 => Ok(()),
+        _ if exponent < 0 => write!(text, "e-{}", -exponent as u64),
+        _ => write!(text, "e{}", exponent as u64),
     }
 }
 
@@ -387,7 +384,7 @@ mod tests {
             (f64::MAX, "1.7976e308"),
             (5e-324, "4.9406e-324"),
         ] {
-            assert_eq!(std::format!("{}", Number(value)), expected);
+            assert_eq!(number(value).as_str(), expected);
         }
     }
 }
