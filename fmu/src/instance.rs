@@ -350,7 +350,7 @@ impl Instance {
 
     /// A communication step from t to t + h. Discard: nothing has changed.
     pub fn do_step(&mut self, t: f64, h: f64, early: Early) -> StepEnd {
-        if let Err(reason) = self.check_times(t, h) {
+        if let Some(reason) = self.bad_times(t, h) {
             return StepEnd::refused(self.refuse(&reason));
         }
         let Some(Running { sim, .. }) = &self.running else {
@@ -418,11 +418,12 @@ impl Instance {
         }
     }
 
-    fn check_times(&self, t: f64, h: f64) -> Result<(), Line> {
+    /// Why a step cannot be from t to t + h.
+    fn bad_times(&self, t: f64, h: f64) -> Option<Line> {
         let mut line = Line::new();
         if !(t.is_finite() && h.is_finite() && h > 0.0) {
             let _ = line.push_str("doStep: the step size must be greater than zero and both times finite");
-            return Err(line);
+            return Some(line);
         }
         // The host may add up its steps, and forms h as a difference of two times.
         let slack = 1e-3 * h + 4.0 * f64::EPSILON * if t < 0.0 { -t } else { t };
@@ -430,14 +431,14 @@ impl Instance {
         if off > slack || off < -slack {
             let _ = write!(line, "doStep: the communication point {} s is not where the last step ended, ", number(t));
             let _ = write!(line, "{} s: it is off by {} s", number(self.kept.time), number(off));
-            return Err(line);
+            return Some(line);
         }
         if t + h > self.kept.stop_time + slack {
             let _ = write!(line, "doStep: the step leads to {} s, past the stop time, ", number(t + h));
             let _ = write!(line, "{} s", number(self.kept.stop_time));
-            return Err(line);
+            return Some(line);
         }
-        Ok(())
+        None
     }
 
     fn steps(&self) -> u64 {

@@ -222,7 +222,7 @@ fn a_sphere_at_rest_has_no_outcome() {
 #[test]
 fn a_sheet_of_fixed_nodes_is_a_wall() {
     let (mask, status, work) = outcome(&small_sheet(2, 100.0), 50_000);
-    assert_eq!((mask, status), (Outcome::Arrested.into(), Status::Contact));
+    assert_eq!((mask, status), (Outcome::Arrested.into(), Status::Flight));
     close(work, 0.5 * 8.4e-3 * 1e4, 1e-12);
 }
 
