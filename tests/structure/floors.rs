@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const CRATES: [&str; 9] = ["capi", "fmu", "fuzz", "host", "kernel", "study", "tests", "xtask", "capi/library"];
+const CRATES: [&str; 10] =
+    ["capi", "fmu", "fuzz", "host", "kernel", "scene", "study", "tests", "xtask", "capi/library"];
 
 /// Modules of a crate by name, `a::b`, and the modules that each imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;

@@ -1,6 +1,6 @@
 //! Both model descriptions, from the tables in code.
 
-use crate::fmu::Model;
+use crate::model::Model;
 use fabric_fmu::table::{self, Id, Kind, MOST_ELEMENTS, Role, Variable};
 
 const DESCRIPTION: &str =

@@ -2,6 +2,7 @@
 //! tables in code; and the archives.
 
 use crate::description::{self, element_name, escaped};
+use crate::model::Model;
 use crate::page;
 use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
@@ -35,58 +36,13 @@ pub struct Options {
     pub name: Option<String>,
 }
 
-/// A model: the fabric with the start values of a scene.
-pub struct Model {
-    /// modelName and modelIdentifier.
-    pub name: String,
-    /// Start values.
-    pub starts: Parameters,
-    /// Internal step, s.
-    pub time_step: f64,
-    /// The scene as the library is compiled with; None for the one that it has by itself.
-    words: Option<String>,
-}
-
-impl Model {
-    /// FabricShield.
-    fn own() -> Model {
-        let name = MODEL_IDENTIFIER.to_string();
-        Model { name, starts: Parameters::default(), time_step: starts::TIME_STEP, words: None }
-    }
-
-    /// A model of a scene.
-    fn of(name: &str, file: &Path) -> Result<Model, String> {
-        let sound = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(sound) || name == MODEL_IDENTIFIER
-        {
-            return Err(format!("--name {name}: letters, digits and _, a letter first, and not {MODEL_IDENTIFIER}"));
-        }
-        let mut scene = fabric_scene::read(file).map_err(|error| error.to_string())?;
-        let limits = scene.step_limits().map_err(|error| format!("{}: {error}", file.display()))?;
-        let mut starts = Parameters::of(scene);
-        if let Some((variable, value)) = starts.out_of_range() {
-            return Err(format!("{}: {} = {value} cannot be a start value of an FMU", file.display(), variable.name));
-        }
-        let words = FIELDS.iter().flat_map(|field| (0..field.size()).map(move |element| (field, element)));
-        let words = words.map(|(field, element)| format!("{:016x}", field.word(&mut scene, element))).collect();
-        Ok(Model { name: name.to_string(), starts, time_step: limits.dt, words: Some(words) })
-    }
-
-    /// Names and texts of the files that are made for it.
-    fn files(&self) -> Vec<(String, String)> {
-        let names = ["fmi2.xml", "fmi3.xml", "documentation/index.html"];
-        let texts = [description::fmi2(self), description::fmi3(self), page::page(self)];
-        names.into_iter().map(String::from).zip(texts).collect()
-    }
-}
-
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {
     if let (Some(name), Some(file)) = (&options.name, &options.scene) {
         let model = Model::of(name, file)?;
         let out = tools::target().join("fmu");
         let folder = out.join(name);
-        write(&folder, &model.files())?;
+        write(&folder, &files(&model))?;
         // Its library has another folder than the usual one: neither is built again because of the other.
         let libraries =
             platforms::build(&tools::top(), &tools::target().join("scenes"), options.targets, model.words.as_deref())?;
@@ -100,10 +56,10 @@ pub fn run(options: &Options) -> Outcome {
     let mut others = parameter_sets();
     others.push(("docs/tables/scene.md".into(), parameters()));
     if options.check {
-        compare(&made, &model.files())?;
+        compare(&made, &files(&model))?;
         return compare(&tools::top(), &others);
     }
-    write(&made, &model.files())?;
+    write(&made, &files(&model))?;
     write(&tools::top(), &others)?;
     if options.targets == Targets::Host {
         println!("For this platform only; `cargo xtask fmu --targets all` adds the others.");
@@ -127,6 +83,13 @@ pub fn run(options: &Options) -> Outcome {
         println!("{}", archive.display());
     }
     Ok(())
+}
+
+/// Names and texts of the files that are made for a model.
+fn files(model: &Model) -> Vec<(String, String)> {
+    let names = ["fmi2.xml", "fmi3.xml", "documentation/index.html"];
+    let texts = [description::fmi2(model), description::fmi3(model), page::page(model)];
+    names.into_iter().map(String::from).zip(texts).collect()
 }
 
 /// Writes files into a folder.

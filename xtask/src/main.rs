@@ -12,6 +12,7 @@ mod fuzz;
 mod gates;
 mod header;
 mod install;
+mod model;
 mod page;
 mod platforms;
 mod readme;

@@ -2,7 +2,7 @@
 //! in code.
 
 use crate::description::{description, escaped, starts};
-use crate::fmu::Model;
+use crate::model::Model;
 use fabric::fields::Choice;
 use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS, VARIABLES, Variable};
 
