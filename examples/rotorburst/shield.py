@@ -2,13 +2,12 @@
 
 import shutil
 import tempfile
-import xml.etree.ElementTree
 
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from fmpy.ssp.ssd import read_ssv
 
-SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 PRESCRIBED = 1
 DISC_SECTOR = 5
 ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2}
@@ -26,12 +25,9 @@ BOOLEAN_OUTPUTS = [f"outcome.{name}" for name in ("first_contact", "arrested", "
 
 
 def read_parameters(path):
-    """The parameters of a parameter set (.ssv): value by name."""
-    values = {}
-    for parameter in xml.etree.ElementTree.parse(path).getroot().iter(f"{{{SSV}}}Parameter"):
-        kind, value = parameter[0].tag.split("}")[1], parameter[0].get("value")
-        values[parameter.get("name")] = {"Real": float, "Integer": int, "Boolean": "true".__eq__}[kind](value)
-    return values
+    """The numbers of a parameter set (.ssv) by name."""
+    kinds = {"Real": float, "Integer": int}
+    return {parameter.name: kinds[parameter.type](parameter.value) for parameter in read_ssv(str(path)).parameters}
 
 
 class Shield:
