@@ -7,6 +7,7 @@ Written after the sources of OMSimulator (SystemWC.cpp, ComponentFMUCS.cpp; solv
 - Every status but OK ends the simulation, warnings too.
 """
 
+import tempfile
 import zipfile
 from xml.etree import ElementTree
 
@@ -19,8 +20,8 @@ OMS = "{https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema
 
 
 def nothing_but_ok(message):
-    """Of every call: its name, arguments and status."""
-    if " -> " in message and message.endswith("WARNING"):
+    """Gets every call with its arguments and its status. FMPy itself refuses what is worse than a warning."""
+    if message.endswith("-> WARNING"):
         raise RuntimeError(f"OMSimulator would stop here: {message}")
 
 
@@ -34,7 +35,13 @@ def step_of(package):
 
 def simulate(package, stop):
     """The connected outputs after each step, by name, with `time`, the end of each step."""
-    folder, step = fmpy.extract(str(package)), step_of(package)
+    with tempfile.TemporaryDirectory(prefix="package-") as folder:
+        return run(package, stop, fmpy.extract(str(package), folder))
+
+
+def run(package, stop, folder):
+    """The same with the package unpacked in a folder."""
+    step = step_of(package)
     system = read_ssd(str(package)).system
     slaves, references = {}, {}
     for component in find_components(system):
@@ -43,7 +50,7 @@ def simulate(package, stop):
         slave = FMU2Slave(
             guid=description.guid,
             modelIdentifier=description.coSimulation.modelIdentifier,
-            unzipDirectory=fmpy.extract(archive),
+            unzipDirectory=fmpy.extract(archive, f"{folder}/{component.name}"),
             instanceName=component.name,
             fmiCallLogger=nothing_but_ok,
         )

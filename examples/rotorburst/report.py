@@ -115,7 +115,7 @@ def main():
         "<h2>The event</h2>",
         '<div class="pair">',
         figure(folder / "velocity.png", "Velocity of the fragment."),
-        figure(folder / "force.png", "Force on the fragment against its flight. A flat end or a rim sweeps up its nodes within the first step: "
+        figure(folder / "force.png", "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: "
                "an impulse, whose mean force depends on the time over which it is taken."),
         figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."),
         figure(folder / "failed_segments.png", "Yarn segments that have lost all stiffness."),

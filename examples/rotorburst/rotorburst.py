@@ -19,7 +19,7 @@ import numpy as np
 import balances
 from fragment import Body, DiscSector, Fragment
 from progress import Progress
-from shield import ATTACHMENTS, DISC_SECTOR, Shield, read_parameters
+from shield import ATTACHMENTS, DISC_SECTOR, MOTION, Shield, motions, read_parameters
 
 PARAMETERS = pathlib.Path(__file__).parent.parent / "parameters"
 
@@ -97,13 +97,7 @@ def couple(fragment, shield, ledger, rows, start, step, limit):
 def row(t, fragment, outputs=None):
     """One line of history.csv."""
     line = {"time": t, "kinetic_energy": fragment.kinetic_energy()}
-    vectors = {
-        "position": fragment.position,
-        "velocity": fragment.velocity,
-        "orientation": fragment.orientation,
-        "angular_velocity": fragment.angular_velocity(),
-    }
-    for name, value in {**vectors, **(outputs or {})}.items():
+    for name, value in {**dict(zip(MOTION, motions(fragment))), **(outputs or {})}.items():
         if np.ndim(value):
             line.update({f"{name}[{k + 1}]": x for k, x in enumerate(value)})
         else:
@@ -139,13 +133,7 @@ def impact_of(arguments, fragment):
     words = {"sheet": f"{width}in", "attachment": arguments.attachment, "seed": arguments.seed, "dt": INTERNAL_STEP}
     if isinstance(body, DiscSector):
         words |= {"sector": joined([getattr(body, name) for name in SECTOR]), "mass": repr(body.mass)}
-    vectors = {
-        "position": fragment.position,
-        "velocity": fragment.velocity,
-        "orientation": fragment.orientation,
-        "angular_velocity": fragment.angular_velocity(),
-    }
-    return {**words, **{name: joined(value) for name, value in vectors.items()}}
+    return {**words, **{name: joined(value) for name, value in zip(MOTION, motions(fragment))}}
 
 
 def joined(values):

@@ -55,7 +55,7 @@ class Shield:
 
     def initialise(self, t, fragment):
         """Builds the sheet, with the fragment where it is now, at time t."""
-        self._fmu.setReal(self._start, motion(fragment))
+        self._fmu.setReal(self._start, np.concatenate(motions(fragment)))
         self._fmu.setupExperiment(startTime=t)
         self._fmu.enterInitializationMode()
         self._fmu.exitInitializationMode()
@@ -65,7 +65,7 @@ class Shield:
 
         `acceleration` is the host's guess of the fragment's acceleration over this step.
         """
-        self._fmu.setReal(self._inputs, [*motion(fragment), *acceleration])
+        self._fmu.setReal(self._inputs, np.concatenate([*motions(fragment), acceleration]))
         self._fmu.doStep(t, h)
 
     def outputs(self):
@@ -94,6 +94,6 @@ class Shield:
         return [variable.valueReference for name in names for variable in self._elements(name)]
 
 
-def motion(fragment):
-    """Its numbers in the order of MOTION."""
-    return [*fragment.position, *fragment.velocity, *fragment.orientation, *fragment.angular_velocity()]
+def motions(fragment):
+    """Its vectors in the order of MOTION."""
+    return [fragment.position, fragment.velocity, fragment.orientation, fragment.angular_velocity()]

@@ -3,11 +3,12 @@
 //! ```text
 //! cargo run --release -p fabric-kernel --example snapshots -- IMPACT OUT
 //! ```
-//! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: the motion of the projectile when it comes near the
-//! sheet, the times of the pictures and the latest end, s. OUT is a file of little-endian f64 numbers: nodes along x and y, number
-//! of pictures; then for each picture: its time, position (3) and orientation (4) of the projectile, positions of the nodes (3
-//! each) and alpha of the segments (1 whole, 0 failed); then how it ended: outcome (0 arrested, 2 exited, 3 passed, -1 none of
-//! these), velocity (3) and absorbed energy then, and the number of failed segments.
+//! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: which sheet; a disc sector's dimensions and mass, if it
+//! is not the paper's projectile; its motion when it comes near the sheet; the times of the pictures and the latest end, s. OUT is a
+//! file of little-endian f64 numbers: nodes along x and y, number of pictures; then for each picture: its time, position (3) and
+//! orientation (4) of the projectile, positions of the nodes (3 each) and alpha of the segments (1 whole, 0 failed); then how it
+//! ended: outcome (0 arrested, 2 exited, 3 passed, -1 none of these), velocity (3) and absorbed energy then, and the number of failed
+//! segments.
 
 use fabric::{AttachmentKind, CacheLine, Layout, Outcome, Scene, Sector, Shape, Sim, TimeStep};
 use std::collections::HashMap;
