@@ -72,8 +72,8 @@ def result_rows(results):
          else "not detached before the end of the run"),
         (f"Absorbed energy at the end ({results['end']})", f"{absorbed:.3f} J = {100.0 * absorbed / energy:.1f} %"),
         ("Peak force (mean over 1 us)", f"{1e-3 * outputs['contact.force_peak']:.2f} kN"),
-        ("Failed segments", f"{outputs['fabric.failed_segments']} of {results['segments']}"),
-        ("Largest deflection (debris included)", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
+        ("Failed segments", f"{outputs['fabric.failed_segments']:.0f} of {results['segments']}"),
+        ("Largest deflection of what is still held", f"{1e3 * outputs['fabric.max_deflection']:.1f} mm"),
         ("Angular velocity at the end", vector(results["angular_velocity"], "rad/s", 1)),
         ("Impulse on the supports", vector(outputs["support.impulse"], "N s", 4)),
     ]  # fmt: skip

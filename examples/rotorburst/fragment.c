@@ -1,25 +1,14 @@
 #include "fragment.h"
 
 #include <math.h>
+#include <string.h>
 
-static const double PI = 3.14159265358979323846;
 static const double GRAVITY = -9.81;     /* along y, m/s2 */
 static const double AIR_DENSITY = 1.225; /* kg/m3 */
 
 static double length_of(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/* Principal moments of inertia, kg m2. */
-static void moments(const fragment_body *body, double moment[3])
-{
-    const double square = body->radius * body->radius, across = body->mass * (3.0 * square + body->length * body->length) / 12.0;
-    for (int k = 0; k < 3; k++) {
-        if (body->length == 0.0) moment[k] = 0.4 * body->mass * square;
-        else moment[k] = k < 2 ? across : 0.5 * body->mass * square;
-    }
-}
-
-/* Matrix of a unit quaternion: its columns are the body's axes. */
-static void rotation(const double q[4], double turn[3][3])
+void fragment_rotation(const double q[4], double turn[3][3])
 {
     const double w = q[0], x = q[1], y = q[2], z = q[3];
     const double rows[3][3] = {
@@ -47,45 +36,34 @@ void fragment_turned(const double turn[3], const double b[4], double result[4])
 /* Angular velocity at an orientation and an angular momentum. */
 static void rate_of(const fragment_body *body, const double orientation[4], const double momentum[3], double rate[3])
 {
-    double turn[3][3], moment[3], inside[3];
-    rotation(orientation, turn);
-    moments(body, moment);
+    double turn[3][3], inside[3];
+    fragment_rotation(orientation, turn);
     for (int j = 0; j < 3; j++)
-        inside[j] = (turn[0][j] * momentum[0] + turn[1][j] * momentum[1] + turn[2][j] * momentum[2]) / moment[j];
+        inside[j] = (turn[0][j] * momentum[0] + turn[1][j] * momentum[1] + turn[2][j] * momentum[2]) / body->moments[j];
     for (int i = 0; i < 3; i++) rate[i] = turn[i][0] * inside[0] + turn[i][1] * inside[1] + turn[i][2] * inside[2];
 }
 
-/* How far the front is ahead of the centre of mass along z, m. */
-static double reach(const fragment *f)
+fragment fragment_in_motion(const fragment_body *body, const double position[3], const double velocity[3], const double orientation[4],
+                            const double rate[3])
 {
+    fragment f = {*body, {0.0}, {0.0}, {0.0}, {0.0}};
     double turn[3][3];
-    if (f->body.length == 0.0) return f->body.radius;
-    rotation(f->orientation, turn);
-    const double along = fmin(fabs(turn[2][2]), 1.0);
-    return 0.5 * f->body.length * along + f->body.radius * sqrt(1.0 - along * along);
-}
-
-fragment fragment_launched(const fragment_body *body, double distance, double speed, double spin, double tilt)
-{
-    const double about_x[3] = {tilt, 0.0, 0.0}, straight[4] = {1.0, 0.0, 0.0, 0.0};
-    fragment f = {*body, {0.0, 0.0, 0.0}, {0.0, 0.0, speed}, {0.0}, {0.0}};
-    double turn[3][3], moment[3];
-    fragment_turned(about_x, straight, f.orientation);
-    f.position[2] = -distance - reach(&f);
-    rotation(f.orientation, turn);
-    moments(body, moment);
-    for (int k = 0; k < 3; k++) f.angular_momentum[k] = turn[k][2] * moment[2] * spin;
+    memcpy(f.position, position, sizeof f.position);
+    memcpy(f.velocity, velocity, sizeof f.velocity);
+    memcpy(f.orientation, orientation, sizeof f.orientation);
+    fragment_rotation(orientation, turn);
+    for (int j = 0; j < 3; j++) {
+        const double inside = body->moments[j] * (turn[0][j] * rate[0] + turn[1][j] * rate[1] + turn[2][j] * rate[2]);
+        for (int i = 0; i < 3; i++) f.angular_momentum[i] += turn[i][j] * inside;
+    }
     return f;
 }
-
-double fragment_front(const fragment *f) { return f->position[2] + reach(f); }
 
 void fragment_angular_velocity(const fragment *f, double rate[3]) { rate_of(&f->body, f->orientation, f->angular_momentum, rate); }
 
 void fragment_own_force(const fragment *f, double force[3])
 {
-    const double area = PI * f->body.radius * f->body.radius;
-    const double drag = -0.5 * AIR_DENSITY * f->body.drag_coefficient * area * length_of(f->velocity);
+    const double drag = -0.5 * AIR_DENSITY * f->body.drag_coefficient * f->body.frontal_area * length_of(f->velocity);
     for (int k = 0; k < 3; k++) force[k] = drag * f->velocity[k];
     force[1] += f->body.mass * GRAVITY;
 }

@@ -1,15 +1,15 @@
 /* A rigid fragment in free flight, six degrees of freedom: fragment.py in C, for the host in C and for the fragment's own FMU.
 
    Axes: x and y in the plane of the sheet, y up, z along the flight. Units are SI. Quaternions are scalar first and turn body
-   vectors into world vectors; the body's z axis is the fragment's axis. */
+   vectors into world vectors; the body's axes are the principal axes of inertia. */
 #ifndef FRAGMENT_H
 #define FRAGMENT_H
 
 typedef struct {
-    double radius;           /* m */
-    double length;           /* along the axis, m; 0 for a sphere, else a flat-ended cylinder */
     double mass;             /* kg */
-    double drag_coefficient; /* of the frontal area pi radius^2 */
+    double moments[3];       /* principal moments of inertia along the body's axes, kg m2 */
+    double drag_coefficient; /* of the frontal area */
+    double frontal_area;     /* m2 */
 } fragment_body;
 
 /* Rotation is kept as angular momentum in world axes, so that an angular impulse is simply added. */
@@ -21,13 +21,14 @@ typedef struct {
     double angular_momentum[3]; /* about the centre of mass, N m s */
 } fragment;
 
-/* Its front `distance` before the plane z = 0, flying along z; `spin` about its axis, rad/s, axis tilted by `tilt`, rad. */
-fragment fragment_launched(const fragment_body *body, double distance, double speed, double spin, double tilt);
+/* A body in motion; the angular velocity is in world axes, rad/s. */
+fragment fragment_in_motion(const fragment_body *body, const double position[3], const double velocity[3], const double orientation[4],
+                            const double angular_velocity[3]);
 
-/* z of the foremost point, m. */
-double fragment_front(const fragment *f);
+/* Matrix of a unit quaternion: its columns are the body's axes. */
+void fragment_rotation(const double q[4], double turn[3][3]);
 
-/* World axes, rad/s. */
+/* In world axes, rad/s. */
 void fragment_angular_velocity(const fragment *f, double rate[3]);
 
 /* Gravity and quadratic drag, N. Lift and the drag of a tumbling body are left out. */

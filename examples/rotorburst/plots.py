@@ -84,7 +84,7 @@ def force(times, path, step):
     axes.plot(times.t, -1e-3 * times.column("contact.force_mean[3]"), color=RED, linewidth=0.9,
               label=f"mean over a communication step of {1e6 * step:g} µs")  # fmt: skip
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper right")
     save(figure, path)
 
 
@@ -96,7 +96,7 @@ def energies(times, path):
     for name, label, colour in parts:
         axes.plot(times.t, times.column(name), color=colour, label=label)
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper left", fontsize=9)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=9)
     save(figure, path)
 
 

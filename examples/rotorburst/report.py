@@ -52,6 +52,7 @@ def table(rows, numbers=(), header=None):
 def parameter_rows(results):
     """What was simulated."""
     options, body = results["options"], results["body"]
+    width = {350: "10 in", 105: "3 in"}[results["nodes"]]
     if body["shape"] == "disc sector":
         size = f"{np.degrees(body['angle']):.0f} degrees, radii {1e3 * body['inner_radius']:g} and {1e3 * body['outer_radius']:g} mm, "
         size += f"{1e3 * body['thickness']:g} mm thick"
@@ -60,7 +61,7 @@ def parameter_rows(results):
     if body["shape"] == "cylinder":
         size += f", {1e3 * body['length']:.1f} mm long, flat ends"
     return [
-        ("Sheet", f"{'3 in' if options['case'] == '3in' else '10 in'}, {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
+        ("Sheet", f"{width}, {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
          f"segments, held at {options['attachment'].replace('_', ' ')}, stochastic yarn, seed {options['seed']}"),
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "
@@ -78,7 +79,7 @@ def headline(results):
         (f"{detached['absorbed']:.2f} J" if detached else "-", "absorbed at detachment" if detached else "not detached"),
         (f"{outputs['contact.work']:.2f} J", f"absorbed at the end ({results['end']})"),
         (f"{1e-3 * outputs['contact.force_peak']:.2f} kN", "peak force (1 µs mean)"),
-        (str(outputs["fabric.failed_segments"]), "failed segments"),
+        (f"{outputs['fabric.failed_segments']:.0f}", "failed segments"),
     ]
     return '<div class="headline">' + "".join(f"<div><b>{value}</b>{html.escape(name)}</div>" for value, name in items) + "</div>"
 
@@ -91,7 +92,7 @@ def comparison(results, snapshots):
         ("end", results["end"], outcome),
         ("residual velocity (z), m/s", f"{results['velocity'][2]:.3f}", f"{snapshots.velocity[2]:.3f}"),
         ("absorbed energy, J", f"{outputs['contact.work']:.3f}", f"{snapshots.absorbed:.3f}"),
-        ("failed segments", outputs["fabric.failed_segments"], int(snapshots.failed)),
+        ("failed segments", f"{outputs['fabric.failed_segments']:.0f}", int(snapshots.failed)),
     ]
     return table(rows, numbers=(1, 2), header=("", "co-simulation (this report)", "kernel alone"))
 
@@ -114,7 +115,7 @@ def main():
         "<h2>The event</h2>",
         '<div class="pair">',
         figure(folder / "velocity.png", "Velocity of the fragment."),
-        figure(folder / "force.png", "Force on the fragment against its flight. A flat end or a rim sweeps up its nodes within the first step: "
+        figure(folder / "force.png", "Force on the fragment against its flight. A flat end sweeps up its nodes within the first step: "
                "an impulse, whose mean force depends on the time over which it is taken."),
         figure(folder / "energies.png", "Energy the fabric has absorbed, and where it is."),
         figure(folder / "failed_segments.png", "Yarn segments that have lost all stiffness."),

@@ -1,7 +1,7 @@
 /* The rotorburst example as a host in C that links the kernel: what rotorburst.py does through the FMU, through fabric_kernel.h.
 
        cc -I../../include rotorburst.c fragment.c ../../target/ship/libfabric_kernel.a -lm -o rotorburst
-       ./rotorburst --case 3in --speed 100 > history.csv
+       ./rotorburst --case disc --speed 100 > history.csv
 
    On each communication step the kernel goes first: it is led to where the fragment should be at the end of the step, at the
    acceleration of the last mean force. Then the fragment moves on under the mean force and torque that the sheet has given. */
@@ -14,13 +14,36 @@
 #include "fabric_kernel.h"
 #include "fragment.h"
 
+#define PI 3.14159265358979323846
+
 static const double NEAR_SHEET = 0.5e-3;    /* distance at which the sheet joins in, m */
 static const double FLIGHT_STEP = 1e-4;     /* largest step of the host alone, s */
 static const double INTERNAL_STEP = 2e-8;   /* the kernel's time step, s */
 static const double NONE[3] = {0.0, 0.0, 0.0};
 
+/* The cases of rotorburst.py: the preset that has the sheet, how it is held, and the fragment. */
 typedef struct {
-    int ten_inch;
+    const char *name;
+    uint32_t preset;
+    uint64_t attachment, shape;
+    double radius, length;           /* of a sphere, whose length is 0, or of a cylinder, m */
+    fk_scene_projectile_sector disc; /* of a sector */
+    double mass, drag_coefficient;
+} impact;
+
+static const impact CASES[] = {
+    {"disc", FK_PRESET_SHEET_10IN_CYLINDER, FK_ATTACHMENT_FOUR_SIDES, FK_SHAPE_DISC_SECTOR, 0.0, 0.0,
+     {0.015, 0.04, 2.0 * PI / 3.0, 0.01}, 0.118, 1.05},
+    {"small", FK_PRESET_SHEET_3IN_SPHERE, FK_ATTACHMENT_FOUR_SIDES, FK_SHAPE_DISC_SECTOR, 0.0, 0.0,
+     {0.0075, 0.02, 2.0 * PI / 3.0, 0.005}, 0.01475, 1.05},
+    {"10in", FK_PRESET_SHEET_10IN_CYLINDER, FK_ATTACHMENT_TWO_SIDES, FK_SHAPE_CYLINDER, 6.35e-3, 38.1e-3,
+     {0.0, 0.0, 0.0, 0.0}, 0.037, 0.9},
+    {"3in", FK_PRESET_SHEET_3IN_SPHERE, FK_ATTACHMENT_FOUR_SIDES, FK_SHAPE_SPHERE, 6.35e-3, 0.0,
+     {0.0, 0.0, 0.0, 0.0}, 0.0084, 0.47},
+};
+
+typedef struct {
+    const impact *impact;
     double speed, standoff, spin, tilt, step, limit;
 } options;
 
@@ -32,7 +55,7 @@ static void stop(const char *what)
 
 static options parsed(int count, char **words)
 {
-    options o = {1, 100.0, 0.3, 300.0, 0.0, 1e-6, 2e-3};
+    options o = {&CASES[0], 100.0, 0.3, 300.0, 0.0, 1e-6, 2e-3};
     const struct {
         const char *name;
         double *place;
@@ -41,16 +64,91 @@ static options parsed(int count, char **words)
     for (int k = 1; k + 1 < count; k += 2) {
         size_t n = 0;
         if (strcmp(words[k], "--case") == 0) {
-            o.ten_inch = strcmp(words[k + 1], "10in") == 0;
+            while (n < sizeof CASES / sizeof *CASES && strcmp(words[k + 1], CASES[n].name) != 0) n++;
+            if (n == sizeof CASES / sizeof *CASES) stop("--case disc|small|10in|3in");
+            o.impact = &CASES[n];
             continue;
         }
         while (n < sizeof numbers / sizeof *numbers && strcmp(words[k], numbers[n].name) != 0) n++;
-        if (n == sizeof numbers / sizeof *numbers) stop("options: --case 10in|3in --speed --standoff --spin --tilt --step --limit");
+        if (n == sizeof numbers / sizeof *numbers) stop("options: --case --speed --standoff --spin --tilt --step --limit");
         *numbers[n].place = strtod(words[k + 1], NULL);
     }
     if (count % 2 == 0) stop("an option has no value");
     return o;
 }
+
+enum { CHORDS = 8, CORNERS = CHORDS + 3 };
+
+/* Corners of a sector's cross-section, counter-clockwise about its centre of mass, m: eight chords are the rim, one is the bore. */
+static void corners_of(const fk_scene_projectile_sector *disc, double corner[CORNERS][2])
+{
+    double area = 0.0, centre[2] = {0.0, 0.0};
+    for (int k = 0; k < CORNERS; k++) {
+        const double turn = (k == 0 ? 0.5 : k == 1 ? -0.5 : (k - 2) / (double)CHORDS - 0.5) * disc->angle;
+        const double radius = k < 2 ? disc->inner_radius : disc->outer_radius;
+        corner[k][0] = radius * cos(turn);
+        corner[k][1] = radius * sin(turn);
+    }
+    for (int k = 0; k < CORNERS; k++) {
+        const double *a = corner[k], *b = corner[(k + 1) % CORNERS], part = a[0] * b[1] - b[0] * a[1];
+        area += part;
+        for (int i = 0; i < 2; i++) centre[i] += (a[i] + b[i]) * part;
+    }
+    for (int k = 0; k < CORNERS; k++)
+        for (int i = 0; i < 2; i++) corner[k][i] -= centre[i] / (3.0 * area);
+}
+
+static fragment_body body_of(const impact *it)
+{
+    const double square = it->radius * it->radius, across = it->mass * (3.0 * square + it->length * it->length) / 12.0;
+    const double along = (it->length == 0.0 ? 0.4 : 0.5) * it->mass * square;
+    fragment_body body = {it->mass, {across, across, along}, it->drag_coefficient, PI * square};
+    if (it->shape == FK_SHAPE_SPHERE) body.moments[0] = body.moments[1] = along;
+    if (it->shape == FK_SHAPE_DISC_SECTOR) {
+        double corner[CORNERS][2], area = 0.0, second[2] = {0.0, 0.0};
+        corners_of(&it->disc, corner);
+        for (int k = 0; k < CORNERS; k++) {
+            const double *a = corner[k], *b = corner[(k + 1) % CORNERS], part = a[0] * b[1] - b[0] * a[1];
+            area += part;
+            for (int i = 0; i < 2; i++) second[i] += (a[i] * a[i] + a[i] * b[i] + b[i] * b[i]) * part;
+        }
+        const double xx = second[0] / (6.0 * area), yy = second[1] / (6.0 * area), zz = it->disc.thickness * it->disc.thickness / 12.0;
+        body.moments[0] = it->mass * (yy + zz);
+        body.moments[1] = it->mass * (xx + zz);
+        body.moments[2] = it->mass * (xx + yy);
+        body.frontal_area = 2.0 * it->disc.outer_radius * sin(0.5 * it->disc.angle) * it->disc.thickness;
+    }
+    return body;
+}
+
+/* How far the front is ahead of the centre of mass along z, m. */
+static double reach(const impact *it, const double orientation[4])
+{
+    double turn[3][3], corner[CORNERS][2], farthest = 0.0;
+    fragment_rotation(orientation, turn);
+    const double along = fmin(fabs(turn[2][2]), 1.0);
+    if (it->shape == FK_SHAPE_SPHERE) return it->radius;
+    if (it->shape == FK_SHAPE_CYLINDER) return 0.5 * it->length * along + it->radius * sqrt(1.0 - along * along);
+    corners_of(&it->disc, corner);
+    for (int k = 0; k < CORNERS; k++) farthest = fmax(farthest, turn[2][0] * corner[k][0] + turn[2][1] * corner[k][1]);
+    return farthest + 0.5 * it->disc.thickness * along;
+}
+
+/* The front at the stand-off; the axis along the flight, or a sector's rim ahead and its axis along y; then all tilted about x. */
+static fragment launched(const options *o)
+{
+    const fragment_body body = body_of(o->impact);
+    const double about_x[3] = {o->tilt * PI / 180.0, 0.0, 0.0}, rim_ahead[4] = {0.5, -0.5, -0.5, -0.5}, axis_ahead[4] = {1.0, 0.0, 0.0, 0.0};
+    const double velocity[3] = {0.0, 0.0, o->speed};
+    double orientation[4], turn[3][3], position[3] = {0.0, 0.0, 0.0}, rate[3];
+    fragment_turned(about_x, o->impact->shape == FK_SHAPE_DISC_SECTOR ? rim_ahead : axis_ahead, orientation);
+    position[2] = -o->standoff - reach(o->impact, orientation);
+    fragment_rotation(orientation, turn);
+    for (int k = 0; k < 3; k++) rate[k] = turn[k][2] * o->spin;
+    return fragment_in_motion(&body, position, velocity, orientation, rate);
+}
+
+static double front(const impact *it, const fragment *f) { return f->position[2] + reach(it, f->orientation); }
 
 static fk_motion motion_of(const fragment *f)
 {
@@ -80,11 +178,14 @@ static fk_motion carried(const fk_motion *motion, const double acceleration[3], 
 static fk_sim *sheet(const options *o, const fragment *f)
 {
     const fk_motion motion = motion_of(f);
-    fk_scene scene = fk_scene_preset(o->ten_inch ? FK_PRESET_SHEET_10IN_CYLINDER : FK_PRESET_SHEET_3IN_SPHERE);
+    fk_scene scene = fk_scene_preset(o->impact->preset);
     fk_fault fault = {0};
     fk_sim *sim = NULL;
     uint64_t bytes = 0;
-    scene.attachment.kind = o->ten_inch ? FK_ATTACHMENT_TWO_SIDES : FK_ATTACHMENT_FOUR_SIDES;
+    scene.attachment.kind = o->impact->attachment;
+    scene.projectile.shape = o->impact->shape;
+    if (o->impact->shape == FK_SHAPE_DISC_SECTOR) scene.projectile.sector = o->impact->disc;
+    scene.projectile.mass = o->impact->mass;
     scene.time_step.seconds = INTERNAL_STEP;
     scene.drive = FK_DRIVE_PRESCRIBED;
     scene.seed = 1;
@@ -110,15 +211,14 @@ static void print_row(double t, const fragment *f, const double force[3], double
 int main(int count, char **words)
 {
     const options o = parsed(count, words);
-    const fragment_body cylinder = {6.35e-3, 38.1e-3, 0.037, 0.9}, sphere = {6.35e-3, 0.0, 0.0084, 0.47};
-    fragment f = fragment_launched(o.ten_inch ? &cylinder : &sphere, o.standoff, o.speed, o.spin, o.tilt * 3.14159265358979323846 / 180.0);
+    fragment f = launched(&o);
     double start = 0.0, own[3], force[3] = {0.0}, torque[3];
     fk_contact before = {0}, after = {0};
     fk_counters counters = {0};
     fk_outcome outcome = {0};
 
-    while (fragment_front(&f) < -NEAR_SHEET) {
-        const double h = fmin(FLIGHT_STEP, (-NEAR_SHEET - fragment_front(&f)) / f.velocity[2] + 1e-7);
+    while (front(o.impact, &f) < -NEAR_SHEET) {
+        const double h = fmin(FLIGHT_STEP, (-NEAR_SHEET - front(o.impact, &f)) / f.velocity[2] + 1e-7);
         if (f.velocity[2] <= 0.0) stop("the fragment never reaches the sheet");
         fragment_own_force(&f, own);
         fragment_step(&f, h, own, NONE, NONE, 0.0);

@@ -6,22 +6,28 @@ import tempfile
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from fmpy.ssp.ssd import read_ssv
 
 PRESCRIBED = 1
 DISC_SECTOR = 5
-FLIGHT, CONTACT, ARRESTED, DETACHED, EXITED, PASSED, FAULTED = range(7)
-STATUS = ["flight", "contact", "arrested", "detached", "exited", "passed", "faulted"]
 ATTACHMENTS = {"two_sides": 0, "four_sides": 1, "four_corners": 2}
 
-INPUTS = ["projectile.position", "projectile.velocity", "projectile.orientation", "projectile.angular_velocity",
-          "projectile.acceleration"]  # fmt: skip
+MOTION = ["position", "velocity", "orientation", "angular_velocity"]
+INPUTS = [f"projectile.{name}" for name in [*MOTION, "acceleration"]]
 REAL_OUTPUTS = [
     "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
     "contact.work", "support.impulse", "support.attachment_impulse", "energy.kinetic", "energy.strain",
     "energy.dissipated", "energy.contact_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
-    "fabric.max_stretch", "time_first_contact", "time_event",
+    "fabric.max_stretch", "fabric.failed_segments", "contact.unconverged", "outcome.first_contact_time", "outcome.detached_time",
 ]  # fmt: skip
-INTEGER_OUTPUTS = ["fabric.failed_segments", "contact.unconverged", "status"]
+# Each stays true once it has happened; it has its time beside it.
+BOOLEAN_OUTPUTS = [f"outcome.{name}" for name in ("first_contact", "arrested", "detached", "exited", "passed")]
+
+
+def read_parameters(path):
+    """The numbers of a parameter set (.ssv) by name."""
+    kinds = {"Real": float, "Integer": int}
+    return {parameter.name: kinds[parameter.type](parameter.value) for parameter in read_ssv(str(path)).parameters}
 
 
 class Shield:
@@ -33,7 +39,8 @@ class Shield:
         self._variables = {variable.name: variable for variable in description.modelVariables}
         self._inputs = self._references(INPUTS)
         self._reals = self._references(REAL_OUTPUTS)
-        self._integers = self._references(INTEGER_OUTPUTS)
+        self._booleans = self._references(BOOLEAN_OUTPUTS)
+        self._start = self._references([f"projectile.start.{name}" for name in MOTION])
         self._fmu = FMU2Slave(
             guid=description.guid,
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -48,7 +55,7 @@ class Shield:
 
     def initialise(self, t, fragment):
         """Builds the sheet, with the fragment where it is now, at time t."""
-        self._set(fragment, np.zeros(3))
+        self._fmu.setReal(self._start, np.concatenate(motions(fragment)))
         self._fmu.setupExperiment(startTime=t)
         self._fmu.enterInitializationMode()
         self._fmu.exitInitializationMode()
@@ -58,14 +65,14 @@ class Shield:
 
         `acceleration` is the host's guess of the fragment's acceleration over this step.
         """
-        self._set(fragment, acceleration)
+        self._fmu.setReal(self._inputs, np.concatenate([*motions(fragment), acceleration]))
         self._fmu.doStep(t, h)
 
     def outputs(self):
-        """Every output by name: a number, or an array for a vector."""
-        values = list(self._fmu.getReal(self._reals)) + list(self._fmu.getInteger(self._integers))
+        """Every output by name: a number, 0 or 1 for a truth value, or an array for a vector."""
+        values = list(self._fmu.getReal(self._reals)) + list(self._fmu.getBoolean(self._booleans))
         result = {}
-        for name in REAL_OUTPUTS + INTEGER_OUTPUTS:
+        for name in REAL_OUTPUTS + BOOLEAN_OUTPUTS:
             size = len(self._elements(name))
             result[name] = values[0] if size == 1 else np.array(values[:size])
             values = values[size:]
@@ -77,10 +84,6 @@ class Shield:
         self._fmu.freeInstance()
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _set(self, fragment, acceleration):
-        values = [*fragment.position, *fragment.velocity, *fragment.orientation, *fragment.angular_velocity(), *acceleration]
-        self._fmu.setReal(self._inputs, values)
-
     def _elements(self, name):
         """FMI 2.0 has no arrays: the elements of `name` are `name[1]`, `name[2]`, ..., or `name[1,1]`, `name[1,2]`, ..."""
         if name in self._variables:
@@ -89,3 +92,8 @@ class Shield:
 
     def _references(self, names):
         return [variable.valueReference for name in names for variable in self._elements(name)]
+
+
+def motions(fragment):
+    """Its vectors in the order of MOTION."""
+    return [fragment.position, fragment.velocity, fragment.orientation, fragment.angular_velocity()]

@@ -3,13 +3,14 @@
 //! ```text
 //! cargo run --release -p fabric-kernel --example snapshots -- IMPACT OUT
 //! ```
-//! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: the motion of the projectile when it comes near the
-//! sheet, the times of the pictures and the latest end, s. OUT is a file of little-endian f64 numbers: nodes along x and y, number
-//! of pictures; then for each picture: its time, position (3) and orientation (4) of the projectile, positions of the nodes (3
-//! each) and alpha of the segments (1 whole, 0 failed); then how it ended: outcome (0 arrested, 2 exited, 3 passed, -1 none of
-//! these), velocity (3) and absorbed energy then, and the number of failed segments.
+//! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: which sheet; a disc sector's dimensions and mass, if it
+//! is not the paper's projectile; its motion when it comes near the sheet; the times of the pictures and the latest end, s. OUT is a
+//! file of little-endian f64 numbers: nodes along x and y, number of pictures; then for each picture: its time, position (3) and
+//! orientation (4) of the projectile, positions of the nodes (3 each) and alpha of the segments (1 whole, 0 failed); then how it
+//! ended: outcome (0 arrested, 2 exited, 3 passed, -1 none of these), velocity (3) and absorbed energy then, and the number of failed
+//! segments.
 
-use fabric::{AttachmentKind, CacheLine, Layout, Outcome, Scene, Sim, TimeStep};
+use fabric::{AttachmentKind, CacheLine, Layout, Outcome, Scene, Sector, Shape, Sim, TimeStep};
 use std::collections::HashMap;
 use std::error::Error;
 
@@ -87,12 +88,17 @@ fn numbers<const N: usize>(lines: &Lines, name: &str) -> Result<[f64; N], Box<dy
 
 /// The scene of an impact: sheet and projectile, in the motion given.
 fn scene_of(lines: &Lines) -> Result<Scene, Box<dyn Error>> {
-    let mut scene = match word(lines, "case")? {
-        "disc" => Scene::turbine_disc_sector(),
+    let mut scene = match word(lines, "sheet")? {
         "10in" => Scene::sheet_10in_cylinder(),
         "3in" => Scene::sheet_3in_sphere(),
-        other => return Err(format!("case {other} is unknown").into()),
+        other => return Err(format!("sheet {other} is unknown").into()),
     };
+    if lines.contains_key("sector") {
+        let [inner_radius, outer_radius, angle, thickness] = numbers(lines, "sector")?;
+        scene.projectile.shape = Shape::DiscSector;
+        scene.projectile.sector = Sector { inner_radius, outer_radius, angle, thickness };
+        [scene.projectile.mass] = numbers(lines, "mass")?;
+    }
     scene.attachment.kind = match word(lines, "attachment")? {
         "two_sides" => AttachmentKind::TwoSides,
         "four_sides" => AttachmentKind::FourSides,

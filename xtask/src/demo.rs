@@ -6,7 +6,7 @@ use std::path::Path;
 /// Options of the command.
 #[derive(clap::Args)]
 pub struct Options {
-    /// The 3 in sheet and the sphere instead of the 10 in sheet and the disc sector: some seconds instead of a minute; writes
+    /// The 3 in sheet and a disc sector of half the size instead of the 10 in sheet: some seconds instead of a minute; writes
     /// target/demo-quick instead of target/demo.
     #[arg(long)]
     pub quick: bool,
@@ -22,7 +22,7 @@ pub fn run(options: &Options) -> Outcome {
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let program = |name: &str| text(&tools::top().join("examples/rotorburst").join(name));
     let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
-    let case = if options.quick { "3in" } else { "disc" };
+    let case = if options.quick { "small" } else { "disc" };
     tools::run(&python, &[&program("rotorburst.py"), "--case", case, "--fmu", &fmu, "--out", &text(&out)])?;
 
     println!("\nThe same impact with the kernel moving the projectile, for the pictures of the sheet ...");

@@ -39,14 +39,7 @@ pub struct Options {
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {
     if let (Some(name), Some(file)) = (&options.name, &options.scene) {
-        let model = Model::of(name, file)?;
-        let out = tools::target().join("fmu");
-        let folder = out.join(name);
-        write(&folder, &files(&model))?;
-        // Its library has another folder than the usual one: neither is built again because of the other.
-        let libraries =
-            platforms::build(&tools::top(), &tools::target().join("scenes"), options.targets, model.words.as_deref())?;
-        for archive in archives(&model, &tools::top(), &folder, &libraries, &out)? {
+        for archive in of_scene(name, file, options.targets)? {
             println!("{}", archive.display());
         }
         return Ok(());
@@ -83,6 +76,17 @@ pub fn run(options: &Options) -> Outcome {
         println!("{}", archive.display());
     }
     Ok(())
+}
+
+/// Builds and packs a model of a scene: FMI 2.0, then FMI 3.0.
+pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2], String> {
+    let model = Model::of(name, file)?;
+    let out = tools::target().join("fmu");
+    let folder = out.join(name);
+    write(&folder, &files(&model))?;
+    // Its library has another folder than the usual one: neither is built again because of the other.
+    let libraries = platforms::build(&tools::top(), &tools::target().join("scenes"), targets, model.words.as_deref())?;
+    archives(&model, &tools::top(), &folder, &libraries, &out)
 }
 
 /// Names and texts of the files that are made for a model.

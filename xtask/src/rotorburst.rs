@@ -20,7 +20,7 @@ pub fn run(options: &Options) -> Outcome {
     make_folder(out.to_path_buf())?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
     let host = host(&out)?;
-    let package = package(&python, &out, &shield)?;
+    let package = package(&python, &out)?;
     println!("{}\n{}", host.display(), package.display());
 
     let text = |path: &Path| path.to_string_lossy().into_owned();
@@ -45,8 +45,9 @@ fn host(out: &Path) -> Result<PathBuf, String> {
     Ok(program)
 }
 
-/// FragmentTrajectory.fmu for this platform, and Rotorburst.ssp with both FMUs. The FMI headers are those that FMPy brings.
-fn package(python: &Path, out: &Path, shield: &Path) -> Result<PathBuf, String> {
+/// FragmentTrajectory.fmu and the shield of its scene for this platform, and Rotorburst.ssp with both. The FMI headers are those that
+/// FMPy brings.
+fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
     let headers = output(python, &["-c", "import fmpy, os; print(os.path.dirname(fmpy.__file__) + '/c-code')"])?;
     let library = out.join("FragmentTrajectory.so");
     let sources = ["examples/rotorburst/ssp/fragment_fmu.c", "examples/rotorburst/fragment.c"];
@@ -58,12 +59,12 @@ fn package(python: &Path, out: &Path, shield: &Path) -> Result<PathBuf, String> 
     let trajectory = out.join("FragmentTrajectory.fmu");
     let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmi2);
     fmu::pack(&trajectory, vec![("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
+    let [shield, _] = fmu::of_scene("RotorburstShield", &source("shield.toml"), platforms::Targets::default())?;
     let package = out.join("Rotorburst.ssp");
     let entries = [
         ("SystemStructure.ssd", source("SystemStructure.ssd")),
-        ("resources/parameters.ssv", source("parameters.ssv")),
         ("resources/FragmentTrajectory.fmu", trajectory),
-        ("resources/FabricShield.fmu", shield.to_path_buf()),
+        ("resources/RotorburstShield.fmu", shield),
     ];
     fmu::pack(&package, entries.map(|(name, path)| (name.to_string(), path)).to_vec())?;
     Ok(package)

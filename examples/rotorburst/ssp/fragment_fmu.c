@@ -9,17 +9,23 @@
 
 #include "../fragment.h"
 
-#define TOKEN "{FragmentTrajectory-1}"
+#define TOKEN "{FragmentTrajectory-2}"
 
 /* Value references: parameters, inputs, outputs. */
 enum {
-    RADIUS, LENGTH, MASS, DRAG_COEFFICIENT, STANDOFF, SPEED, SPIN, TILT, TICK,
-    FORCE, TORQUE = FORCE + 3,
+    MASS, MOMENTS, DRAG_COEFFICIENT = MOMENTS + 3, FRONTAL_AREA, TICK,
+    START_POSITION, START_VELOCITY = START_POSITION + 3, START_ORIENTATION = START_VELOCITY + 3,
+    START_ANGULAR_VELOCITY = START_ORIENTATION + 4,
+    FORCE = START_ANGULAR_VELOCITY + 3, TORQUE = FORCE + 3,
     POSITION = TORQUE + 3, VELOCITY = POSITION + 3, ORIENTATION = VELOCITY + 3, ANGULAR_VELOCITY = ORIENTATION + 4,
     KINETIC_ENERGY = ANGULAR_VELOCITY + 3, COUNT
 };
 
-static const double START[FORCE] = {6.35e-3, 0.0, 0.0084, 0.47, 0.3, 100.0, 0.0, 0.0, 0.0};
+/* Start values of the parameters: the sector of a turbine disc, 0.4 mm before the sheet. */
+static const double START[FORCE] = {
+    0.118, 2.985698146640359e-05, 8.515087512869415e-06, 3.640540231260633e-05, 1.05, 0.0006928203230275509, 2e-8,
+    0.0, 0.0, -0.017415119963956924, 0.0, 0.0, 100.0, 0.5, -0.5, -0.5, -0.5, 0.0, 300.0, 0.0,
+};
 
 typedef enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED } phase;
 
@@ -54,8 +60,8 @@ static void publish(instance *it)
 static void launch(instance *it)
 {
     const double *p = it->value;
-    const fragment_body body = {p[RADIUS], p[LENGTH], p[MASS], p[DRAG_COEFFICIENT]};
-    it->fragment = fragment_launched(&body, p[STANDOFF], p[SPEED], p[SPIN], p[TILT]);
+    const fragment_body body = {p[MASS], {p[MOMENTS], p[MOMENTS + 1], p[MOMENTS + 2]}, p[DRAG_COEFFICIENT], p[FRONTAL_AREA]};
+    it->fragment = fragment_in_motion(&body, p + START_POSITION, p + START_VELOCITY, p + START_ORIENTATION, p + START_ANGULAR_VELOCITY);
     publish(it);
 }
 
@@ -109,7 +115,10 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     instance *it = c;
     if (!it || it->phase != INITIALIZING) return refuse(it, "fmi2ExitInitializationMode: not allowed in this state");
-    if (!(it->value[RADIUS] > 0.0 && it->value[LENGTH] >= 0.0 && it->value[MASS] > 0.0)) return refuse(it, "radius, length or mass: out of range");
+    const double *p = it->value, *q = p + START_ORIENTATION;
+    if (!(p[MASS] > 0.0 && p[MOMENTS] > 0.0 && p[MOMENTS + 1] > 0.0 && p[MOMENTS + 2] > 0.0 && p[DRAG_COEFFICIENT] >= 0.0 && p[FRONTAL_AREA] >= 0.0))
+        return refuse(it, "mass, moments, drag_coefficient or frontal_area: out of range");
+    if (!(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-6)) return refuse(it, "start.orientation: not a unit quaternion");
     it->phase = STEPPING;
     return fmi2OK;
 }
@@ -187,10 +196,15 @@ REFUSED(DeSerializeFMUstate, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
 REFUSED(GetDirectionalDerivative, const fmi2ValueReference u[], size_t n, const fmi2ValueReference k[], size_t m, const fmi2Real d[], fmi2Real v[])
 REFUSED(SetRealInputDerivatives, const fmi2ValueReference r[], size_t n, const fmi2Integer o[], const fmi2Real v[])
 REFUSED(GetRealOutputDerivatives, const fmi2ValueReference r[], size_t n, const fmi2Integer o[], fmi2Real v[])
-REFUSED(GetStatus, const fmi2StatusKind k, fmi2Status *v)
-REFUSED(GetRealStatus, const fmi2StatusKind k, fmi2Real *v)
-REFUSED(GetIntegerStatus, const fmi2StatusKind k, fmi2Integer *v)
-REFUSED(GetBooleanStatus, const fmi2StatusKind k, fmi2Boolean *v)
-REFUSED(GetStringStatus, const fmi2StatusKind k, fmi2String *v)
+
+/* No step is ever pending. */
+#define NOT_KNOWN(name, ...) \
+    fmi2Status fmi2##name(fmi2Component c, __VA_ARGS__) { return c ? fmi2Discard : fmi2Error; }
+
+NOT_KNOWN(GetStatus, const fmi2StatusKind k, fmi2Status *v)
+NOT_KNOWN(GetRealStatus, const fmi2StatusKind k, fmi2Real *v)
+NOT_KNOWN(GetIntegerStatus, const fmi2StatusKind k, fmi2Integer *v)
+NOT_KNOWN(GetBooleanStatus, const fmi2StatusKind k, fmi2Boolean *v)
+NOT_KNOWN(GetStringStatus, const fmi2StatusKind k, fmi2String *v)
 
 fmi2Status fmi2CancelStep(fmi2Component c) { return refuse(c, "fmi2CancelStep: not supported"); }
