@@ -187,7 +187,12 @@ fn compiler(platform: &Platform) -> Result<Compiler, String> {
     if Command::new(linker(platform)).arg("--version").output().is_err() {
         return Err(format!("{name} is missing ({origin})"));
     }
-    compiler_for(platform.triple)
+    let (triple, compiler) = (platform.triple, compiler_for(platform.triple)?);
+    if platform.extension == "dylib" && compiler != own() {
+        // Debian's has no rust-objcopy, with which rustc strips these libraries.
+        return Err(format!("this Rust has no target {triple} (`rustup target add {triple}`)"));
+    }
+    Ok(compiler)
 }
 
 /// What links for another platform: a program that is installed, or for macOS the one that lies beside our compiler's libraries.
@@ -268,7 +273,9 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Platfor
         if platform.extension == "dylib" {
             command.env("MACOSX_DEPLOYMENT_TARGET", format!("{}.{}", MACOS.0, MACOS.1));
             if !others.is_empty() {
-                flags += " -Clinker-flavor=ld64.lld";
+                // The linker makes the library's number (LC_UUID) from all that it writes, and stripping comes after it: without
+                // -S and -x it would write names of folders and local symbols.
+                flags += " -Clinker-flavor=ld64.lld -Clink-arg=-S -Clink-arg=-x";
             }
             if !ON_MACOS {
                 command.env("SDKROOT", stub(target)?);
