@@ -1,7 +1,8 @@
 //! The FMU's library for every platform, from one source: how it is built, and what it may ask of its host and offer to it.
 
 use crate::tools::{self, Outcome, output};
-use object::{NameOrOrdinal, Object, ObjectSection};
+use object::read::macho::{LoadCommandVariant, MachOFile64};
+use object::{Endianness, NameOrOrdinal, Object, ObjectSection, macho};
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,8 @@ use std::process::Command;
 pub struct Platform {
     /// Name of the target in Rust.
     pub triple: &'static str,
-    /// Folder of its binary in an archive of FMI 2.0. The standard has no name of its own for Arm and takes that of FMI 3.0.
+    /// Folder of its binary in an archive of FMI 2.0. The standard has names of its own only for x86 (darwin64 too is x86-64) and
+    /// takes those of FMI 3.0 for other processors (FMI 2.0.5, 2.3).
     pub fmi2: &'static str,
     /// Folder of its binary in an archive of FMI 3.0.
     pub fmi3: &'static str,
@@ -19,19 +21,19 @@ pub struct Platform {
     built: &'static str,
     /// How its file name ends in the archives.
     pub extension: &'static str,
-    /// Links for it on other platforms; and the Debian package that has it.
+    /// Links for it on other platforms; and where that program comes from.
     linker: [&'static str; 2],
 }
 
 /// Every platform that an archive can hold.
-pub const PLATFORMS: [Platform; 3] = [
+pub const PLATFORMS: [Platform; 5] = [
     Platform {
         triple: "x86_64-unknown-linux-gnu",
         fmi2: "linux64",
         fmi3: "x86_64-linux",
         built: "libfabric_shield.so",
         extension: "so",
-        linker: ["x86_64-linux-gnu-gcc", "gcc-x86-64-linux-gnu"],
+        linker: ["x86_64-linux-gnu-gcc", "Debian: gcc-x86-64-linux-gnu"],
     },
     Platform {
         triple: "x86_64-pc-windows-gnu",
@@ -39,7 +41,7 @@ pub const PLATFORMS: [Platform; 3] = [
         fmi3: "x86_64-windows",
         built: "fabric_shield.dll",
         extension: "dll",
-        linker: ["x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64"],
+        linker: ["x86_64-w64-mingw32-gcc", "Debian: gcc-mingw-w64-x86-64"],
     },
     Platform {
         triple: "aarch64-unknown-linux-gnu",
@@ -47,9 +49,28 @@ pub const PLATFORMS: [Platform; 3] = [
         fmi3: "aarch64-linux",
         built: "libfabric_shield.so",
         extension: "so",
-        linker: ["aarch64-linux-gnu-gcc", "gcc-aarch64-linux-gnu"],
+        linker: ["aarch64-linux-gnu-gcc", "Debian: gcc-aarch64-linux-gnu"],
+    },
+    Platform {
+        triple: "x86_64-apple-darwin",
+        fmi2: "darwin64",
+        fmi3: "x86_64-darwin",
+        built: "libfabric_shield.dylib",
+        extension: "dylib",
+        linker: RUST_LLD,
+    },
+    Platform {
+        triple: "aarch64-apple-darwin",
+        fmi2: "aarch64-darwin",
+        fmi3: "aarch64-darwin",
+        built: "libfabric_shield.dylib",
+        extension: "dylib",
+        linker: RUST_LLD,
     },
 ];
+
+/// Links for macOS; [`linker`] looks for it where rustup puts it.
+const RUST_LLD: [&str; 2] = ["rust-lld", "it comes with rustup's compilers"];
 
 /// Which platforms are wanted.
 #[derive(Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -73,7 +94,7 @@ pub struct Library {
 /// `scene`: the words of the start values (`fmu/src/starts.rs`).
 pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<&str>) -> Result<Vec<Library>, String> {
     let host = host()?;
-    compile(source, &["--target-dir", &target.to_string_lossy()], &own(), &[], scene)?;
+    compile(source, target, &own(), &[], scene)?;
     let mut built = vec![Library { platform: host, path: target.join("ship").join(host.built) }];
     if targets == Targets::All {
         let cross = target.join("cross");
@@ -88,7 +109,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<&str>
         while let Some((_, compiler)) = wanted.first().cloned() {
             let (now, later): (Vec<_>, Vec<_>) = wanted.into_iter().partition(|(_, other)| *other == compiler);
             let platforms: Vec<_> = now.into_iter().map(|(platform, _)| platform).collect();
-            compile(source, &["--target-dir", &cross.to_string_lossy()], &compiler, &platforms, scene)?;
+            compile(source, &cross, &compiler, &platforms, scene)?;
             built.extend(platforms.into_iter().map(|platform| Library {
                 platform,
                 path: cross.join(platform.triple).join("ship").join(platform.built),
@@ -111,9 +132,12 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<&str>
     Ok(built)
 }
 
+const ON_MACOS: bool = cfg!(target_os = "macos");
+
 /// The platform that this program runs on.
 pub fn host() -> Result<&'static Platform, String> {
-    let (machine, system) = (std::env::consts::ARCH, std::env::consts::OS);
+    let machine = std::env::consts::ARCH;
+    let system = if ON_MACOS { "darwin" } else { std::env::consts::OS };
     PLATFORMS
         .iter()
         .find(|platform| platform.triple.starts_with(machine) && platform.triple.contains(system))
@@ -159,16 +183,35 @@ pub fn own() -> Compiler {
 /// A compiler for another platform: ours if it has the target (`rustup target add`), else ours or the distribution's with the
 /// source of `core` (`rustup component add rust-src`; Debian: rustc-web, cargo-web and rust-web-src).
 fn compiler(platform: &Platform) -> Result<Compiler, String> {
-    let [linker, package] = platform.linker;
-    if Command::new(linker).arg("--version").output().is_err() {
-        return Err(format!("{linker} is missing (Debian: {package})"));
+    let [name, origin] = platform.linker;
+    if Command::new(linker(platform)).arg("--version").output().is_err() {
+        return Err(format!("{name} is missing ({origin})"));
     }
-    compiler_for(platform.triple)
+    let (triple, compiler) = (platform.triple, compiler_for(platform.triple)?);
+    if platform.extension == "dylib" && compiler != own() {
+        // Debian's has no rust-objcopy, with which rustc strips these libraries.
+        return Err(format!("this Rust has no target {triple} (`rustup target add {triple}`)"));
+    }
+    Ok(compiler)
+}
+
+/// What links for another platform: a program that is installed, or for macOS the one that lies beside our compiler's libraries.
+fn linker(platform: &Platform) -> PathBuf {
+    let name = platform.linker[0];
+    match output(our_rustc(), &["--print", "target-libdir"]) {
+        Ok(libraries) if platform.extension == "dylib" => Path::new(libraries.trim()).with_file_name("bin").join(name),
+        _ => name.into(),
+    }
+}
+
+/// The rustc that compiles this program.
+fn our_rustc() -> PathBuf {
+    std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from)
 }
 
 /// The same for any target, whatever links for it.
 pub fn compiler_for(triple: &str) -> Result<Compiler, String> {
-    let ours = std::env::var_os("RUSTC").map_or("rustc".into(), PathBuf::from);
+    let ours = our_rustc();
     let printed = |rustc: &Path, arguments: &[&str]| output(rustc, arguments).map(|text| text.trim().to_string());
     if printed(&ours, &["--print", "target-libdir", "--target", triple]).is_ok_and(|at| Path::new(&at).exists()) {
         return Ok(own());
@@ -198,8 +241,8 @@ fn version(text: &str) -> Option<(u32, u32)> {
     Some((parts.next()??, parts.next()??))
 }
 
-/// Builds the library in its shipped form, for this platform if `others` names none.
-fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platform], scene: Option<&str>) -> Outcome {
+/// Builds the library in its shipped form into `target`, for this platform if `others` names none.
+fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Platform], scene: Option<&str>) -> Outcome {
     let mut command = compiler.command();
     match scene {
         Some(words) => command.env("FABRIC_FMU_SCENE", words),
@@ -207,30 +250,69 @@ fn compile(source: &Path, place: &[&str], compiler: &Compiler, others: &[&Platfo
     };
     command
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])
-        .args(place)
+        .arg("--target-dir")
+        .arg(target)
         .args(compiler.options())
         .current_dir(source);
-    for platform in others {
-        command.args(["--target", platform.triple]);
+    let host = [host()?];
+    for platform in if others.is_empty() { &host } else { others } {
         let variable = |what: &str| format!("CARGO_TARGET_{}_{what}", platform.triple.to_uppercase().replace('-', "_"));
-        if std::env::var_os(variable("LINKER")).is_none() {
-            command.env(variable("LINKER"), platform.linker[0]);
+        if !others.is_empty() {
+            command.args(["--target", platform.triple]);
+            if std::env::var_os(variable("LINKER")).is_none() {
+                command.env(variable("LINKER"), linker(platform));
+            }
         }
-        if platform.extension == "dll" {
-            // The same source gives the same bytes, whenever it is built.
-            command.env(variable("RUSTFLAGS"), "-Clink-arg=-Wl,--no-insert-timestamp");
+        // The same source gives the same bytes, whenever and wherever it is built.
+        let mut flags = match platform.extension {
+            "dll" => "-Clink-arg=-Wl,--no-insert-timestamp".to_string(),
+            // Without this the library's name for itself is where it was built.
+            "dylib" => "-Crpath".to_string(),
+            _ => continue,
+        };
+        if platform.extension == "dylib" {
+            command.env("MACOSX_DEPLOYMENT_TARGET", format!("{}.{}", MACOS.0, MACOS.1));
+            if !others.is_empty() {
+                // The linker makes the library's number (LC_UUID) from all that it writes, and stripping comes after it: without
+                // -S and -x it would write names of folders and local symbols.
+                flags += " -Clinker-flavor=ld64.lld -Clink-arg=-S -Clink-arg=-x";
+            }
+            if !ON_MACOS {
+                command.env("SDKROOT", stub(target)?);
+            }
         }
+        command.env(variable("RUSTFLAGS"), flags);
     }
     let status = command.status().map_err(|error| format!("cannot start cargo: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("building fmu-lib failed ({status})")) }
 }
 
-/// What a library of ours may ask of Linux, besides the weak names of the linker's start-up code.
+/// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that the library may ask for.
+fn stub(target: &Path) -> Result<PathBuf, String> {
+    let top = target.join("macos");
+    let file = tools::make_folder(top.join("usr").join("lib"))?.join("libSystem.tbd");
+    let names = FROM_LINUX.iter().chain(&FROM_MACOS).map(|name| format!("_{name}, ")).collect::<String>();
+    let text = format!(
+        "--- !tapi-tbd\ntbd-version: 4\ntargets: [ x86_64-macos, arm64-macos ]\ninstall-name: '{LIBSYSTEM}'\nexports:\n  \
+         - targets: [ x86_64-macos, arm64-macos ]\n    symbols: [ {names}{BINDER} ]\n...\n"
+    );
+    std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(top)
+}
+
+/// What a library of ours may ask of the C library of Linux and macOS, besides the weak names of Linux's start-up code.
 pub const FROM_LINUX: [&str; 8] = ["calloc", "free", "memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
 /// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics excepted.
 const FROM_WINDOWS: [&str; 2] = ["KERNEL32.dll", "msvcrt.dll"];
 const MATHEMATICS: [&str; 12] =
     ["exp", "log", "pow", "sqrt", "sin", "cos", "tan", "acos", "asin", "atan", "atan2", "floor"];
+/// What it may ask of macOS too: the compiler calls these in place of some calls of memset.
+const FROM_MACOS: [&str; 3] = ["bzero", "__bzero", "memset_pattern16"];
+/// The library of macOS that has them, and its function that binds a function at its first call.
+const LIBSYSTEM: &str = "/usr/lib/libSystem.B.dylib";
+const BINDER: &str = "dyld_stub_binder";
+/// Oldest macOS that loads it: the first for Arm.
+const MACOS: (u32, u32) = (11, 0);
 /// Number of functions: 34 of FMI 2.0 for co-simulation and 75 of FMI 3.0.
 const FUNCTIONS: usize = 109;
 /// Newest version of the GNU C library whose symbols may be used.
@@ -245,33 +327,43 @@ fn check(library: &Library) -> Result<(BTreeSet<String>, String), String> {
         NameOrOrdinal::Ordinal(number) => format!("number {number}"),
     };
     let file = object::File::parse(&*data).map_err(|error| error.to_string())?;
+    let kind = library.platform.extension;
+    // Names in C begin so in the files of macOS.
+    let underscore = if kind == "dylib" { "_" } else { "" };
     let mut exported = BTreeSet::new();
     for export in file.exports().map_err(|error| error.to_string())? {
-        exported.insert(name(export.map_err(|error| error.to_string())?.name()));
+        let export = name(export.map_err(|error| error.to_string())?.name());
+        exported.insert(export.strip_prefix(underscore).unwrap_or(&export).to_string());
     }
     if exported.len() != FUNCTIONS || !exported.iter().all(|name| name.starts_with("fmi2") || name.starts_with("fmi3"))
     {
         return Err(format!("exports {} symbols instead of the {FUNCTIONS} functions: {exported:?}", exported.len()));
     }
-    let windows = library.platform.extension == "dll";
     let mut needs = BTreeSet::new();
     for import in file.imports().map_err(|error| error.to_string())? {
         let import = import.map_err(|error| error.to_string())?;
         let (wanted, from) = (name(import.name()), text(import.library()));
-        let allowed = if windows {
-            FROM_WINDOWS.contains(&&*from) && !MATHEMATICS.contains(&&*wanted)
-        } else {
-            import.is_weak() || FROM_LINUX.contains(&&*wanted)
+        let allowed = match kind {
+            "dll" => FROM_WINDOWS.contains(&&*from) && !MATHEMATICS.contains(&&*wanted),
+            "dylib" => {
+                let function = wanted.strip_prefix(underscore).unwrap_or_default();
+                from == LIBSYSTEM
+                    && (FROM_LINUX.contains(&function) || FROM_MACOS.contains(&function) || wanted == BINDER)
+            }
+            _ => import.is_weak() || FROM_LINUX.contains(&&*wanted),
         };
         if !allowed {
             return Err(format!("imports {wanted} {from}"));
         }
-        if windows {
+        if kind != "so" {
             needs.insert(from);
         }
     }
     let mut floor = None;
-    if !windows {
+    if let object::File::MachO64(file) = &file {
+        check_macos(file, library.platform)?;
+        floor = Some(MACOS);
+    } else if kind == "so" {
         // The table of strings has the names of the libraries it needs, and of the versions of their symbols.
         let strings = file.section_by_name(".dynstr").and_then(|section| section.data().ok()).unwrap_or_default();
         for word in strings.split(|&byte| byte == 0).map(text) {
@@ -291,6 +383,53 @@ fn check(library: &Library) -> Result<(BTreeSet<String>, String), String> {
     let needs = needs.into_iter().collect::<Vec<_>>().join(", ");
     let symbols = floor.map_or(String::new(), |(major, minor)| format!(" {major}.{minor}"));
     Ok((exported, format!("{} bytes, {FUNCTIONS} functions exported, needs {needs}{symbols}", data.len())))
+}
+
+/// Whether macOS would take the library: its oldest version, the name without a folder of ours, the library it needs, and for Arm the
+/// signature that every program there must have, made by the linker without a key ("ad hoc").
+/// The layout of a signature: cs_blobs.h of Apple's XNU.
+fn check_macos(file: &MachOFile64<Endianness>, platform: &Platform) -> Outcome {
+    let endian = file.endian();
+    let (mut oldest, mut own_name, mut needs, mut signed) = (None, None, Vec::new(), false);
+    let mut commands = file.macho_load_commands().map_err(|error| error.to_string())?;
+    while let Some(command) = commands.next().map_err(|error| error.to_string())? {
+        let name = |name| command.string(endian, name).map(|name| String::from_utf8_lossy(name).into_owned());
+        match command.variant().map_err(|error| error.to_string())? {
+            LoadCommandVariant::BuildVersion(version, _) if version.platform.get(endian) == macho::PLATFORM_MACOS => {
+                let packed = version.minos.get(endian).0;
+                oldest = Some((packed >> 16, packed >> 8 & 0xff));
+            }
+            LoadCommandVariant::IdDylib(own) => own_name = name(own.dylib.name).ok(),
+            LoadCommandVariant::Dylib(other) => needs.extend(name(other.dylib.name)),
+            LoadCommandVariant::LinkeditData(place) if command.cmd() == macho::LC_CODE_SIGNATURE => {
+                let start = place.dataoff.get(endian);
+                let data = file.data().get(start as usize..).unwrap_or_default();
+                let word = |at: u32| {
+                    let bytes =
+                        data.get(at as usize..).and_then(|data| data.first_chunk()).copied().unwrap_or_default();
+                    u32::from_be_bytes(bytes)
+                };
+                // A set of blobs, the first of which lists the hashes of the pages: it must reach to where the signature begins.
+                let list = word(16);
+                let adhoc = word(list.saturating_add(12)) & 2 != 0;
+                signed = word(0) == 0xfade_0cc0
+                    && word(list) == 0xfade_0c02
+                    && adhoc
+                    && word(list.saturating_add(32)) == start
+                    && word(list.saturating_add(28)) == start.div_ceil(4096)
+                    && data.len() == place.datasize.get(endian) as usize;
+            }
+            _ => {}
+        }
+    }
+    let named = format!("@rpath/{}", platform.built);
+    if oldest != Some(MACOS) || own_name.as_ref() != Some(&named) || needs != [LIBSYSTEM] {
+        return Err(format!("calls itself {own_name:?}, is for macOS {oldest:?} and needs {needs:?}"));
+    }
+    if platform.triple.starts_with("aarch64") && !signed {
+        return Err("has no ad-hoc signature of all its pages".into());
+    }
+    Ok(())
 }
 
 /// Builds everything again in another folder; every library must have the same bytes.

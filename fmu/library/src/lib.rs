@@ -16,6 +16,7 @@ mod bare {
     // rustc links without default libraries: without these lines there is no dependency on the C library.
     #[cfg_attr(target_os = "linux", link(name = "c"))]
     #[cfg_attr(target_os = "windows", link(name = "msvcrt"))]
+    #[cfg_attr(target_os = "macos", link(name = "System"))]
     unsafe extern "C" {
         #[cfg(feature = "gate")]
         safe fn a_panic_is_reachable() -> !;
