@@ -568,7 +568,7 @@ impl<'a> Sim<'a> {
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
             let largest = math::max(q, segment.history);
-            sim.system.model.law.alpha(segment.damage_rate, largest)
+            sim.system.model.directions.of(segment.axis).law.alpha(segment.damage_rate, largest)
         })
     }
 
