@@ -88,7 +88,7 @@ fn a_weight_on_a_crimped_segment() {
             sim.step().unwrap();
             let (x, v) = (positions(&sim)[4][k], velocities(&sim)[4][k]);
             if x < natural - h {
-                assert!((x - speed * sim.time()).abs() < 1e-12 * h && v == velocities(&sim)[4][k]);
+                assert!((x - speed * sim.time()).abs() < 1e-12 * h);
                 assert!((v - speed).abs() < 1e-12 * speed, "{v}");
                 free = sim.step_count();
             }
@@ -462,14 +462,10 @@ fn a_fabric_with_its_directions_exchanged_moves_alike() {
             close(a.contact_work, b.contact_work, 1e-9);
             let (a, b) = (one.support().unwrap().attachments, two.support().unwrap().attachments);
             let scale = a.iter().map(|a| length(*a)).fold(0.0, f64::max);
-            let image = |at: usize| match scene.attachment.kind {
-                AttachmentKind::FourCorners => [0, 2, 1, 3][at],
-                _ => [2, 3, 0, 1][at],
-            };
-            // Edge nodes at the corners of the sheet count to bottom and top.
+            // Of a sheet held along its edge the nodes at its corners count to bottom and top in both.
             if scene.attachment.kind == AttachmentKind::FourCorners {
-                for at in 0..4 {
-                    let [x, y, z] = b[image(at)];
+                for (at, image) in [0, 2, 1, 3].into_iter().enumerate() {
+                    let [x, y, z] = b[image];
                     assert!(length(sub(a[at], [y, x, z])) <= 1e-9 * scale);
                 }
             }
