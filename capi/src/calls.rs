@@ -91,13 +91,20 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 pub unsafe extern "C" fn fk_scene_fill(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
     let mut fill = || {
         let part = Part::of(&mut scene, struct_size)?;
-        let (mut preset, mut scene) = (scene_of(preset), fk_scene::EMPTY);
-        scene.fill(preset.as_mut().map_err(|error| *error)?);
-        scene.words[0] = struct_size;
-        part.put(&scene);
+        let mut preset = scene_of(preset);
+        put_scene(part, preset.as_mut().map_err(|error| *error)?, struct_size);
         Ok(())
     };
     status(fill())
+}
+
+/// Writes a scene. Not inlined: the structure must not add to the stack of making the scene.
+#[inline(never)]
+fn put_scene(part: Part<'_, fk_scene>, scene: &mut Scene, struct_size: u64) {
+    let mut structure = fk_scene::EMPTY;
+    structure.fill(scene);
+    structure.words[0] = struct_size;
+    part.put(&structure);
 }
 
 /// The scene of a preset. Not inlined: it must not add to the stack of what is done with it.
