@@ -3,12 +3,12 @@
 use crate::error::{Code, Error};
 use crate::math;
 use crate::path::{self, Track};
+use crate::planes::Axis;
 use crate::pose::{Pose, Vector};
 use crate::projectile::{Inertia, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
 use crate::shape::Solid;
 use crate::toe::Toe;
-use crate::yarn::DamageLaw;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
 /// [`crate::yarn::LOST`]).
@@ -22,9 +22,6 @@ pub(crate) struct Model {
     pub pose: Pose,
     pub solid: Solid,
     pub inertia: Inertia,
-    pub law: DamageLaw,
-    /// q at the critical stretch.
-    pub critical: f64,
     /// Toe of segments that have been slack.
     pub toe: Toe,
     /// Mass of a node, all plies, kg.
@@ -35,13 +32,8 @@ pub(crate) struct Model {
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
     pub unit_energy: f64,
-    /// A_0 h of all plies, m^3.
+    /// Volume of a horizontal segment, A_0 l, all plies, m^3.
     pub segment_volume: f64,
-    /// Modulus over kk, Pa.
-    pub modulus_per_stiffness: f64,
-    /// kk of the mean segment and its damage rate.
-    pub mean_stiffness: f64,
-    pub mean_damage_rate: f64,
     /// Steps in a force window.
     pub window_steps: u64,
 }
@@ -54,45 +46,38 @@ impl Model {
         pose: Pose::IDENTITY,
         solid: Solid::NOTHING,
         inertia: Inertia::NOTHING,
-        law: DamageLaw { critical_stretch: 0.0, a: 0.0, b: 0.0, alpha_fail: 0.0 },
-        critical: 0.0,
         toe: Toe::NONE,
         node_mass: 0.0,
         unit_speed: 0.0,
         unit_impulse: 0.0,
         unit_energy: 0.0,
         segment_volume: 0.0,
-        modulus_per_stiffness: 0.0,
-        mean_stiffness: 0.0,
-        mean_damage_rate: 0.0,
         window_steps: 1,
     };
 
     /// Derives the constants, where they are: a copy would take a kilobyte of stack.
+    #[inline(always)] // One after the other: their stacks must not add up.
     pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits) {
         self.solid.set(&scene.projectile);
+        self.derive_constants(scene, limits);
+    }
+
+    /// All constants but the solid.
+    #[inline(never)]
+    fn derive_constants(&mut self, scene: &Scene, limits: StepLimits) {
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
-        let law = scene.damage_law();
-        let mean = scene.mean_segment();
-        // kk = E A_0 dt^2 / (2 m h); plies cancel.
-        let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * h / (scene.sheet.yarn_area * dt * dt);
         let window = math::round(scene.force_window / dt);
         self.limits = limits;
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
-        self.law = law;
-        self.critical = law.critical_twice_strain();
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
         self.unit_impulse = node_mass * h / dt;
         self.unit_energy = node_mass * (h / dt) * (h / dt);
-        self.segment_volume = scene.lumped_area() * h;
-        self.modulus_per_stiffness = modulus_per_stiffness;
-        self.mean_stiffness = mean.modulus / modulus_per_stiffness;
-        self.mean_damage_rate = mean.damage_rate;
+        self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));
         self.window_steps = if window >= 1.0 { window as u64 } else { 1 };
     }
 
@@ -103,8 +88,6 @@ impl Model {
         self.unit_speed /= factor;
         self.unit_impulse /= factor;
         self.unit_energy /= factor * factor;
-        self.modulus_per_stiffness /= factor * factor;
-        self.mean_stiffness *= factor * factor;
     }
 
     /// Rounding aside, a node deeper than a billionth of the spacing is inside.

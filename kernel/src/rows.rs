@@ -1,6 +1,7 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 use crate::blocks::Blocks;
+use crate::direction::Directions;
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
@@ -8,20 +9,14 @@ use crate::pose::Vector;
 use crate::sweep::{Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
-use crate::yarn::DamageLaw;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
 pub(crate) struct Terms {
     pub layout: Layout,
-    pub law: DamageLaw,
-    /// q at the critical stretch.
-    pub critical: f64,
+    pub directions: Directions,
     /// The toe of marked segments.
     pub toe: Toe,
-    /// Undamaged stiffness and damage rate of uniform yarn.
-    pub stiffness: f64,
-    pub damage_rate: f64,
     pub instructions: InstructionSet,
 }
 
@@ -31,19 +26,18 @@ impl Terms {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            law: &self.law,
-            critical: self.critical,
+            directions: &self.directions,
             toe: self.toe,
             instructions: self.instructions,
         }
     }
 
     /// Constants of the segments of the k-th row of `yarn`, which is empty for uniform yarn.
-    pub fn yarn_row<'y>(&self, yarn: &'y [Chunk<YARN_PLANES>], k: usize) -> YarnRow<'y> {
+    pub fn yarn_row<'y>(&'y self, yarn: &'y [Chunk<YARN_PLANES>], k: usize) -> YarnRow<'y> {
         if self.layout.stochastic {
             YarnRow::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            YarnRow::Uniform { stiffness: self.stiffness, damage_rate: self.damage_rate }
+            YarnRow::Uniform(&self.directions)
         }
     }
 }
@@ -196,5 +190,25 @@ mod tests {
         sim.step().unwrap();
         sim.system.blocks.history = &mut [];
         assert_eq!(sim.step(), Err(Failure::NonFinite));
+    }
+
+    /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
+    #[test]
+    fn a_plain_sheet_moves_alike_on_both_paths() {
+        let run = |toe: f64, plain: bool| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.slack_toe) = (41, 41, toe);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(sim.system.directions.plain);
+            sim.system.directions.plain = plain;
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for toe in [0.0, 0.02] {
+            assert_eq!(run(toe, true), run(toe, false));
+        }
     }
 }

@@ -164,6 +164,7 @@ impl<'a> Sim<'a> {
         sim.system.scene = *scene;
         sim.system.layout = layout;
         sim.system.model.derive(scene, limits);
+        sim.system.directions.derive(scene, limits.dt);
         sim.system.state = State::at_start(body);
         sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;
@@ -547,7 +548,7 @@ impl<'a> Sim<'a> {
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
             let largest = math::max(q, segment.history);
-            sim.system.model.law.alpha(segment.damage_rate, largest)
+            sim.system.directions.along(segment.axis).law.alpha(segment.damage_rate, largest)
         })
     }
 

@@ -10,7 +10,7 @@
 use crate::error::{Code, Error};
 use crate::fields;
 use crate::layout::HEADER_WORDS;
-use crate::planes::{self, CHUNK};
+use crate::planes::{self, Axis, CHUNK};
 use crate::pose::Vector;
 use crate::scene::Scene;
 use crate::start::LARGEST_STRETCH;
@@ -278,10 +278,14 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
-            for _ in 0..usize::from(i < across) + usize::from(j < up) {
+            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, j < up)] {
+                if !exists {
+                    continue;
+                }
+                let critical = system.directions.along(axis).critical;
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
-                sound &= (q == 0.0) | (q == FAILED) | ((q > system.model.critical) & (q <= largest));
+                sound &= (q == 0.0) | (q == FAILED) | ((q > critical) & (q <= largest));
                 words = rest;
                 if toe {
                     let Some((&mark, rest)) = words.split_first() else { return false };
@@ -573,7 +577,7 @@ mod tests {
         let mut sim = Sim::new(&scene, &mut memory).unwrap();
         let mut image = std::vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
-        let (critical, first) = (sim.system.model.critical, sim.digest());
+        let (critical, first) = (sim.system.directions.horizontal.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
             let found = sim.load(&forged);

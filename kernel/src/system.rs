@@ -2,6 +2,7 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
+use crate::direction::Directions;
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
@@ -16,13 +17,14 @@ use crate::state::State;
 use crate::sweep::{self, YarnRow};
 use crate::toe::NO_TOE;
 use crate::weave::{self, in_runs};
-use crate::yarn;
+use crate::yarn::{self, Rest};
 
 /// What is stepped: constants, state and memory of the sheet and the projectile.
 pub(crate) struct System<'a> {
     pub scene: Scene,
     pub layout: Layout,
     pub model: Model,
+    pub directions: Directions,
     pub state: State,
     pub blocks: Blocks<'a>,
     pub failed_segments: u64,
@@ -39,6 +41,7 @@ impl<'a> System<'a> {
         scene: Scene::sheet_3in_sphere(),
         layout: Layout::NOTHING,
         model: Model::NOTHING,
+        directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
         blocks: Blocks::nothing(),
         failed_segments: 0,
@@ -54,6 +57,8 @@ impl<'a> System<'a> {
 pub(crate) struct SegmentView {
     /// Direction.
     pub axis: Axis,
+    /// How it lies in the flat sheet.
+    pub rest: Rest,
     /// Stiffness kk with the stored damage.
     pub stiffness: f64,
     /// kk without damage.
@@ -73,20 +78,20 @@ pub(crate) struct SegmentView {
 impl SegmentView {
     /// Twice the strain, q, at t_n.
     pub fn twice_strain(&self) -> f64 {
-        yarn::twice_strain(self.axis.own_axes(self.d))
+        self.rest.twice_strain(self.axis.own_axes(self.d))
     }
 
     /// Twice the strain at t_{n-1}.
     pub fn twice_strain_before(&self) -> f64 {
-        yarn::twice_strain(self.axis.own_axes(self.d_before))
+        self.rest.twice_strain(self.axis.own_axes(self.d_before))
     }
 
     /// Force on its first node at t_n with this stiffness and twice the strain.
     pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
-        self.axis.own_axes(yarn::force(yarn::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
+        self.axis.own_axes(self.rest.force(yarn::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
     }
 
-    /// Whether its ends are nearer than at rest at t_n and were at t_{n-1}.
+    /// Whether its ends are nearer than its natural length at t_n and were at t_{n-1}.
     pub fn is_slack(&self) -> bool {
         self.twice_strain() < 0.0 && self.twice_strain_before() < 0.0
     }
@@ -98,9 +103,10 @@ impl SegmentView {
 }
 
 impl System<'_> {
-    /// Rest place of a node in spacings.
+    /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
-        [weave::rest_offset(i, self.scene.sheet.nodes_x), weave::rest_offset(j, self.scene.sheet.nodes_y)]
+        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
+        [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
     }
 
     /// Position at t_n in the sheet's frame, m.
@@ -152,6 +158,7 @@ impl System<'_> {
         let (undamaged, damage_rate) = self.yarn_row(j).constants(axis, i);
         Some(SegmentView {
             axis,
+            rest: self.directions.along(axis).rest,
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
@@ -167,7 +174,7 @@ impl System<'_> {
         if self.layout.stochastic {
             YarnRow::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
-            YarnRow::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate }
+            YarnRow::Uniform(&self.directions)
         }
     }
 
@@ -178,8 +185,9 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let stiffness = if self.model.law.is_damaging(q, segment.history) {
-                self.model.law.alpha(segment.damage_rate, q) * segment.undamaged
+            let law = &self.directions.along(axis).law;
+            let stiffness = if law.is_damaging(q, segment.history) {
+                law.alpha(segment.damage_rate, q) * segment.undamaged
             } else {
                 segment.stiffness
             };
@@ -214,13 +222,14 @@ impl System<'_> {
             for i in 0..nx {
                 let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
                 let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
-                for (axis, number) in [horizontal, vertical].into_iter().enumerate() {
+                for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
+                    let direction = self.directions.along(axis);
                     let segment = self.scene.draw_segment(number)?;
-                    if let Some(slot) = planes::get_mut(row, axis, i) {
-                        *slot = segment.modulus / self.model.modulus_per_stiffness;
+                    if let Some(slot) = planes::get_mut(row, axis as usize, i) {
+                        *slot = segment.modulus / direction.modulus_per_stiffness;
                     }
-                    if let Some(slot) = planes::get_mut(row, axis + 2, i) {
+                    if let Some(slot) = planes::get_mut(row, axis as usize + 2, i) {
                         *slot = segment.damage_rate;
                     }
                 }
@@ -263,9 +272,9 @@ impl System<'_> {
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (law, model, chunks) = (self.model.law, &self.model, self.layout.chunks);
-        let critical = model.critical;
-        let uniform = [model.mean_stiffness, model.mean_stiffness, model.mean_damage_rate, model.mean_damage_rate];
+        let (directions, chunks) = (&self.directions, self.layout.chunks);
+        let [h, v] = [&directions.horizontal, &directions.vertical];
+        let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let ends = self.ends_of_segments(j);
         let row = planes::row_mut(self.blocks.hot, chunks, j);
@@ -273,14 +282,14 @@ impl System<'_> {
         let yarn = planes::row(self.blocks.yarn, chunks, j);
         for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
             let yarn = yarn.get(c).unwrap_or(&uniform);
-            for k in 0..2 {
+            for (k, direction) in [h, v].into_iter().enumerate() {
                 let mut stiffness = yarn[k];
                 stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
-                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= critical));
+                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= direction.critical));
                 if !whole {
                     for ((stiffness, &damage_rate), &largest) in stiffness.iter_mut().zip(&yarn[k + 2]).zip(&history[k])
                     {
-                        *stiffness *= law.alpha(damage_rate, largest);
+                        *stiffness *= direction.law.alpha(damage_rate, largest);
                     }
                 }
                 hot[6 + k] = stiffness;
@@ -365,6 +374,7 @@ impl System<'_> {
             return;
         }
         self.model.use_half_steps(halves);
+        self.directions.use_half_steps(halves);
         let factor = if halves { 0.25 } else { 4.0 };
         for chunk in self.blocks.hot.iter_mut() {
             chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
@@ -378,7 +388,8 @@ impl System<'_> {
     pub fn rows_to_step(&self) -> [usize; 2] {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
-        if !self.skip_rest {
+        // Where there is pre-tension the supports feel rows at rest, too.
+        if !self.skip_rest || self.directions.are_tense() {
             [0, ny]
         } else if first == end {
             [0, 0]

@@ -167,9 +167,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let chunks = system.layout.chunks;
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let uniform =
-        YarnRow::Uniform { stiffness: system.model.mean_stiffness, damage_rate: system.model.mean_damage_rate };
-    let law = &system.model.law;
+    let directions = &system.directions;
+    let uniform = YarnRow::Uniform(directions);
     let Blocks { hot, history, yarn, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
@@ -185,6 +184,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
         let yarn = if system.layout.stochastic { YarnRow::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
         let stiffness = |axis: Axis, i: usize, q: f64| {
+            let law = &directions.along(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                 let (undamaged, damage_rate) = yarn.constants(axis, i);
                 law.alpha(damage_rate, q) * undamaged
@@ -199,16 +199,18 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
             let mut right = [0.0; 3];
             if i < across {
                 let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
-                let q = yarn::twice_strain(d);
-                right = yarn::force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
+                let rest = &directions.horizontal.rest;
+                let q = rest.twice_strain(d);
+                right = rest.force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
             }
             let mut lift = [0.0; 3];
             if j < up {
                 let over = displacement(above, i);
                 let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
                 let d = vertical_axes(d);
-                let q = yarn::twice_strain(d);
-                lift = vertical_axes(yarn::force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
+                let rest = &directions.vertical.rest;
+                let q = rest.twice_strain(d);
+                lift = vertical_axes(rest.force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
             }
             for axis in 0..3 {
                 let Some(down) = planes::get_mut(carry, axis, i) else { break };
@@ -265,10 +267,11 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                if !system.model.law.is_damaging(q, segment.history) {
+                let law = &system.directions.along(axis).law;
+                if !law.is_damaging(q, segment.history) {
                     continue;
                 }
-                let Damage { alpha, history: largest } = system.model.law.damage(segment.damage_rate, q);
+                let Damage { alpha, history: largest } = law.damage(segment.damage_rate, q);
                 failed |= alpha == 0.0;
                 let stiffness = planes::row_mut(system.blocks.hot, chunks, j);
                 if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
