@@ -176,6 +176,12 @@
 // yarn.draw: every woven yarn: a whole row or column of segments.
 #define FK_DRAW_YARN 1
 
+// yarn.strength_draw: every segment has yarn.critical_stretch.
+#define FK_STRENGTH_DRAW_NONE 0
+
+// yarn.strength_draw: every segment has its own: U_c - 1 is drawn from a Weibull distribution.
+#define FK_STRENGTH_DRAW_WEIBULL 1
+
 // projectile.shape: sphere; feels no torque.
 #define FK_SHAPE_SPHERE 0
 
@@ -308,6 +314,18 @@ typedef struct fk_scene_yarn {
     // What gets a draw of its own. Read for stochastic yarn only. One of FK_DRAW_SEGMENT and FK_DRAW_YARN. Default
     // FK_DRAW_SEGMENT.
     uint64_t draw;
+    // Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not
+    // with mirror planes or a toe. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default
+    // FK_STRENGTH_DRAW_NONE.
+    uint64_t strength_draw;
+    // Weibull shape m of the critical strain U_c - 1. Read for drawn strength only. 1 to 1000. Default 14.7.
+    double weibull_shape;
+    // Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger
+    // by (L/h)^(1/m). 0: L is h. Read for drawn strength only. In m, >= 0. Default 0.
+    double weibull_gauge_length;
+    // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
+    // Read for drawn strength only. 0 to 1. Default 0.
+    double weibull_correlation;
 } fk_scene_yarn;
 
 // The rigid projectile and its motion at the start, in the host's frame: a part of fk_scene.

@@ -8,7 +8,7 @@ use crate::math;
 use crate::planes::AT_REST;
 use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE, Scene,
-    StepAfterFailure, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep,
+    StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
 };
 use crate::shape::{self, Solid};
 use crate::weave;
@@ -21,7 +21,8 @@ const LARGEST_UNIT: f64 = 1e90;
 const LARGEST_STIFFNESS: f64 = 1e6;
 
 impl Scene {
-    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
+    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
+    /// strongest.
     ///
     /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
     /// tangent stiffness is largest; dt_crit = 2/omega.
@@ -37,7 +38,14 @@ impl Scene {
                 }
             }
         }
-        let u2 = self.yarn.critical_stretch * self.yarn.critical_stretch;
+        let mut strongest = self.yarn.critical_stretch;
+        if self.yarn.strength_draw != StrengthDraw::None {
+            strongest = 1.0;
+            for number in 0..self.segments() {
+                strongest = math::max(self.draw_critical_stretch(number), strongest);
+            }
+        }
+        let u2 = strongest * strongest;
         let stiffness = stiffest * self.sheet.yarn_area / self.sheet.spacing;
         let omega2 = stiffness / self.sheet.node_mass * (2.0 * (3.0 * u2 - 1.0) + 2.0 * (u2 - 1.0));
         let dt_crit = 2.0 / math::sqrt(omega2);
@@ -93,6 +101,10 @@ impl Scene {
         let toe = self.slack_toe;
         if toe == 0.0 {
             return Ok(());
+        }
+        if self.yarn.strength_draw != StrengthDraw::None {
+            // It could reach beyond the critical strain of the weakest segments.
+            return Err(Error::new(Code::OutOfRange, "slack_toe", toe, 0.0));
         }
         let [narrowest, widest] = TOE_RANGE;
         let critical = 0.5 * self.damage_law().critical_twice_strain();
@@ -161,6 +173,9 @@ impl Scene {
         }
         if self.yarn.stochastic {
             return Err(Error::plain(Code::NotSymmetric, "yarn.stochastic"));
+        }
+        if self.yarn.strength_draw != StrengthDraw::None {
+            return Err(Error::plain(Code::NotSymmetric, "yarn.strength_draw"));
         }
         if self.drive != Drive::Free {
             return Err(Error::plain(Code::NotSymmetric, "drive"));

@@ -85,7 +85,8 @@ pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
-    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, TimeStep, Yarn,
+    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
+    TimeStep, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use watch::{Latch, Outcome, OutcomeSet};

@@ -22,8 +22,9 @@ pub(crate) struct Model {
     pub pose: Pose,
     pub solid: Solid,
     pub inertia: Inertia,
+    /// Damage law; of drawn strength that of the weakest segment.
     pub law: DamageLaw,
-    /// q at the critical stretch.
+    /// q at its critical stretch: no segment is damaged below.
     pub critical: f64,
     /// Toe of segments that have been slack.
     pub toe: Toe,

@@ -3,9 +3,11 @@
 use crate::blocks::Blocks;
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
-use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+};
 use crate::pose::Vector;
-use crate::sweep::{Pass, Report, YarnRow};
+use crate::sweep::{Constants, Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
 use crate::yarn::DamageLaw;
@@ -15,7 +17,7 @@ use crate::yarn::DamageLaw;
 pub(crate) struct Terms {
     pub layout: Layout,
     pub law: DamageLaw,
-    /// q at the critical stretch.
+    /// q at its critical stretch.
     pub critical: f64,
     /// The toe of marked segments.
     pub toe: Toe,
@@ -38,13 +40,19 @@ impl Terms {
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn`, which is empty for uniform yarn.
-    pub fn yarn_row<'y>(&self, yarn: &'y [Chunk<YARN_PLANES>], k: usize) -> YarnRow<'y> {
-        if self.layout.stochastic {
-            YarnRow::Stochastic(planes::row(yarn, self.layout.chunks, k))
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    pub fn yarn_row<'y>(
+        &self,
+        yarn: &'y [Chunk<YARN_PLANES>],
+        strength: &'y [Chunk<STRENGTH_PLANES>],
+        k: usize,
+    ) -> YarnRow<'y> {
+        let constants = if self.layout.stochastic {
+            Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            YarnRow::Uniform { stiffness: self.stiffness, damage_rate: self.damage_rate }
-        }
+            Constants::Uniform { stiffness: self.stiffness, damage_rate: self.damage_rate }
+        };
+        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
 }
 
@@ -58,6 +66,8 @@ pub(crate) struct Rows<'r> {
     pub history: &'r mut [Chunk<HISTORY_PLANES>],
     /// Constants from the first row on; empty for uniform yarn.
     pub yarn: &'r [Chunk<YARN_PLANES>],
+    /// Critical stretches from the first row on; empty where all have the same.
+    pub strength: &'r [Chunk<STRENGTH_PLANES>],
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
     /// Least and greatest y displacement, one entry a row.
@@ -81,6 +91,7 @@ impl<'r> Rows<'r> {
             above: planes::row(rest, layout.chunks, 0),
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
+            strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own)? } else { &[] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
@@ -98,7 +109,7 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, marks, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, marks, ranges, runs, carry, kept } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -109,7 +120,7 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, k);
+            let yarn = terms.yarn_row(yarn, strength, k);
             let (met, reach) =
                 pass.row(row, planes::row_mut(history, chunks, k), above, carry, yarn, planes::row(marks, chunks, k));
             report = report.merged(met);

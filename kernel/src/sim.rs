@@ -565,10 +565,10 @@ impl<'a> Sim<'a> {
     /// alpha at t_n of every segment in the order of their numbers: 1 whole, 0 failed.
     pub fn copy_damage(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
-        self.copy_segments(out, |sim, segment| {
+        self.copy_segments(out, |_, segment| {
             let q = segment.twice_strain();
             let largest = math::max(q, segment.history);
-            sim.system.model.law.alpha(segment.damage_rate, largest)
+            segment.law.alpha(segment.damage_rate, largest)
         })
     }
 

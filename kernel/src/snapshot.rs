@@ -10,6 +10,7 @@
 use crate::error::{Code, Error};
 use crate::fields;
 use crate::layout::HEADER_WORDS;
+use crate::math;
 use crate::planes::{self, CHUNK};
 use crate::pose::Vector;
 use crate::scene::Scene;
@@ -269,7 +270,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
     let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
-    let toe = system.layout.toe;
+    let (toe, critical) = (system.layout.toe, system.model.critical);
     let mut sound = true;
     for (j, run) in system.blocks.runs.iter().enumerate() {
         for i in 0..system.layout.nodes_x {
@@ -278,10 +279,14 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
-            for _ in 0..usize::from(i < across) + usize::from(j < up) {
+            for (axis, exists) in [(0, i < across), (1, j < up)] {
+                if !exists {
+                    continue;
+                }
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
-                sound &= (q == 0.0) | (q == FAILED) | ((q > system.model.critical) & (q <= largest));
+                let whole = system.history_of_whole(axis, i, j);
+                sound &= (q == whole) | (q == FAILED) | ((q > math::max(critical, whole)) & (q <= largest));
                 words = rest;
                 if toe {
                     let Some((&mark, rest)) = words.split_first() else { return false };

@@ -152,8 +152,10 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
             let history = planes::row_mut(system.blocks.history, chunks, j);
             for i in 0..columns {
                 let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
+                let whole = planes::get(planes::row(system.blocks.strength, chunks, j), axis, i).map(twice_strain_at);
+                let critical = whole.unwrap_or(critical);
                 if let Some(slot) = planes::get_mut(history, axis, i) {
-                    *slot = if q > critical { q } else { 0.0 };
+                    *slot = if q > critical { q } else { whole.unwrap_or(0.0) };
                 }
             }
         }

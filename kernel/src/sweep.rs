@@ -12,8 +12,8 @@
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES,
-    vertical_axes,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES,
+    YARN_PLANES, vertical_axes,
 };
 use crate::toe::{NO_TOE, Toe};
 use crate::yarn::{self, DamageLaw, LOST};
@@ -29,7 +29,16 @@ pub struct Report {
 
 /// Where a row's segments find their constants.
 #[derive(Clone, Copy)]
-pub enum YarnRow<'a> {
+pub struct YarnRow<'a> {
+    /// Stiffness and damage rate.
+    pub constants: Constants<'a>,
+    /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
+    pub strength: &'a [Chunk<STRENGTH_PLANES>],
+}
+
+/// Stiffness and damage rate of a row's segments.
+#[derive(Clone, Copy)]
+pub enum Constants<'a> {
     /// All alike.
     Uniform {
         /// Undamaged stiffness kk.
@@ -44,13 +53,18 @@ pub enum YarnRow<'a> {
 impl YarnRow<'_> {
     /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
-        match self {
-            YarnRow::Uniform { stiffness, damage_rate } => (*stiffness, *damage_rate),
-            YarnRow::Stochastic(row) => {
+        match self.constants {
+            Constants::Uniform { stiffness, damage_rate } => (stiffness, damage_rate),
+            Constants::Stochastic(row) => {
                 let at = |plane: usize| planes::get(row, axis as usize + plane, i).unwrap_or(0.0);
                 (at(0), at(2))
             }
         }
+    }
+
+    /// The damage law of that segment. `law`: what all share.
+    pub fn law(&self, law: &DamageLaw, axis: Axis, i: usize) -> DamageLaw {
+        planes::get(self.strength, axis as usize, i).map_or(*law, |critical_stretch| law.at(critical_stretch))
     }
 }
 
@@ -61,9 +75,9 @@ pub struct Pass<'a> {
     pub horizontals: usize,
     /// Vertical segments above a row.
     pub verticals: usize,
-    /// Damage law.
+    /// Damage law; of drawn strength that of the weakest segment.
     pub law: &'a DamageLaw,
-    /// q at the critical stretch.
+    /// q at its critical stretch: no segment is damaged below.
     pub critical: f64,
     /// The toe of marked segments.
     pub toe: Toe,
@@ -396,7 +410,8 @@ impl Cold<'_> {
 }
 
 impl Pass<'_> {
-    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then.
+    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
+    /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
     fn damage_segment(
         &self,
         q: f64,
@@ -415,7 +430,7 @@ impl Pass<'_> {
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let damage = self.law.damage(damage_rate, q);
+        let damage = yarn.law(self.law, axis, column).damage(damage_rate, q);
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;

@@ -49,6 +49,11 @@ fn sphere_on_softened_yarn() {
 }
 
 #[test]
+fn sphere_on_drawn_strength() {
+    assert_pin(digest_after(&scenes::sphere_on_drawn_strength(), 3000, true), pins::SPHERE_ON_DRAWN_STRENGTH);
+}
+
+#[test]
 fn uniform_sphere_in_halves() {
     assert_pin(digest_after(&scenes::uniform_sphere_in_halves(), 3000, true), pins::UNIFORM_SPHERE_IN_HALVES);
 }

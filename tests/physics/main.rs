@@ -19,6 +19,7 @@ mod rotation;
 mod shapes;
 mod stability;
 mod starts;
+mod strength;
 mod supports;
 mod symmetry;
 mod theta;
