@@ -5,10 +5,10 @@
 use crate::error::{Code, Error, finite, positive};
 use crate::fields;
 use crate::math;
-use crate::planes::AT_REST;
+use crate::planes::{AT_REST, Axis};
 use crate::scene::{
-    AttachmentKind, DAMAGE_RATE_MIN, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE, Scene,
-    StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
+    AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE,
+    Scene, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
 };
 use crate::shape::{self, Solid};
 use crate::weave;
@@ -19,35 +19,36 @@ const SLOWEST_MOTION: f64 = 1e-30;
 /// state that is not lost are numbers, and so are its momentum and energy.
 const LARGEST_UNIT: f64 = 1e90;
 const LARGEST_STIFFNESS: f64 = 1e6;
+/// Largest ratio of the two node spacings: contact looks for nodes within one spacing.
+const LARGEST_SPACING_RATIO: f64 = 10.0;
 
 impl Scene {
     /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
     /// strongest.
     ///
-    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/h: the bound of a taut plane net at U_c, where the
-    /// tangent stiffness is largest; dt_crit = 2/omega.
+    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane net at U_c, where the
+    /// tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first bracket takes its k and U_c from one, the
+    /// second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        let mut stiffest = self.yarn.modulus_mean;
-        if self.yarn.stochastic {
-            stiffest = 0.0;
-            for number in 0..self.segments() {
-                let modulus = self.draw_segment(number)?.modulus;
-                if modulus > stiffest {
-                    stiffest = modulus;
-                }
-            }
-        }
-        let mut strongest = self.yarn.critical_stretch;
-        if self.yarn.strength_draw != StrengthDraw::None {
-            strongest = 1.0;
-            for number in 0..self.segments() {
-                strongest = math::max(self.draw_critical_stretch(number), strongest);
-            }
-        }
-        let u2 = strongest * strongest;
-        let stiffness = stiffest * self.sheet.yarn_area / self.sheet.spacing;
-        let omega2 = stiffness / self.sheet.node_mass * (2.0 * (3.0 * u2 - 1.0) + 2.0 * (u2 - 1.0));
+        let moduli = self.stiffest()?;
+        let k = |axis: Axis| {
+            let length = self.spacing(axis) / self.rest_stretch(axis);
+            let [x, y] = moduli;
+            let modulus = if axis == Axis::Vertical { y } else { x };
+            modulus * self.yarn_area(axis) / length
+        };
+        let strongest = self.strongest()?;
+        let u2 = |axis: Axis| {
+            let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
+            critical * critical
+        };
+        let omega2 = |along: Axis, across: Axis| {
+            let share = k(across) / k(along);
+            k(along) / self.sheet.node_mass * (2.0 * (3.0 * u2(along) - 1.0) + share * (2.0 * (u2(across) - 1.0)))
+        };
+        let (x, y) = (Axis::Horizontal, Axis::Vertical);
+        let omega2 = math::max(omega2(x, y), omega2(y, x));
         let dt_crit = 2.0 / math::sqrt(omega2);
         if !dt_crit.is_normal() {
             return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
@@ -60,10 +61,9 @@ impl Scene {
         }
         let speed = self.sheet.spacing / dt;
         let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
-        let unit_stiffness = dt * dt * stiffness / self.sheet.node_mass;
+        let stiffnesses = [x, y].map(|axis| dt * dt * k(axis) / self.sheet.node_mass);
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
-            && unit_stiffness.is_normal()
-            && unit_stiffness <= LARGEST_STIFFNESS
+            && stiffnesses.iter().all(|stiffness| stiffness.is_normal() && *stiffness <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
         if !usable {
             return Err(Error::new(Code::StepLimitUnusable, "time_step.seconds", dt, step_max));
@@ -71,11 +71,52 @@ impl Scene {
         Ok(StepLimits { dt, dt_crit, step_max })
     }
 
+    /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
+    fn stiffest(&self) -> Result<[f64; 2], Error> {
+        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
+        if self.yarn.stochastic {
+            stiffest = [0.0; 2];
+            let (nx, ny, shared) = (self.sheet.nodes_x, self.sheet.nodes_y, self.weft.modulus_mean == 0.0);
+            for number in 0..self.segments() {
+                let modulus = self.draw_segment(number)?.modulus;
+                let axis = weave::axis_of_segment(nx, ny, number);
+                let [x, y] = &mut stiffest;
+                if shared || axis == Axis::Horizontal {
+                    *x = math::max(modulus, *x);
+                }
+                if shared || axis == Axis::Vertical {
+                    *y = math::max(modulus, *y);
+                }
+            }
+        }
+        Ok(stiffest)
+    }
+
+    /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
+    fn strongest(&self) -> Result<Option<f64>, Error> {
+        if self.yarn.strength_draw == StrengthDraw::None {
+            return Ok(None);
+        }
+        let (nx, ny, [strain_x, strain_y]) = (self.sheet.nodes_x, self.sheet.nodes_y, self.sheet.pre_strain);
+        let mut strongest = 1.0;
+        for number in 0..self.segments() {
+            let critical = self.draw_critical_stretch(number);
+            let weft = weave::axis_of_segment(nx, ny, number) == Axis::Vertical;
+            let strain = if weft { strain_y } else { strain_x };
+            if strain > 0.0 && strain >= critical - 1.0 {
+                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0));
+            }
+            strongest = math::max(critical, strongest);
+        }
+        Ok(Some(strongest))
+    }
+
     /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad one is named.
     /// The time step against dt_crit is checked by [`Scene::step_limits`].
     pub fn check(&self) -> Result<(), Error> {
         fields::check(self)?;
         self.check_yarn()?;
+        self.check_rest()?;
         self.check_projectile()?;
         self.check_attachment()?;
         self.check_symmetry()?;
@@ -107,8 +148,8 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "slack_toe", toe, 0.0));
         }
         let [narrowest, widest] = TOE_RANGE;
-        let critical = 0.5 * self.damage_law().critical_twice_strain();
-        let widest = math::min(critical, widest);
+        let [x, y] = [Axis::Horizontal, Axis::Vertical].map(|axis| 0.5 * self.damage_law(axis).critical_twice_strain());
+        let widest = math::min(math::min(x, y), widest);
         let verlet = self.integrator.kind == IntegratorKind::Verlet;
         if verlet && toe >= narrowest && toe <= widest {
             return Ok(());
@@ -144,17 +185,59 @@ impl Scene {
         if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
             return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, 1.0 / (1.0 - yarn.damage_b)));
         }
-        let rate = self.mean_segment().damage_rate;
-        finite("yarn.damage_slope", rate)?;
-        if rate < DAMAGE_RATE_MIN {
-            return Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_intercept", rate, DAMAGE_RATE_MIN));
+        for (axis, slope, intercept) in [
+            (Axis::Horizontal, "yarn.damage_slope", "yarn.damage_intercept"),
+            (Axis::Vertical, "weft.damage_slope", "weft.damage_intercept"),
+        ] {
+            let rate = self.mean_segment(axis).damage_rate;
+            finite(slope, rate)?;
+            if rate < DAMAGE_RATE_MIN {
+                return Err(Error::new(Code::DamageRateTooSmall, intercept, rate, DAMAGE_RATE_MIN));
+            }
+        }
+        let critical = self.weft.critical_stretch;
+        if critical != 0.0 && critical <= 1.0 {
+            return Err(Error::new(Code::OutOfRange, "weft.critical_stretch", critical, 1.0));
+        }
+        Ok(())
+    }
+
+    /// Spacings, crimp and pre-tension together, and whether a sheet with pre-tension is in equilibrium.
+    fn check_rest(&self) -> Result<(), Error> {
+        let [x, y] = self.spacings();
+        if y > LARGEST_SPACING_RATIO * x || x > LARGEST_SPACING_RATIO * y {
+            let limit = if y > x { LARGEST_SPACING_RATIO * x } else { x / LARGEST_SPACING_RATIO };
+            return Err(Error::new(Code::OutOfRange, "sheet.spacing_y", y, limit));
+        }
+        let kind = self.attachment.kind;
+        let all_sides = kind == AttachmentKind::FourSides;
+        let ([crimp_x, crimp_y], [strain_x, strain_y]) = (self.sheet.crimp, self.sheet.pre_strain);
+        let along_x = (Axis::Horizontal, crimp_x, strain_x, all_sides || kind == AttachmentKind::TwoSides);
+        for (axis, crimp, strain, held) in [along_x, (Axis::Vertical, crimp_y, strain_y, all_sides)] {
+            if strain == 0.0 {
+                continue;
+            }
+            let limit = self.damage_law(axis).critical_stretch - 1.0;
+            if strain >= limit {
+                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit));
+            }
+            if crimp != 0.0 {
+                return Err(Error::new(Code::OutOfRange, "sheet.crimp", crimp, 0.0));
+            }
+            if !held {
+                return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0));
+            }
+            // Segments of one line at one stretch pull alike only if their moduli are alike.
+            if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
+                return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw"));
+            }
         }
         Ok(())
     }
 
     fn check_projectile(&self) -> Result<(), Error> {
         let body = &self.projectile;
-        shape::check(body, self.sheet.spacing)?;
+        shape::check(body, self.largest_spacing())?;
         if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
             positive("projectile.mass", body.mass)?;
             if body.mass < self.lumped_mass() {

@@ -374,11 +374,13 @@ pub(crate) struct Gathered {
     pub deepest: f64,
 }
 
-/// Copies the nodes closer than h to the projectile. A prescribed body and a fixed node cannot give way to each other: such
+/// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone.
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
-    let search = Search::new(&system.model.solid, &system.state.body, h, system.instructions);
+    let margin = system.scene.largest_spacing();
+    let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
+    let rise = system.model.directions.vertical.rest.spacing;
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
@@ -390,7 +392,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     // Offsets are exact: those of a row follow from its first.
     let x0 = weave::rest_offset(0, nodes_x);
     for j in 0..ny {
-        let y0 = weave::rest_offset(j, nodes_y);
+        let y0 = weave::rest_offset(j, nodes_y) * rise;
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
             continue;

@@ -2,8 +2,8 @@
 //!
 //! Method: every segment has random numbers of its own, keyed by seed and number, so that no draw depends on the order of drawing.
 //! A drawn strength comes from a normal score z = sqrt(c) z_yarn + sqrt(1 - c) z_segment, whose part below gives the critical
-//! strain of a Weibull distribution: U_c - 1 = scale (-ln(1 - Phi(z)))^(1/m), scale = (critical_stretch - 1) (L/h)^(1/m).
-//! The weakest of n independent segments then has the scale at the length n h, exactly.
+//! strain of a Weibull distribution: U_c - 1 = scale (-ln(1 - Phi(z)))^(1/m), scale = (critical_stretch - 1) (L/l)^(1/m).
+//! The weakest of n independent segments of the natural length l then has the scale at the length n l, exactly.
 //! Limits: with the correlation c > 0 the weakest of a yarn is stronger than that; with c = 1 all its segments are alike.
 //! U_c is cut at 2.
 //! Reference: docs/model.md, (M6); Powell and Zohdi (2009), their relation of damage rate and modulus; W. Weibull, J. Appl. Mech.
@@ -11,34 +11,66 @@
 
 use crate::error::{Code, Error};
 use crate::math;
+use crate::planes::Axis;
 use crate::random::{self, Purpose};
 use crate::scene::{CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw};
 use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 
 impl Scene {
-    /// The damage law's shared constants.
-    pub fn damage_law(&self) -> DamageLaw {
+    /// The damage law of the segments of one direction.
+    pub fn damage_law(&self, axis: Axis) -> DamageLaw {
+        let own = axis == Axis::Vertical && self.weft.critical_stretch != 0.0;
         DamageLaw {
-            critical_stretch: self.yarn.critical_stretch,
+            critical_stretch: if own { self.weft.critical_stretch } else { self.yarn.critical_stretch },
             a: self.yarn.damage_a,
             b: self.yarn.damage_b,
             alpha_fail: self.yarn.alpha_fail,
         }
     }
 
-    /// The segment all others vary about: mean modulus and the damage rate on its line.
-    pub fn mean_segment(&self) -> Segment {
-        let modulus = self.yarn.modulus_mean;
-        Segment { modulus, damage_rate: self.yarn.damage_slope * modulus + self.yarn.damage_intercept }
+    /// The segment all others of its direction vary about: mean modulus and the damage rate on its line.
+    pub fn mean_segment(&self, axis: Axis) -> Segment {
+        let scatter = self.scatter(axis);
+        let modulus = scatter.modulus_mean;
+        Segment { modulus, damage_rate: scatter.damage_slope * modulus + scatter.damage_intercept }
+    }
+
+    /// Standard deviation of the modulus along a direction, Pa.
+    pub(crate) fn modulus_sd(&self, axis: Axis) -> f64 {
+        self.scatter(axis).modulus_sd
+    }
+
+    /// Modulus and damage rate of one direction.
+    fn scatter(&self, axis: Axis) -> Scatter {
+        let (yarn, weft) = (&self.yarn, &self.weft);
+        if axis == Axis::Vertical && weft.modulus_mean != 0.0 {
+            Scatter {
+                modulus_mean: weft.modulus_mean,
+                modulus_sd: weft.modulus_sd,
+                damage_slope: weft.damage_slope,
+                damage_intercept: weft.damage_intercept,
+                damage_sd: weft.damage_sd,
+            }
+        } else {
+            Scatter {
+                modulus_mean: yarn.modulus_mean,
+                modulus_sd: yarn.modulus_sd,
+                damage_slope: yarn.damage_slope,
+                damage_intercept: yarn.damage_intercept,
+                damage_sd: yarn.damage_sd,
+            }
+        }
     }
 
     /// (M6) Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
     /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
+        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
         if !self.yarn.stochastic {
-            return Ok(self.mean_segment());
+            return Ok(self.mean_segment(axis));
         }
+        let scatter = self.scatter(axis);
         let number = match self.yarn.draw {
             Draw::Segment => number,
             Draw::Yarn => weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number),
@@ -46,20 +78,24 @@ impl Scene {
         for retry in 0..1000 {
             let g1 = random::normal(self.seed, number, Purpose::Modulus, retry);
             let g2 = random::normal(self.seed, number, Purpose::DamageRate, retry);
-            let modulus = self.yarn.modulus_mean + self.yarn.modulus_sd * g1;
-            let damage_rate = self.yarn.damage_slope * modulus + self.yarn.damage_intercept + self.yarn.damage_sd * g2;
+            let modulus = scatter.modulus_mean + scatter.modulus_sd * g1;
+            let damage_rate = scatter.damage_slope * modulus + scatter.damage_intercept + scatter.damage_sd * g2;
             if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN && damage_rate.is_finite() {
                 return Ok(Segment { modulus, damage_rate });
             }
         }
-        Err(Error::new(Code::DamageRateTooSmall, "yarn.damage_sd", self.yarn.damage_sd, DAMAGE_RATE_MIN))
+        let weft = axis == Axis::Vertical && self.weft.modulus_mean != 0.0;
+        let field = if weft { "weft.damage_sd" } else { "yarn.damage_sd" };
+        Err(Error::new(Code::DamageRateTooSmall, field, scatter.damage_sd, DAMAGE_RATE_MIN))
     }
 
     /// Critical stretch U_c of one segment, by its number, in [1, 2].
     pub fn draw_critical_stretch(&self, number: u64) -> f64 {
         let yarn = &self.yarn;
+        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        let critical_stretch = self.damage_law(axis).critical_stretch;
         if yarn.strength_draw == StrengthDraw::None {
-            return yarn.critical_stretch;
+            return critical_stretch;
         }
         let woven = weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
         let shared = random::normal(self.seed, woven, Purpose::Strength, 1);
@@ -69,11 +105,20 @@ impl Scene {
         // -ln(1 - Phi), from the smaller of the two tails.
         let hazard =
             if score < 0.0 { -math::ln_1p(-math::normal_above(-score)) } else { -math::ln(math::normal_above(score)) };
-        let h = self.sheet.spacing;
-        let lengths = if yarn.weibull_gauge_length > 0.0 { yarn.weibull_gauge_length / h } else { 1.0 };
-        let strain = (yarn.critical_stretch - 1.0) * math::exp(math::ln(lengths * hazard) / yarn.weibull_shape);
+        let length = self.spacing(axis) / self.rest_stretch(axis);
+        let lengths = if yarn.weibull_gauge_length > 0.0 { yarn.weibull_gauge_length / length } else { 1.0 };
+        let strain = (critical_stretch - 1.0) * math::exp(math::ln(lengths * hazard) / yarn.weibull_shape);
         math::min(1.0 + strain, CRITICAL_STRETCH_MAX)
     }
+}
+
+/// Mean, scatter and line of the draws (M6).
+struct Scatter {
+    modulus_mean: f64,
+    modulus_sd: f64,
+    damage_slope: f64,
+    damage_intercept: f64,
+    damage_sd: f64,
 }
 
 #[cfg(test)]
@@ -192,6 +237,6 @@ mod tests {
 
     #[test]
     fn mean_damage_rate_lies_on_the_line() {
-        assert!((Scene::sheet_3in_sphere().mean_segment().damage_rate - 230.6011).abs() < 1e-9);
+        assert!((Scene::sheet_3in_sphere().mean_segment(Axis::Horizontal).damage_rate - 230.6011).abs() < 1e-9);
     }
 }

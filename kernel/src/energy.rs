@@ -129,8 +129,9 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
                 if let Some(segment) = system.segment(axis, i, j) {
                     let (stored, lost) = segment_energy(system, &segment);
                     let weight = system.layout.segment_weight(axis, i, j);
-                    row_strain += weight * stored;
-                    row_dissipated += weight * lost;
+                    let direction = system.model.directions.of(axis);
+                    row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
+                    row_dissipated += weight * (lost * direction.volume);
                 }
             }
         }
@@ -141,10 +142,11 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
     (0.5 * unit * kinetic, unit * strain, dissipated * system.model.segment_volume)
 }
 
-/// Strain energy in units of m (h/dt)^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
+/// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
 fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
-    let (law, toe) = (&segment.law, &system.model.toe);
+    let (direction, toe) = (system.model.directions.of(segment.axis), &system.model.toe);
+    let law = &segment.law;
     let marked = segment.alpha_when_marked();
     let stored = |stiffness: f64, q: f64| {
         let without_toe = yarn::strain_energy(stiffness, q);
@@ -156,7 +158,7 @@ fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
         return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
     }
     let material =
-        Segment { modulus: segment.undamaged * system.model.modulus_per_stiffness, damage_rate: segment.damage_rate };
+        Segment { modulus: segment.undamaged * direction.modulus_per_stiffness, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
     let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
     let stored_before = stored(segment.stiffness, before);
@@ -409,7 +411,7 @@ mod tests {
     fn a_toe_lowers_the_energy_stored_and_that_released_later() {
         const WIDTH: f64 = 0.02;
         let scene = Scene { slack_toe: WIDTH, ..sphere() };
-        let (yarn, law) = (scene.mean_segment(), scene.damage_law());
+        let (yarn, law) = (scene.mean_segment(Axis::Horizontal), scene.damage_law(Axis::Horizontal));
         let strain = |stretch: f64| 0.5 * (stretch * stretch - 1.0);
         let alpha = |stretch: f64| law.alpha(yarn.damage_rate, stretch * stretch - 1.0);
         // Energy density at alpha = 1. Simpson's rule is exact for the stress, of third degree in the toe and of first beyond.
@@ -429,6 +431,7 @@ mod tests {
         };
         with_sim(&scene, |sim| {
             let model = &sim.system.model;
+            let direction = &model.directions.horizontal;
             let (mut fresh, mut torn) = (0, 0);
             // Largest stretch when the segment got its toe, if it has one; largest stretch stored; stretches of the two states.
             for marked in [None, Some(1.0), Some(1.032)] {
@@ -440,8 +443,9 @@ mod tests {
                             let along = |stretch: f64| [stretch - 1.0, 0.0, 0.0];
                             let view = SegmentView {
                                 axis: Axis::Horizontal,
-                                stiffness: alpha(largest) * model.mean_stiffness,
-                                undamaged: model.mean_stiffness,
+                                rest: direction.rest,
+                                stiffness: alpha(largest) * direction.stiffness,
+                                undamaged: direction.stiffness,
                                 damage_rate: yarn.damage_rate,
                                 law,
                                 history: if largest > law.critical_stretch { largest * largest - 1.0 } else { 0.0 },
@@ -475,8 +479,19 @@ mod tests {
         let view = |axis: Axis, before: f64, now: f64| {
             let along = |u: f64| if axis == Axis::Horizontal { [u, 0.0, 0.0] } else { [0.0, u, 0.0] };
             let (d, d_before) = (along(now), along(before));
-            let (stiffness, law) = (1.0, sphere().damage_law());
-            SegmentView { axis, stiffness, undamaged: 1.0, damage_rate: 9.0, law, history: 0.0, mark: 0.0, d, d_before }
+            let (rest, stiffness, law) = (crate::yarn::Rest::PLAIN, 1.0, sphere().damage_law(axis));
+            SegmentView {
+                axis,
+                rest,
+                stiffness,
+                undamaged: 1.0,
+                damage_rate: 9.0,
+                law,
+                history: 0.0,
+                mark: 0.0,
+                d,
+                d_before,
+            }
         };
         for axis in [Axis::Horizontal, Axis::Vertical] {
             for (before, now, slack) in [

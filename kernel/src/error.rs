@@ -86,6 +86,8 @@ pub enum Code {
     NotInBands = -34,
     /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
     HoldsNothing = -35,
+    /// Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move by itself.
+    NotInEquilibrium = -36,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
@@ -119,7 +121,7 @@ impl Code {
 }
 
 /// The text of each code.
-const TEXTS: [(Code, &CStr); 39] = [
+const TEXTS: [(Code, &CStr); 40] = [
     (Code::NullPointer, c"null pointer"),
     (Code::ShortBuffer, c"buffer too short"),
     (Code::Misaligned, c"structure or array not aligned"),
@@ -155,6 +157,10 @@ const TEXTS: [(Code, &CStr); 39] = [
     (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
     (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
     (Code::HoldsNothing, c"an attachment that holds no node"),
+    (
+        Code::NotInEquilibrium,
+        c"pre-tension without equilibrium: an edge that is not held, or segments drawn one by one",
+    ),
     (Code::NonFinite, c"a non-finite number appeared in the state"),
     (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
     (Code::TooFast, c"the projectile became faster than a node spacing in a step"),

@@ -182,6 +182,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
     ("attachment", "How the sheet is held"),
     ("yarn", "The yarn law and its scatter"),
+    ("weft", "The yarn along y, where it is unlike that along x"),
     ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
     ("projectile.faces", "Faces of a polyhedron, in body axes"),
     ("projectile.sector", "Dimensions of a disc sector"),
@@ -234,7 +235,7 @@ pub enum Image {
     Always,
     /// As far as the scene reads it.
     WhereRead,
-    /// Only where it is not 0, behind all others: first this word, plus the value of a count or choice, then a real's bits.
+    /// Only where it is not 0, behind all others: first this word, plus the value of a count or choice, then the bits of real numbers.
     /// Rows with the same word share one. So a scene without the option has the fingerprint it had before there was one.
     Later(u64),
     /// As far as the scene reads it, behind all others.
@@ -455,11 +456,22 @@ pub const FIELDS: &[Field] = &[
     count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
         "Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each other"),
     real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
-        "Node spacing h, which is the rest length of a segment (M1)"),
+        "Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension"),
+    real("sheet.spacing_y", |s| one(&mut s.sheet.spacing_y), &LENGTH, Range::NotNegative, 620,
+        "Node spacing along y, 0.1 to 10 times that along x; 0: as along x. What must exceed sheet.spacing must exceed this, too")
+        .image(Image::Later(0x7_0000)),
     real("sheet.node_mass", |s| one(&mut s.sheet.node_mass), &MASS, Range::Positive, 223,
         "Mass of a node of one ply (M7), the same for edge nodes"),
     real("sheet.yarn_area", |s| one(&mut s.sheet.yarn_area), &AREA, Range::Positive, 224,
         "Cross-section A_0 of a yarn of one ply (M4)"),
+    real("sheet.yarn_area_y", |s| one(&mut s.sheet.yarn_area_y), &AREA, Range::NotNegative, 621,
+        "Cross-section of a yarn along y; 0: as along x").image(Image::Later(0x7_0001)),
+    shaped("sheet.crimp", Place::Reals(|s| &mut s.sheet.crimp, &[2]), &RATIO, Range::Within(0.0, 1.0), 622,
+        "Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1. A segment pulls only once it is taken up")
+        .image(Image::Later(0x7_0002)),
+    shaped("sheet.pre_strain", Place::Reals(|s| &mut s.sheet.pre_strain, &[2]), &RATIO, Range::NotNegative, 624,
+        "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for every segment")
+        .image(Image::Later(0x7_0003)),
     vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
@@ -503,6 +515,19 @@ pub const FIELDS: &[Field] = &[
     real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
         "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only")
         .read(drawn_strength).image(Image::LaterWhereRead),
+    // ---- Yarn along y
+    real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
+        "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x").image(Image::Later(0x7_0004)),
+    real("weft.modulus_sd", |s| one(&mut s.weft.modulus_sd), &MODULUS, Range::NotNegative, 627,
+        "Standard deviation of the modulus. Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.damage_slope", |s| one(&mut s.weft.damage_slope), &DAMAGE_SLOPE, Range::Any, 628,
+        "Slope of the damage rate over the modulus (M6). Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.damage_intercept", |s| one(&mut s.weft.damage_intercept), &RATIO, Range::Any, 629,
+        "Damage rate at zero modulus (M6); the mean rate must be at least 3. Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.damage_sd", |s| one(&mut s.weft.damage_sd), &RATIO, Range::NotNegative, 630,
+        "Standard deviation of the damage rate about the line. Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.critical_stretch", |s| one(&mut s.weft.critical_stretch), &RATIO, Range::Within(0.0, 2.0), 631,
+        "Critical stretch U_c of a segment along y, greater than 1 (M5); 0: as along x").image(Image::Later(0x7_0005)),
     // ---- Projectile
     choice("projectile.shape", &SHAPE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, &SHAPES, k), 210,
         "Form of the projectile (M12)"),
@@ -597,6 +622,10 @@ fn four_corners(scene: &Scene) -> usize {
     if_so(scene.attachment.kind == AttachmentKind::FourCorners)
 }
 
+fn own_weft(scene: &Scene) -> usize {
+    if_so(scene.weft.modulus_mean != 0.0)
+}
+
 fn round(scene: &Scene) -> usize {
     if_so(matches!(scene.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder))
 }
@@ -673,10 +702,9 @@ pub fn fingerprint_words(scene: &Scene, dt: f64, take: &mut impl FnMut(u64)) {
             Image::LaterWhereRead => (0..read).for_each(|element| take(field.word(&mut copy, element))),
             Image::Later(_) if FIELDS.iter().take(k).any(|other| shares(&other)) => {} // shown with the first
             Image::Later(tag) if field.is_real() => {
-                let value = field.word(&mut copy, 0);
-                if f64::from_bits(value) != 0.0 {
+                if (0..read).any(|element| field.value_of(field.word(&mut copy, element)) != 0.0) {
                     take(tag);
-                    take(value);
+                    (0..read).for_each(|element| take(field.word(&mut copy, element)));
                 }
             }
             Image::Later(tag) if read > 0 => {

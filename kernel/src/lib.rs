@@ -39,6 +39,7 @@ mod body;
 pub mod calibrate;
 mod check;
 pub mod contact;
+mod direction;
 mod draw;
 pub mod energy;
 pub mod error;
@@ -86,7 +87,7 @@ pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
     RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
-    TimeStep, Yarn,
+    TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use watch::{Latch, Outcome, OutcomeSet};

@@ -1,10 +1,10 @@
 //! The search for slack segments, which get a toe (`toe.rs`).
 
+use crate::direction::Directions;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, vertical_axes};
 use crate::rows::place_image_column;
 use crate::system::System;
-use crate::yarn;
 
 /// Marks the segments that are slack at t_n and were at t_{n-1}.
 pub(crate) fn mark_slack(system: &mut System<'_>) {
@@ -34,7 +34,13 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,
-        NextSlack { row, above, marks: planes::row(system.blocks.marks, chunks, j), from },
+        NextSlack {
+            row,
+            above,
+            marks: planes::row(system.blocks.marks, chunks, j),
+            directions: &system.model.directions,
+            from,
+        },
     )
 }
 
@@ -54,6 +60,7 @@ struct NextSlack<'a> {
     row: &'a [Chunk<HOT_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     marks: &'a [Chunk<MARK_PLANES>],
+    directions: &'a Directions,
     from: usize,
 }
 
@@ -63,6 +70,7 @@ impl Job for NextSlack<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         let one = L::splat(1.0);
+        let (rest_h, rest_v) = (&self.directions.horizontal.rest, &self.directions.vertical.rest);
         for (c, (chunk, [mark_h, mark_v])) in self.row.iter().zip(self.marks).enumerate().skip(self.from) {
             let behind = displacement::<L>(self.row.get(c + 1), 0);
             for g in 0..CHUNK / L::WIDTH {
@@ -74,13 +82,13 @@ impl Job for NextSlack<'_> {
                     here[2].right_of(next[2]).sub(here[2]),
                 ];
                 // A mark is 1 or at most 0: U^2 is below it where a segment is slack that has none.
-                if L::load(&L::groups(mark_h)[g]).any_above(yarn::twice_strain(d).add(one)) {
+                if L::load(&L::groups(mark_h)[g]).any_above(rest_h.twice_strain(d).add(one)) {
                     return Some(c);
                 }
                 let Some(over) = self.above.get(c) else { continue };
                 let over = displacement::<L>(Some(over), g);
                 let d = [over[0].sub(here[0]), over[1].sub(here[1]), over[2].sub(here[2])];
-                if L::load(&L::groups(mark_v)[g]).any_above(yarn::twice_strain(vertical_axes(d)).add(one)) {
+                if L::load(&L::groups(mark_v)[g]).any_above(rest_v.twice_strain(vertical_axes(d)).add(one)) {
                     return Some(c);
                 }
             }

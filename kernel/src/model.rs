@@ -1,14 +1,16 @@
 //! Constants derived from a scene once, and the checks of a motion against them.
 
+use crate::direction::{Direction, Directions};
 use crate::error::{Code, Error};
 use crate::math;
 use crate::path::{self, Track};
+use crate::planes::Axis;
 use crate::pose::{Pose, Vector};
 use crate::projectile::{Inertia, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
 use crate::shape::Solid;
 use crate::toe::Toe;
-use crate::yarn::DamageLaw;
+use crate::yarn::Rest;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
 /// [`crate::yarn::LOST`]).
@@ -22,10 +24,9 @@ pub(crate) struct Model {
     pub pose: Pose,
     pub solid: Solid,
     pub inertia: Inertia,
-    /// Damage law; of drawn strength that of the weakest segment.
-    pub law: DamageLaw,
-    /// q at its critical stretch: no segment is damaged below.
-    pub critical: f64,
+    pub directions: Directions,
+    /// Whether the directions are alike and at their natural length.
+    pub plain: bool,
     /// Toe of segments that have been slack.
     pub toe: Toe,
     /// Mass of a node, all plies, kg.
@@ -36,13 +37,8 @@ pub(crate) struct Model {
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
     pub unit_energy: f64,
-    /// A_0 h of all plies, m^3.
+    /// Volume of a horizontal segment, A_0 l, all plies, m^3.
     pub segment_volume: f64,
-    /// Modulus over kk, Pa.
-    pub modulus_per_stiffness: f64,
-    /// kk of the mean segment and its damage rate.
-    pub mean_stiffness: f64,
-    pub mean_damage_rate: f64,
     /// Steps in a force window.
     pub window_steps: u64,
 }
@@ -55,17 +51,14 @@ impl Model {
         pose: Pose::IDENTITY,
         solid: Solid::NOTHING,
         inertia: Inertia::NOTHING,
-        law: DamageLaw { critical_stretch: 0.0, a: 0.0, b: 0.0, alpha_fail: 0.0 },
-        critical: 0.0,
+        directions: Directions::NOTHING,
+        plain: true,
         toe: Toe::NONE,
         node_mass: 0.0,
         unit_speed: 0.0,
         unit_impulse: 0.0,
         unit_energy: 0.0,
         segment_volume: 0.0,
-        modulus_per_stiffness: 0.0,
-        mean_stiffness: 0.0,
-        mean_damage_rate: 0.0,
         window_steps: 1,
     };
 
@@ -74,26 +67,22 @@ impl Model {
         self.solid.set(&scene.projectile);
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
-        let law = scene.damage_law();
-        let mean = scene.mean_segment();
-        // kk = E A_0 dt^2 / (2 m h); plies cancel.
-        let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * h / (scene.sheet.yarn_area * dt * dt);
         let window = math::round(scene.force_window / dt);
         self.limits = limits;
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
-        self.law = law;
-        self.critical = law.critical_twice_strain();
+        self.directions = Directions {
+            horizontal: direction(scene, Axis::Horizontal, dt),
+            vertical: direction(scene, Axis::Vertical, dt),
+        };
+        self.plain = self.directions.are_plain();
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
         self.unit_impulse = node_mass * h / dt;
         self.unit_energy = node_mass * (h / dt) * (h / dt);
-        self.segment_volume = scene.lumped_area() * h;
-        self.modulus_per_stiffness = modulus_per_stiffness;
-        self.mean_stiffness = mean.modulus / modulus_per_stiffness;
-        self.mean_damage_rate = mean.damage_rate;
+        self.segment_volume = scene.lumped_area() * (h * self.directions.horizontal.rest.length);
         self.window_steps = if window >= 1.0 { window as u64 } else { 1 };
     }
 
@@ -104,8 +93,10 @@ impl Model {
         self.unit_speed /= factor;
         self.unit_impulse /= factor;
         self.unit_energy /= factor * factor;
-        self.modulus_per_stiffness /= factor * factor;
-        self.mean_stiffness *= factor * factor;
+        for direction in [&mut self.directions.horizontal, &mut self.directions.vertical] {
+            direction.modulus_per_stiffness /= factor * factor;
+            direction.stiffness *= factor * factor;
+        }
     }
 
     /// Rounding aside, a node deeper than a billionth of the spacing is inside.
@@ -180,6 +171,25 @@ impl Model {
             return Err(Error::new(Code::OutOfRange, "path.angular_velocity", rate, 0.0));
         }
         Ok(())
+    }
+}
+
+/// Constants of the segments of one direction for passes of dt, s.
+fn direction(scene: &Scene, axis: Axis, dt: f64) -> Direction {
+    let h = scene.sheet.spacing;
+    let rest_of = |axis: Axis| Rest::of(scene.spacing(axis) / h, scene.rest_stretch(axis));
+    let volume_of = |axis: Axis| scene.yarn_area(axis) * rest_of(axis).length;
+    let (rest, law, mean) = (rest_of(axis), scene.damage_law(axis), scene.mean_segment(axis));
+    // kk = E A_0 dt^2 / (2 m h l); plies cancel.
+    let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * (h * rest.length) / (scene.yarn_area(axis) * dt * dt);
+    Direction {
+        rest,
+        law,
+        critical: law.critical_twice_strain(),
+        stiffness: mean.modulus / modulus_per_stiffness,
+        damage_rate: mean.damage_rate,
+        modulus_per_stiffness,
+        volume: volume_of(axis) / volume_of(Axis::Horizontal),
     }
 }
 

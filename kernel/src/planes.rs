@@ -40,7 +40,7 @@ pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 pub const AT_REST: f64 = f64::from_bits((1023 - 256) << 52);
 
 /// Direction of a segment.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// To the right-hand neighbour, along x.
     Horizontal = 0,

@@ -1,6 +1,7 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 use crate::blocks::Blocks;
+use crate::direction::Directions;
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::planes::{
@@ -10,20 +11,16 @@ use crate::pose::Vector;
 use crate::sweep::{Constants, Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
-use crate::yarn::DamageLaw;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
 pub(crate) struct Terms {
     pub layout: Layout,
-    pub law: DamageLaw,
-    /// q at its critical stretch.
-    pub critical: f64,
+    pub directions: Directions,
+    /// Whether the directions are alike and at their natural length.
+    pub plain: bool,
     /// The toe of marked segments.
     pub toe: Toe,
-    /// Undamaged stiffness and damage rate of uniform yarn.
-    pub stiffness: f64,
-    pub damage_rate: f64,
     pub instructions: InstructionSet,
 }
 
@@ -33,8 +30,8 @@ impl Terms {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            law: &self.law,
-            critical: self.critical,
+            directions: &self.directions,
+            plain: self.plain,
             toe: self.toe,
             instructions: self.instructions,
         }
@@ -42,7 +39,7 @@ impl Terms {
 
     /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
     pub fn yarn_row<'y>(
-        &self,
+        &'y self,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
         k: usize,
@@ -50,7 +47,7 @@ impl Terms {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform { stiffness: self.stiffness, damage_rate: self.damage_rate }
+            Constants::Uniform(&self.directions)
         };
         YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
@@ -207,5 +204,25 @@ mod tests {
         sim.step().unwrap();
         sim.system.blocks.history = &mut [];
         assert_eq!(sim.step(), Err(Failure::NonFinite));
+    }
+
+    /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
+    #[test]
+    fn a_plain_sheet_moves_alike_on_both_paths() {
+        let run = |toe: f64, plain: bool| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.slack_toe) = (41, 41, toe);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(sim.system.model.plain);
+            sim.system.model.plain = plain;
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for toe in [0.0, 0.02] {
+            assert_eq!(run(toe, true), run(toe, false));
+        }
     }
 }

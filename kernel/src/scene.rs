@@ -4,6 +4,8 @@
 //! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's own frame has
 //! its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body vectors into world vectors.
 
+use crate::planes::Axis;
+
 /// Rest length of a segment in the paper: 35 yarns per inch, m.
 pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
 /// Largest number of nodes along one side.
@@ -16,12 +18,22 @@ pub struct Sheet {
     pub nodes_x: u32,
     /// Nodes along y, at least 2.
     pub nodes_y: u32,
-    /// Node spacing = rest length of a segment, m, > 0.
+    /// Node spacing h along x, m, > 0: the natural length of a segment without crimp and pre-tension.
     pub spacing: f64,
+    /// Node spacing along y, m, > 0; 0: as along x.
+    pub spacing_y: f64,
     /// Mass of one node of one ply, kg, > 0; the same for every node.
     pub node_mass: f64,
-    /// Cross-section of one yarn of one ply, m^2, > 0.
+    /// Cross-section of one yarn along x of one ply, m^2, > 0.
     pub yarn_area: f64,
+    /// Cross-section of one yarn along y of one ply, m^2, > 0; 0: as along x.
+    pub yarn_area_y: f64,
+    /// Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1, in [0, 1]. A segment
+    /// pulls only once this length is taken up.
+    pub crimp: [f64; 2],
+    /// Strain at which the sheet is held along x and along y: node spacing over the natural length of a segment, less 1, >= 0
+    /// and below that of U_c. Along x two held sides are needed, along y four.
+    pub pre_strain: [f64; 2],
     /// Number of coincident plies lumped into one network (mass and area are multiplied), 1 ..= 1000.
     pub plies: u32,
     /// Origin of the sheet's frame in the host's frame, m.
@@ -98,6 +110,23 @@ pub enum StrengthDraw {
     None = 0,
     /// A draw: U_c - 1 has a Weibull distribution.
     Weibull = 1,
+}
+
+/// The yarn along y, the weft, where it is unlike that along x, the warp.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Weft {
+    /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`, and the four numbers after this are not read.
+    pub modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
+    pub modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub damage_slope: f64,
+    /// Damage rate at zero modulus, dimensionless.
+    pub damage_intercept: f64,
+    /// Standard deviation of the damage rate about that line, >= 0 (stochastic yarn only).
+    pub damage_sd: f64,
+    /// Critical stretch U_c, > 1; 0: that of `yarn`.
+    pub critical_stretch: f64,
 }
 
 /// What gets a draw of its own.
@@ -336,6 +365,8 @@ pub struct Scene {
     pub attachment: Attachment,
     /// Yarn law.
     pub yarn: Yarn,
+    /// Yarn law along y, where it is another.
+    pub weft: Weft,
     /// Projectile.
     pub projectile: Projectile,
     /// Who moves the projectile.
@@ -404,8 +435,12 @@ impl Scene {
                 nodes_x: 105,
                 nodes_y: 105,
                 spacing: PAPER_SPACING,
+                spacing_y: 0.0,
                 node_mass: 6.52e-8,
                 yarn_area: 1.075e-7,
+                yarn_area_y: 0.0,
+                crimp: [0.0; 2],
+                pre_strain: [0.0; 2],
                 plies: 1,
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
@@ -428,6 +463,14 @@ impl Scene {
                 weibull_shape: 14.7,
                 weibull_gauge_length: 0.0,
                 weibull_correlation: 0.0,
+            },
+            weft: Weft {
+                modulus_mean: 0.0,
+                modulus_sd: 0.0,
+                damage_slope: 0.0,
+                damage_intercept: 0.0,
+                damage_sd: 0.0,
+                critical_stretch: 0.0,
             },
             projectile: Projectile {
                 shape: Shape::Sphere,
@@ -486,7 +529,40 @@ impl Scene {
         self.sheet.node_mass * self.sheet.plies as f64
     }
 
-    /// Cross-section of one yarn of all plies together, m^2.
+    /// Node spacing along a direction, m.
+    pub fn spacing(&self, axis: Axis) -> f64 {
+        let own = axis == Axis::Vertical && self.sheet.spacing_y != 0.0;
+        if own { self.sheet.spacing_y } else { self.sheet.spacing }
+    }
+
+    /// Node spacings along x and y, m.
+    pub fn spacings(&self) -> [f64; 2] {
+        [self.spacing(Axis::Horizontal), self.spacing(Axis::Vertical)]
+    }
+
+    /// The larger node spacing, m: a projectile must be larger to be seen by nodes, and what is nearer to it is a candidate.
+    pub fn largest_spacing(&self) -> f64 {
+        let [x, y] = self.spacings();
+        if y > x { y } else { x }
+    }
+
+    /// Cross-section of one yarn of one ply along a direction, m^2.
+    pub fn yarn_area(&self, axis: Axis) -> f64 {
+        let own = axis == Axis::Vertical && self.sheet.yarn_area_y != 0.0;
+        if own { self.sheet.yarn_area_y } else { self.sheet.yarn_area }
+    }
+
+    /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with pre-tension.
+    pub fn rest_stretch(&self, axis: Axis) -> f64 {
+        let ([crimp_x, crimp_y], [strain_x, strain_y]) = (self.sheet.crimp, self.sheet.pre_strain);
+        let (crimp, strain) = match axis {
+            Axis::Horizontal => (crimp_x, strain_x),
+            Axis::Vertical => (crimp_y, strain_y),
+        };
+        (1.0 + strain) / (1.0 + crimp)
+    }
+
+    /// Cross-section of one yarn along x of all plies together, m^2.
     pub fn lumped_area(&self) -> f64 {
         self.sheet.yarn_area * self.sheet.plies as f64
     }
@@ -495,7 +571,7 @@ impl Scene {
     pub fn half_size(&self) -> [f64; 2] {
         [
             0.5 * (self.sheet.nodes_x as f64 - 1.0) * self.sheet.spacing,
-            0.5 * (self.sheet.nodes_y as f64 - 1.0) * self.sheet.spacing,
+            0.5 * (self.sheet.nodes_y as f64 - 1.0) * self.spacing(Axis::Vertical),
         ]
     }
 

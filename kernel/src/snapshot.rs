@@ -11,7 +11,7 @@ use crate::error::{Code, Error};
 use crate::fields;
 use crate::layout::HEADER_WORDS;
 use crate::math;
-use crate::planes::{self, CHUNK};
+use crate::planes::{self, Axis, CHUNK};
 use crate::pose::Vector;
 use crate::scene::Scene;
 use crate::start::LARGEST_STRETCH;
@@ -270,7 +270,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
     let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
-    let (toe, critical) = (system.layout.toe, system.model.critical);
+    let toe = system.layout.toe;
     let mut sound = true;
     for (j, run) in system.blocks.runs.iter().enumerate() {
         for i in 0..system.layout.nodes_x {
@@ -279,10 +279,11 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
-            for (axis, exists) in [(0, i < across), (1, j < up)] {
+            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, j < up)] {
                 if !exists {
                     continue;
                 }
+                let critical = system.model.directions.of(axis).critical;
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
                 let whole = system.history_of_whole(axis, i, j);
@@ -578,7 +579,7 @@ mod tests {
         let mut sim = Sim::new(&scene, &mut memory).unwrap();
         let mut image = std::vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
-        let (critical, first) = (sim.system.model.critical, sim.digest());
+        let (critical, first) = (sim.system.model.directions.horizontal.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
             let found = sim.load(&forged);

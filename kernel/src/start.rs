@@ -6,7 +6,7 @@ use crate::error::{Code, Error};
 use crate::lanes::InstructionSet;
 use crate::model::{Model, start_motion};
 use crate::path;
-use crate::planes;
+use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::scene::{Drive, Scene, StepLimits};
@@ -41,17 +41,17 @@ pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Erro
 /// which it has no contact.
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
-    let h = scene.sheet.spacing;
-    let search = Search::new(&model.solid, body, h, InstructionSet::Scalar);
+    let [h_x, h_y] = scene.spacings();
+    let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
     for j in 0..scene.sheet.nodes_y as usize {
-        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h;
+        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h_y;
         if !search.meets_row(y, y) {
             continue;
         }
         let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
         for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h, y, 0.0);
+            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
             if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
                 return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
             }
@@ -73,7 +73,8 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     }
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
-    let search = Search::new(&system.model.solid, &system.state.body, system.scene.sheet.spacing, system.instructions);
+    let margin = system.scene.largest_spacing();
+    let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let fixed = system.is_fixed(i, j);
@@ -145,17 +146,17 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
     }
     let mut stretches = stretches.iter();
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let critical = system.model.critical;
     let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
-    for (axis, columns, rows) in [(0, across, ny), (1, nx, up)] {
+    for (axis, columns, rows) in [(Axis::Horizontal, across, ny), (Axis::Vertical, nx, up)] {
+        let critical = system.model.directions.of(axis).critical;
         for j in 0..rows {
             let history = planes::row_mut(system.blocks.history, chunks, j);
             for i in 0..columns {
                 let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
-                let whole = planes::get(planes::row(system.blocks.strength, chunks, j), axis, i).map(twice_strain_at);
-                let critical = whole.unwrap_or(critical);
-                if let Some(slot) = planes::get_mut(history, axis, i) {
-                    *slot = if q > critical { q } else { whole.unwrap_or(0.0) };
+                let strength = planes::row(system.blocks.strength, chunks, j);
+                let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
+                if let Some(slot) = planes::get_mut(history, axis as usize, i) {
+                    *slot = if q > whole.unwrap_or(critical) { q } else { whole.unwrap_or(0.0) };
                 }
             }
         }

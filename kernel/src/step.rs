@@ -197,11 +197,9 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 pub(crate) fn terms(system: &System<'_>) -> Terms {
     Terms {
         layout: system.layout,
-        law: system.model.law,
-        critical: system.model.critical,
+        directions: system.model.directions,
+        plain: system.model.plain,
         toe: system.model.toe,
-        stiffness: system.model.mean_stiffness,
-        damage_rate: system.model.mean_damage_rate,
         instructions: system.instructions,
     }
 }

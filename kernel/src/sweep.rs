@@ -1,14 +1,16 @@
 //! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of contact.
 //!
 //! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. A segment's
-//! force by the yarn law (`yarn.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h), is the change of velocity that it
+//! force by the yarn law (`yarn.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h l), is the change of velocity that it
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart.
+//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart; so has a fabric that is not plain
+//! (`direction.rs`): directions unlike each other, crimp or pre-tension.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
+use crate::direction::Directions;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
@@ -39,13 +41,8 @@ pub struct YarnRow<'a> {
 /// Stiffness and damage rate of a row's segments.
 #[derive(Clone, Copy)]
 pub enum Constants<'a> {
-    /// All alike.
-    Uniform {
-        /// Undamaged stiffness kk.
-        stiffness: f64,
-        /// Damage rate.
-        damage_rate: f64,
-    },
+    /// All of a direction alike.
+    Uniform(&'a Directions),
     /// Chunks of [kh, kv, lambda_h, lambda_v].
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
@@ -54,7 +51,10 @@ impl YarnRow<'_> {
     /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
         match self.constants {
-            Constants::Uniform { stiffness, damage_rate } => (stiffness, damage_rate),
+            Constants::Uniform(directions) => {
+                let direction = directions.of(axis);
+                (direction.stiffness, direction.damage_rate)
+            }
             Constants::Stochastic(row) => {
                 let at = |plane: usize| planes::get(row, axis as usize + plane, i).unwrap_or(0.0);
                 (at(0), at(2))
@@ -75,10 +75,10 @@ pub struct Pass<'a> {
     pub horizontals: usize,
     /// Vertical segments above a row.
     pub verticals: usize,
-    /// Damage law; of drawn strength that of the weakest segment.
-    pub law: &'a DamageLaw,
-    /// q at its critical stretch: no segment is damaged below.
-    pub critical: f64,
+    /// What the segments of a direction have in common.
+    pub directions: &'a Directions,
+    /// Whether the directions are alike and at their natural length.
+    pub plain: bool,
     /// The toe of marked segments.
     pub toe: Toe,
     /// Instruction set; changes the speed, not the bits.
@@ -97,8 +97,9 @@ fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
 }
 
-/// One row of the pass: [`Pass::row`] as a job for the lanes. TOE: whether there are marks.
-struct RowJob<'a, const TOE: bool> {
+/// One row of the pass: [`Pass::row`] as a job for the lanes. PLAIN: whether the directions are alike and at their natural length;
+/// TOE: whether there are marks.
+struct RowJob<'a, const PLAIN: bool, const TOE: bool> {
     pass: &'a Pass<'a>,
     row: &'a mut [Chunk<HOT_PLANES>],
     history: &'a mut [Chunk<HISTORY_PLANES>],
@@ -128,10 +129,20 @@ impl Pass<'_> {
         marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
         let pass = self;
-        if marks.is_empty() {
-            lanes::dispatch(self.instructions, RowJob::<false> { pass, row, history, above, carry, yarn, marks })
-        } else {
-            lanes::dispatch(self.instructions, RowJob::<true> { pass, row, history, above, carry, yarn, marks })
+        let set = self.instructions;
+        match (self.plain, marks.is_empty()) {
+            (true, true) => {
+                lanes::dispatch(set, RowJob::<true, false> { pass, row, history, above, carry, yarn, marks })
+            }
+            (true, false) => {
+                lanes::dispatch(set, RowJob::<true, true> { pass, row, history, above, carry, yarn, marks })
+            }
+            (false, true) => {
+                lanes::dispatch(set, RowJob::<false, false> { pass, row, history, above, carry, yarn, marks })
+            }
+            (false, false) => {
+                lanes::dispatch(set, RowJob::<false, true> { pass, row, history, above, carry, yarn, marks })
+            }
         }
     }
 
@@ -167,7 +178,8 @@ impl Job for LiftJob<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) {
         let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
-        let limit = L::splat(pass.critical);
+        let upwards = &pass.directions.vertical;
+        let limit = L::splat(upwards.critical);
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
@@ -180,7 +192,8 @@ impl Job for LiftJob<'_> {
                     L::load(&L::groups(ay)[g]).sub(L::load(&L::groups(uy)[g])),
                     L::load(&L::groups(az)[g]).sub(L::load(&L::groups(uz)[g])),
                 ];
-                let q = yarn::twice_strain(vertical_axes(d));
+                // Of a plain segment these are the bits of its own functions.
+                let q = upwards.rest.twice_strain(vertical_axes(d));
                 let mut stiffness = L::load(&L::groups(kv)[g]);
                 let largest = L::load(&L::groups(history)[g]);
                 if q.any_not_below(limit) && q.any_above(largest) {
@@ -194,7 +207,7 @@ impl Job for LiftJob<'_> {
                 if let Some([_, mark]) = marks.get(c) {
                     stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
-                let lift = vertical_axes(yarn::force(yarn::stress(stiffness, q), vertical_axes(d)));
+                let lift = vertical_axes(upwards.rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
                 lift[2].store(&mut L::groups_mut(cz)[g]);
@@ -203,7 +216,7 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const TOE: bool> Job for RowJob<'_, TOE> {
+impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
@@ -217,7 +230,9 @@ impl<const TOE: bool> Job for RowJob<'_, TOE> {
             report: Report::default(),
         };
         let zero = L::splat(0.0);
-        let mut along = Along::<L> { limit: L::splat(pass.critical), left_force: [zero; 3], low: zero, high: zero };
+        let Directions { horizontal, vertical } = pass.directions;
+        let limits = [L::splat(horizontal.critical), L::splat(vertical.critical)];
+        let mut along = Along::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -228,16 +243,16 @@ impl<const TOE: bool> Job for RowJob<'_, TOE> {
             let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<TOE>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<TOE>(&mut planes, 0, &mut cold);
-                    along.group::<TOE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, TOE>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<TOE>(&mut planes, 0, &mut cold);
-                    along.group::<TOE>(&mut planes, 1, &mut cold);
-                    along.group::<TOE>(&mut planes, 2, &mut cold);
-                    along.group::<TOE>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, TOE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, TOE>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, TOE>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -262,7 +277,8 @@ struct Planes<'a> {
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
 /// that is not inlined.
 struct Along<L> {
-    limit: L,
+    /// q at the critical stretch of horizontal and vertical segments.
+    limits: [L; 2],
     left_force: [L; 3],
     low: L,
     high: L,
@@ -284,7 +300,7 @@ impl<L: Lane> Along<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const TOE: bool>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
+    fn group<const PLAIN: bool, const TOE: bool>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -304,13 +320,25 @@ impl<L: Lane> Along<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let (q_v, q_h) = (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along));
-        if q_v.any_not_below_either(q_h, self.limit) {
-            if q_h.any_not_below(self.limit) && q_h.any_above(L::load(&history_h[g])) {
+        let Directions { horizontal, vertical } = cold.pass.directions;
+        let (rest_h, rest_v) = (&horizontal.rest, &vertical.rest);
+        let (q_v, q_h) = if PLAIN {
+            (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))
+        } else {
+            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
+        };
+        let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
+        let some_beyond = if PLAIN {
+            q_v.any_not_below_either(q_h, limit_h)
+        } else {
+            q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
+        };
+        if some_beyond {
+            if q_h.any_not_below(limit_h) && q_h.any_above(L::load(&history_h[g])) {
                 let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
                 cold.damage(q_h, place, &mut history_h[g], &mut kh[g]);
             }
-            if q_v.any_not_below(self.limit) && q_v.any_above(L::load(&history_v[g])) {
+            if q_v.any_not_below(limit_v) && q_v.any_above(L::load(&history_v[g])) {
                 let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
                 cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
             }
@@ -321,8 +349,13 @@ impl<L: Lane> Along<L> {
             kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(mark_h)[g])));
             kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
         }
-        let lift = vertical_axes(yarn::force(yarn::stress(kv, q_v), vertical_axes(up)));
-        let force = yarn::force(yarn::stress(kh, q_h), along);
+        let (stress_v, stress_h) = (yarn::stress(kv, q_v), yarn::stress(kh, q_h));
+        let (lift, force) = if PLAIN {
+            (yarn::force(stress_v, vertical_axes(up)), yarn::force(stress_h, along))
+        } else {
+            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
+        };
+        let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
 
         let left = [
@@ -425,12 +458,13 @@ impl Pass<'_> {
         if !usable {
             return Report::LOST;
         }
-        if !self.law.is_damaging(q, *history) {
+        let law = &self.directions.of(axis).law;
+        if !law.is_damaging(q, *history) {
             return Report::default();
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let damage = yarn.law(self.law, axis, column).damage(damage_rate, q);
+        let damage = yarn.law(law, axis, column).damage(damage_rate, q);
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;

@@ -16,7 +16,7 @@ use crate::state::State;
 use crate::sweep::{self, Constants, YarnRow};
 use crate::toe::NO_TOE;
 use crate::weave::{self, in_runs};
-use crate::yarn::{self, DamageLaw};
+use crate::yarn::{self, DamageLaw, Rest};
 
 /// What is stepped: constants, state and memory of the sheet and the projectile.
 pub(crate) struct System<'a> {
@@ -54,6 +54,8 @@ impl<'a> System<'a> {
 pub(crate) struct SegmentView {
     /// Direction.
     pub axis: Axis,
+    /// How it lies in the flat sheet.
+    pub rest: Rest,
     /// Stiffness kk with the stored damage.
     pub stiffness: f64,
     /// kk without damage.
@@ -75,20 +77,20 @@ pub(crate) struct SegmentView {
 impl SegmentView {
     /// Twice the strain, q, at t_n.
     pub fn twice_strain(&self) -> f64 {
-        yarn::twice_strain(self.axis.own_axes(self.d))
+        self.rest.twice_strain(self.axis.own_axes(self.d))
     }
 
     /// Twice the strain at t_{n-1}.
     pub fn twice_strain_before(&self) -> f64 {
-        yarn::twice_strain(self.axis.own_axes(self.d_before))
+        self.rest.twice_strain(self.axis.own_axes(self.d_before))
     }
 
     /// Force on its first node at t_n with this stiffness and twice the strain.
     pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
-        self.axis.own_axes(yarn::force(yarn::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
+        self.axis.own_axes(self.rest.force(yarn::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
     }
 
-    /// Whether its ends are nearer than at rest at t_n and were at t_{n-1}.
+    /// Whether its ends are nearer than its natural length at t_n and were at t_{n-1}.
     pub fn is_slack(&self) -> bool {
         self.twice_strain() < 0.0 && self.twice_strain_before() < 0.0
     }
@@ -100,9 +102,10 @@ impl SegmentView {
 }
 
 impl System<'_> {
-    /// Rest place of a node in spacings.
+    /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
-        [weave::rest_offset(i, self.scene.sheet.nodes_x), weave::rest_offset(j, self.scene.sheet.nodes_y)]
+        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.model.directions.vertical.rest.spacing;
+        [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
     }
 
     /// Position at t_n in the sheet's frame, m.
@@ -155,10 +158,11 @@ impl System<'_> {
         let (undamaged, damage_rate) = yarn.constants(axis, i);
         Some(SegmentView {
             axis,
+            rest: self.model.directions.of(axis).rest,
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
-            law: yarn.law(&self.model.law, axis, i),
+            law: yarn.law(&self.model.directions.of(axis).law, axis, i),
             history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
             mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
@@ -171,7 +175,7 @@ impl System<'_> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
-            Constants::Uniform { stiffness: self.model.mean_stiffness, damage_rate: self.model.mean_damage_rate }
+            Constants::Uniform(&self.model.directions)
         };
         YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
     }
@@ -222,18 +226,19 @@ impl System<'_> {
             for i in 0..nx {
                 let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
                 let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
-                for (axis, number) in [horizontal, vertical].into_iter().enumerate() {
+                for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
                     if stochastic {
+                        let direction = self.model.directions.of(axis);
                         let segment = self.scene.draw_segment(number)?;
-                        if let Some(slot) = planes::get_mut(row, axis, i) {
-                            *slot = segment.modulus / self.model.modulus_per_stiffness;
+                        if let Some(slot) = planes::get_mut(row, axis as usize, i) {
+                            *slot = segment.modulus / direction.modulus_per_stiffness;
                         }
-                        if let Some(slot) = planes::get_mut(row, axis + 2, i) {
+                        if let Some(slot) = planes::get_mut(row, axis as usize + 2, i) {
                             *slot = segment.damage_rate;
                         }
                     }
-                    if let Some(slot) = planes::get_mut(strengths, axis, i) {
+                    if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
                         *slot = self.scene.draw_critical_stretch(number);
                         weakest = math::min(*slot, weakest);
                     }
@@ -241,16 +246,18 @@ impl System<'_> {
             }
         }
         if strength {
-            self.model.law = self.model.law.at(weakest);
-            self.model.critical = self.model.law.critical_twice_strain();
+            for direction in [&mut self.model.directions.horizontal, &mut self.model.directions.vertical] {
+                direction.law = direction.law.at(weakest);
+                direction.critical = direction.law.critical_twice_strain();
+            }
         }
         Ok(())
     }
 
     /// History of a segment without damage: its own critical q where strength is drawn, else 0.
-    pub fn history_of_whole(&self, axis: usize, i: usize, j: usize) -> f64 {
+    pub fn history_of_whole(&self, axis: Axis, i: usize, j: usize) -> f64 {
         let strength = planes::row(self.blocks.strength, self.layout.chunks, j);
-        planes::get(strength, axis, i).map_or(0.0, yarn::twice_strain_at)
+        planes::get(strength, axis as usize, i).map_or(0.0, yarn::twice_strain_at)
     }
 
     /// Sheet flat, at rest and whole.
@@ -290,11 +297,11 @@ impl System<'_> {
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (law, model, chunks) = (self.model.law, &self.model, self.layout.chunks);
-        let critical = model.critical;
-        let uniform = [model.mean_stiffness, model.mean_stiffness, model.mean_damage_rate, model.mean_damage_rate];
+        let (directions, chunks) = (&self.model.directions, self.layout.chunks);
+        let [h, v] = [&directions.horizontal, &directions.vertical];
+        let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
-        let shared = [[law.critical_stretch; CHUNK]; STRENGTH_PLANES];
+        let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
         let ends = self.ends_of_segments(j);
         let row = planes::row_mut(self.blocks.hot, chunks, j);
         let history = planes::row(self.blocks.history, chunks, j);
@@ -303,14 +310,14 @@ impl System<'_> {
         for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
             let yarn = yarn.get(c).unwrap_or(&uniform);
             let strength = strength.get(c).unwrap_or(&shared);
-            for k in 0..2 {
+            for (k, direction) in [h, v].into_iter().enumerate() {
                 let mut stiffness = yarn[k];
                 stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
-                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= critical));
+                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= direction.critical));
                 if !whole {
                     let constants = yarn[k + 2].iter().zip(&strength[k]).zip(&history[k]);
                     for (stiffness, ((&damage_rate, &critical), &largest)) in stiffness.iter_mut().zip(constants) {
-                        *stiffness *= law.at(critical).alpha(damage_rate, largest);
+                        *stiffness *= direction.law.at(critical).alpha(damage_rate, largest);
                     }
                 }
                 hot[6 + k] = stiffness;
@@ -408,7 +415,8 @@ impl System<'_> {
     pub fn rows_to_step(&self) -> [usize; 2] {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
-        if !self.skip_rest {
+        // Where there is pre-tension the supports feel rows at rest, too.
+        if !self.skip_rest || self.model.directions.are_tense() {
             [0, ny]
         } else if first == end {
             [0, 0]

@@ -167,9 +167,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let chunks = system.layout.chunks;
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let uniform =
-        Constants::Uniform { stiffness: system.model.mean_stiffness, damage_rate: system.model.mean_damage_rate };
-    let law = &system.model.law;
+    let directions = &system.model.directions;
+    let uniform = Constants::Uniform(directions);
     let Blocks { hot, history, yarn, strength, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
@@ -187,6 +186,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
             if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
         let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
         let stiffness = |axis: Axis, i: usize, q: f64| {
+            let law = &directions.of(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                 let (undamaged, damage_rate) = yarn.constants(axis, i);
                 yarn.law(law, axis, i).alpha(damage_rate, q) * undamaged
@@ -201,16 +201,18 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
             let mut right = [0.0; 3];
             if i < across {
                 let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
-                let q = yarn::twice_strain(d);
-                right = yarn::force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
+                let rest = &directions.horizontal.rest;
+                let q = rest.twice_strain(d);
+                right = rest.force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
             }
             let mut lift = [0.0; 3];
             if j < up {
                 let over = displacement(above, i);
                 let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
                 let d = vertical_axes(d);
-                let q = yarn::twice_strain(d);
-                lift = vertical_axes(yarn::force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
+                let rest = &directions.vertical.rest;
+                let q = rest.twice_strain(d);
+                lift = vertical_axes(rest.force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
             }
             for axis in 0..3 {
                 let Some(down) = planes::get_mut(carry, axis, i) else { break };

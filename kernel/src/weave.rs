@@ -1,9 +1,10 @@
 //! The grid: where nodes rest, which are fixed, how segments are numbered. No index arrays.
 //!
-//! Node (i, j) rests at ((i - (nx-1)/2) h, (j - (ny-1)/2) h, 0) and has the number j nx + i. Segments: first the horizontal
+//! Node (i, j) rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0) and has the number j nx + i. Segments: first the horizontal
 //! ones (i, j)-(i+1, j), row by row, then the vertical ones (i, j)-(i, j+1), row by row.
 
 use crate::math;
+use crate::planes::Axis;
 use crate::scene::{AttachmentKind, Scene};
 
 /// Number of attachments that can hold a sheet: four sides or four corners.
@@ -25,6 +26,12 @@ pub fn horizontal_number(nodes_x: u32, i: usize, j: usize) -> u64 {
 /// Number of the vertical segment that starts at node (i, j).
 pub fn vertical_number(nodes_x: u32, nodes_y: u32, i: usize, j: usize) -> u64 {
     (nodes_x as u64 - 1) * nodes_y as u64 + j as u64 * nodes_x as u64 + i as u64
+}
+
+/// Direction of a segment.
+pub fn axis_of_segment(nodes_x: u32, nodes_y: u32, number: u64) -> Axis {
+    let horizontals = (nodes_x as u64 - 1) * nodes_y as u64;
+    if number < horizontals { Axis::Horizontal } else { Axis::Vertical }
 }
 
 /// Number of the woven yarn that a segment belongs to: rows first, then columns.
@@ -73,8 +80,8 @@ fn from_disc_centre(index: usize, nodes: u32, spacing: f64, centre: f64) -> f64 
 /// Square of the distance from the centre of a corner disc to the node nearest to it, m^2; the same for all four discs, because
 /// rest offsets are exactly antisymmetric. A disc holds a node if this is at most the square of its radius.
 pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
-    let (h, centre) = (scene.sheet.spacing, disc_centre(scene));
-    let nearest = |nodes: u32, centre: f64| {
+    let centre = disc_centre(scene);
+    let nearest = |nodes: u32, h: f64, centre: f64| {
         // The two nodes of the line that the centre lies between; rounding cannot lead away from both.
         let last = nodes as usize - 1;
         let below = (centre / h + 0.5 * last as f64) as usize;
@@ -84,17 +91,18 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
         });
         math::min(a, b)
     };
-    nearest(scene.sheet.nodes_x, centre[0]) + nearest(scene.sheet.nodes_y, centre[1])
+    let [h_x, h_y] = scene.spacings();
+    nearest(scene.sheet.nodes_x, h_x, centre[0]) + nearest(scene.sheet.nodes_y, h_y, centre[1])
 }
 
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
 fn corner_runs(scene: &Scene, j: usize) -> FixedRuns {
-    let (nx, h) = (scene.sheet.nodes_x, scene.sheet.spacing);
+    let (nx, [h_x, h_y]) = (scene.sheet.nodes_x, scene.spacings());
     let centre = disc_centre(scene);
-    let dy = from_disc_centre(j, scene.sheet.nodes_y, h, centre[1]);
+    let dy = from_disc_centre(j, scene.sheet.nodes_y, h_y, centre[1]);
     let radius2 = scene.attachment.disc_radius * scene.attachment.disc_radius;
     let inside = |i: u32| {
-        let dx = from_disc_centre(i as usize, nx, h, centre[0]);
+        let dx = from_disc_centre(i as usize, nx, h_x, centre[0]);
         dx * dx + dy * dy <= radius2
     };
     let mut runs = [[0, 0], [0, 0]];

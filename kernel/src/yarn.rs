@@ -8,8 +8,10 @@
 //! Twice the strain, q = 2 e = U^2 - 1, follows from the displacements without a root: it is what all functions take, and the
 //! history of a segment is the largest q beyond the critical one.
 //! Stiffness, stress, force and energy are in the caller's units: the stiffness is half of alpha E, as S = (alpha E/2) q. In Pa it
-//! gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m h) gives a force in m h/dt^2, which is a change
-//! of velocity in h/dt a step, and an energy in m h^2/dt^2.
+//! gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m h l) gives a force in m h/dt^2, which is a change
+//! of velocity in h/dt a step, and an energy in m h^2/dt^2 over l^2, with the natural length l in spacings h.
+//! A segment whose natural length is not the distance of its ends in the flat sheet (crimp, pre-tension, unlike directions) has the
+//! strain and force of its [`Rest`]; a plain one, which lies at its natural length, 1, those of two plain functions: the same bits.
 //! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
 //! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their yarn constitutive law.
 
@@ -83,6 +85,50 @@ pub fn stress<L: Lane>(stiffness: L, twice_strain: L) -> L {
 #[inline(always)]
 pub fn force<L: Lane>(stress: L, d: [L; 3]) -> [L; 3] {
     [stress.mul(d[0].add(L::splat(1.0))), stress.mul(d[1]), stress.mul(d[2])]
+}
+
+/// How the segments of one direction lie in the flat sheet. Lengths in node spacings along x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest {
+    /// Distance of the ends, rho.
+    pub spacing: f64,
+    /// Natural length l, at which the segment begins to pull.
+    pub length: f64,
+    /// Twice the strain at the distance rho, q_0 = (rho/l)^2 - 1.
+    pub twice_strain: f64,
+    /// 1/l^2.
+    pub inverse_square: f64,
+}
+
+impl Rest {
+    /// A segment that lies at its natural length, 1.
+    pub const PLAIN: Rest = Rest { spacing: 1.0, length: 1.0, twice_strain: 0.0, inverse_square: 1.0 };
+
+    /// Ends at the distance `spacing` with the stretch `stretch` there.
+    pub fn of(spacing: f64, stretch: f64) -> Rest {
+        let per_length = stretch / spacing;
+        Rest {
+            spacing,
+            length: spacing / stretch,
+            twice_strain: twice_strain_at(stretch),
+            inverse_square: per_length * per_length,
+        }
+    }
+
+    /// Twice the strain from the relative displacement of the ends, for the general form of (M2):
+    /// q = [d_0 (d_0 + 2 rho) + d_1^2 + d_2^2]/l^2 + q_0.
+    #[inline(always)]
+    pub fn twice_strain<L: Lane>(&self, d: [L; 3]) -> L {
+        let along = d[0].mul(d[0].add(L::splat(2.0 * self.spacing)));
+        let change = along.add(d[1].mul(d[1])).add(d[2].mul(d[2]));
+        change.mul(L::splat(self.inverse_square)).add(L::splat(self.twice_strain))
+    }
+
+    /// Force on the first node, the general form of (M4): along rho + d_0, d_1, d_2.
+    #[inline(always)]
+    pub fn force<L: Lane>(&self, stress: L, d: [L; 3]) -> [L; 3] {
+        [stress.mul(d[0].add(L::splat(self.spacing))), stress.mul(d[1]), stress.mul(d[2])]
+    }
 }
 
 /// Strain energy, the integral of stress over strain: alpha E e^2/2 in tension. `stiffness`: half of alpha E.
