@@ -11,7 +11,7 @@
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
     AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
-    Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw,
+    Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.
@@ -507,7 +507,7 @@ pub const FIELDS: &[Field] = &[
         |s, k| pick(&mut s.yarn.strength_draw, &STRENGTH_DRAWS, k), 660,
         "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not with mirror planes or a toe")
         .image(Image::Later(0x66_0000)),
-    real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(1.0, 1000.0), 661,
+    real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
         "Weibull shape m of the critical strain U_c - 1. Read for drawn strength only").read(drawn_strength).image(Image::LaterWhereRead),
     real("yarn.weibull_gauge_length", |s| one(&mut s.yarn.weibull_gauge_length), &LENGTH, Range::NotNegative, 662,
         "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for drawn strength only")

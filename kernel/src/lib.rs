@@ -70,6 +70,7 @@ mod step;
 pub mod sweep;
 pub mod symmetry;
 mod system;
+pub mod textile;
 #[cfg(feature = "implicit")]
 mod theta;
 pub mod toe;
@@ -90,6 +91,7 @@ pub use scene::{
     TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
+pub use textile::{Textile, Threads};
 pub use watch::{Latch, Outcome, OutcomeSet};
 
 #[cfg(doctest)]

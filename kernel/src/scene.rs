@@ -409,6 +409,8 @@ pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
 pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
 /// Default fraction of dt_crit.
 pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
+/// Range of the Weibull shape of drawn strength.
+pub const WEIBULL_SHAPES: [f64; 2] = [1.0, 1000.0];
 /// Largest critical stretch.
 pub const CRITICAL_STRETCH_MAX: f64 = 2.0;
 /// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
