@@ -3,7 +3,8 @@
 //!
 //! How to add a field: at the end, without a gap (a structure has no padding and ends on a multiple of 8 bytes, so its size
 //! changes whenever its fields do), and put the size so far into `OLDER`. A scene grows by rows at the end of the table
-//! `fabric::fields::FIELDS`. Nothing else. `fk_motion` is part of `fk_path` and can never grow.
+//! `fabric::fields::FIELDS`. Nothing else. `fk_motion` is part of
+//! `fk_path`, `fk_threads` of `fk_textile`: they can never grow.
 
 use crate::types::*;
 use fabric::{Code, Error, Scene};
@@ -55,6 +56,7 @@ structures! {
     fk_fabric: [],
     fk_counters: [],
     fk_outcome: [],
+    fk_textile: [],
 }
 
 /// The size of a host's structure, if this library knows it.
@@ -98,6 +100,27 @@ pub(crate) fn read_scene(given: &Input<fk_scene>) -> Result<Scene, Error> {
     let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
     let size = known_size::<fk_scene>(size)?;
     fk_scene::scene(words.elements(size / size_of::<u64>()).unwrap_or_default())
+}
+
+/// Changes a scene where it is; of an older, shorter one as far as it goes. Nothing is written if the change is refused.
+#[inline(never)]
+pub(crate) fn change_scene(
+    place: &mut Output<fk_scene>,
+    change: impl FnOnce(&mut Scene) -> Result<(), Error>,
+) -> Result<(), Error> {
+    // SAFETY: the host vouches for an initialised scene to be changed, as for one that is only read.
+    let mut scene = read_scene(&unsafe { Input::given(place.pointer()) });
+    let scene = scene.as_mut().map_err(|error| *error)?;
+    change(scene)?;
+    // SAFETY: usable, or it would not have been read; a structure of whole words, of the size that its first word says.
+    let words: Input<u64> = unsafe { Input::given(place.pointer().cast()) };
+    let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
+    let part = Part::of(place, size)?;
+    let mut changed = fk_scene::EMPTY;
+    changed.fill(scene);
+    changed.words[0] = size;
+    part.put(&changed);
+    Ok(())
 }
 
 /// A place for a structure, found usable and of a size that this library knows.

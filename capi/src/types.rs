@@ -11,11 +11,11 @@ use fabric::{Error, Scene};
 
 pub use fabric::{
     Contact as fk_contact, Counters as fk_counters, Energy as fk_energy, Fabric as fk_fabric, Motion as fk_motion,
-    Path as fk_path, StepLimits as fk_step_limits, Support as fk_support,
+    Path as fk_path, StepLimits as fk_step_limits, Support as fk_support, Textile as fk_textile, Threads as fk_threads,
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-pub const FK_ABI_VERSION: u32 = 4;
+pub const FK_ABI_VERSION: u32 = 5;
 
 /// Success.
 pub const FK_OK: i32 = 0;
