@@ -11,7 +11,7 @@
 #![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
-use crate::sizes::{Part, Structure, change_scene, read, read_scene};
+use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene};
@@ -90,12 +90,9 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_fill(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
     let mut fill = || {
-        let part = Part::of(&mut scene, struct_size)?;
-        let (mut preset, mut scene) = (scene_of(preset), fk_scene::EMPTY);
-        scene.fill(preset.as_mut().map_err(|error| *error)?);
-        scene.words[0] = struct_size;
-        part.put(&scene);
-        Ok(())
+        Part::of(&mut scene, struct_size)?;
+        let mut preset = scene_of(preset);
+        put_scene(&mut scene, struct_size, preset.as_mut().map_err(|error| *error)?)
     };
     status(fill())
 }

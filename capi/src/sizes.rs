@@ -112,14 +112,23 @@ pub(crate) fn change_scene(
     let mut scene = read_scene(&unsafe { Input::given(place.pointer()) });
     let scene = scene.as_mut().map_err(|error| *error)?;
     change(scene)?;
-    // SAFETY: usable, or it would not have been read; a structure of whole words, of the size that its first word says.
+    // SAFETY: usable, or it would not have been read; the host vouches for the first word, the size.
     let words: Input<u64> = unsafe { Input::given(place.pointer().cast()) };
     let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
-    let part = Part::of(place, size)?;
-    let mut changed = fk_scene::EMPTY;
-    changed.fill(scene);
-    changed.words[0] = size;
-    part.put(&changed);
+    put_scene(place, size, scene)
+}
+
+/// Writes a scene as far as the host's structure, of this size, goes, word by word: a copy would take a kilobyte of stack. The scene
+/// is not changed.
+pub(crate) fn put_scene(place: &mut Output<fk_scene>, size: u64, scene: &mut Scene) -> Result<(), Error> {
+    usable(place.pointer())?;
+    let words = known_size::<fk_scene>(size)? / size_of::<u64>();
+    // SAFETY: not null and aligned, a structure of whole words; the host vouches for as many bytes as it says.
+    let mut place: Output<u64> = unsafe { Output::given(place.pointer().cast()) };
+    if let Some((first, numbers)) = place.elements(words).and_then(<[u64]>::split_first_mut) {
+        *first = size;
+        fk_scene::fill(numbers, scene);
+    }
     Ok(())
 }
 

@@ -6,6 +6,7 @@
 mod bench;
 mod error_time;
 mod event;
+
 mod machine;
 mod memory;
 mod paper;
@@ -16,6 +17,7 @@ mod run;
 mod scene_file;
 mod stability;
 mod table;
+mod textile;
 mod threads;
 
 use clap::{Parser, Subcommand};
@@ -40,6 +42,11 @@ enum Command {
     Scene {
         /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector.
         preset: String,
+    },
+    /// List the named fabrics for the table [fabric] of a scene file.
+    Fabrics {
+        /// Print this one's numbers with their sources.
+        name: Option<String>,
     },
     /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
@@ -71,6 +78,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
         Command::Scene { preset } => scene_file::print(&preset),
+        Command::Fabrics { name } => textile::print(name.as_deref()),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),

@@ -6,6 +6,9 @@
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
 //! integrator = { kind = "theta", tolerance = 1e-8 }
 //!
+//! [fabric]                             # `textile.rs`: before all other keys, which override it
+//! name = "kevlar_km2_s706"
+//!
 //! [attachment]
 //! kind = "four_corners"
 //!
@@ -17,7 +20,7 @@
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
-use crate::Result;
+use crate::{Result, textile};
 use fabric::Scene;
 use fabric::fields::{self, FIELDS, Field, Place};
 use std::path::Path;
@@ -41,6 +44,9 @@ pub fn read(path: &Path) -> Result<Scene> {
 pub fn parse(text: &str) -> Result<Scene> {
     let mut file: Table = text.parse()?;
     let mut scene = preset(file.remove("preset"))?;
+    if let Some(table) = file.remove("fabric") {
+        textile::apply(&mut scene, &table)?;
+    }
     let given = flat("", Value::Table(file))?;
     for (key, value) in &given {
         assign(&mut scene, key, value)?;
@@ -261,6 +267,17 @@ mod tests {
         expected.symmetry.mirror_x = true;
         expected.yarn.draw = Draw::Yarn;
         assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn a_fabric_comes_before_the_keys_that_override_it() {
+        let text = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_km2_s706\"\n[yarn]\nmodulus_mean = 9e10\n";
+        let scene = parse(text).unwrap();
+        assert_eq!((scene.yarn.critical_stretch, scene.yarn.modulus_mean), (1.0355, 9e10));
+        assert!((scene.sheet.spacing * 34.0 / 0.0254 - 1.0).abs() < 1e-12);
+        scene.step_limits().unwrap();
+        let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();
+        assert!(bare.to_string().contains("textile.warp.linear_density"), "{bare}");
     }
 
     #[test]

@@ -165,7 +165,7 @@ fn disassembled(library: &Path) -> Result<BTreeMap<u64, Function>, String> {
                 if call { &mut found.calls } else { &mut found.jumps }.push(*callee);
             } else if let Some(pointer) = operand.strip_prefix('*') {
                 let switch = !call && is_switch(pointer, &body[..k]);
-                let of_host = names_host(operand) || from_host(pointer, body);
+                let of_host = names_host(operand) || from_host(original(pointer, &body[..k]), body);
                 found.pointers |= !switch && !of_host;
             } else if let Some(callee) = operand.split_whitespace().next().and_then(address)
                 && functions.contains_key(&callee)
@@ -201,6 +201,14 @@ fn is_switch(register: &str, before: &[&str]) -> bool {
     let framed = before.first().is_some_and(|line| line.starts_with("push ") || line.starts_with("sub "));
     let unwinds = |line: &&str| line.starts_with("pop ") || (line.starts_with("add $") && line.ends_with(",%rsp"));
     before.iter().any(from_table) || (framed && !before.iter().rev().take(10).any(unwinds))
+}
+
+/// The register that was copied last into this one, if that is what was written to it last; else itself.
+fn original<'b>(register: &'b str, before: &[&'b str]) -> &'b str {
+    let written = |line: &str| line.ends_with(&format!(",{register}")) || line.contains(&format!(",{register} "));
+    let last = before.iter().rev().find(|line| written(line));
+    let copied = last.and_then(|line| line.strip_prefix("mov ")?.trim().split_once(','));
+    copied.map(|(from, _)| from).filter(|from| from.starts_with('%')).unwrap_or(register)
 }
 
 /// Whether all that this function ever loads into a register from the table of the host's functions is one of these, and
