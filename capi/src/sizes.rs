@@ -119,7 +119,8 @@ pub(crate) fn change_scene(
 }
 
 /// Writes a scene as far as the host's structure, of this size, goes, word by word: a copy would take a kilobyte of stack. The scene
-/// is not changed.
+/// is not changed. Not inlined: the stack gate knows by its name what it calls.
+#[inline(never)]
 pub(crate) fn put_scene(place: &mut Output<fk_scene>, size: u64, scene: &mut Scene) -> Result<(), Error> {
     usable(place.pointer())?;
     let words = known_size::<fk_scene>(size)? / size_of::<u64>();

@@ -333,7 +333,7 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                self.terms.pass().lift(below, history, here, carry, self.terms.yarn_row(yarn, strength, 0), marks);
+                self.terms.pass().lift(below, history, here, carry, &self.terms.yarn_row(yarn, strength, 0), marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }

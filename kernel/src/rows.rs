@@ -119,7 +119,7 @@ impl Rows<'_> {
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k);
             let (met, reach) =
-                pass.row(row, planes::row_mut(history, chunks, k), above, carry, yarn, planes::row(marks, chunks, k));
+                pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));

@@ -104,7 +104,7 @@ struct RowJob<'a, const PLAIN: bool, const TOE: bool> {
     history: &'a mut [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: YarnRow<'a>,
+    yarn: &'a YarnRow<'a>,
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
@@ -124,7 +124,7 @@ impl Pass<'_> {
         history: &mut [Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: YarnRow<'_>,
+        yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
         let pass = self;
@@ -153,7 +153,7 @@ impl Pass<'_> {
         history: &[Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: YarnRow<'_>,
+        yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) {
         lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn, marks });
@@ -167,7 +167,7 @@ struct LiftJob<'a> {
     history: &'a [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: YarnRow<'a>,
+    yarn: &'a YarnRow<'a>,
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
@@ -286,7 +286,7 @@ struct Along<L> {
 /// What only the cold path needs.
 struct Cold<'a> {
     pass: &'a Pass<'a>,
-    yarn: YarnRow<'a>,
+    yarn: &'a YarnRow<'a>,
     /// Horizontal segments start before this column.
     horizontal_end: usize,
     /// Vertical segments start before this column.
@@ -434,7 +434,7 @@ impl Cold<'_> {
         for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let met = self.pass.damage_segment(q, &self.yarn, place.axis, column, history, stiffness);
+                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, history, stiffness);
                 self.report.add(met);
             }
         }

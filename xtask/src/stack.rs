@@ -45,9 +45,10 @@ const POINTERS: [(&str, &[&str]); 4] = [
 ];
 
 /// Who calls through the table of parameters: starts of names.
-const LOOPS: [&str; 4] = [
+const LOOPS: [&str; 5] = [
     "fabric::fields::check",
     "fabric::fields::fingerprint_words",
+    "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
     "<fabric::fields::Field>::word",
 ];

@@ -490,7 +490,7 @@ typedef struct fk_scene {
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 5
+#define FK_ABI_VERSION 4
 
 // Success.
 #define FK_OK 0
