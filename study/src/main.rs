@@ -38,9 +38,9 @@ struct Arguments {
 enum Command {
     /// Run one scene: table, history, the sheet at the end.
     Run(run::Options),
-    /// Print a preset as a scene file with every parameter, its unit and its meaning.
+    /// Print a preset, or a scene file with its fabric, as a scene file with every parameter, its unit and its meaning.
     Scene {
-        /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector.
+        /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector, or a file *.toml.
         preset: String,
     },
     /// List the named fabrics for the table [fabric] of a scene file.

@@ -67,9 +67,11 @@ fn preset(name: Option<Value>) -> Result<Scene> {
     found.map(|(_, make)| make()).ok_or_else(|| format!("preset = {name}: must be one of {names}").into())
 }
 
-/// Prints a preset as a scene file.
+/// Prints a preset, or the scene of a file, as a scene file with every key.
 pub fn print(name: &str) -> Result<bool> {
-    print!("{}", write(name, &preset(Some(Value::from(name)))?));
+    let file = name.ends_with(".toml");
+    let scene = if file { read(Path::new(name))? } else { preset(Some(Value::from(name)))? };
+    print!("{}", write(if file { PRESETS[0].0 } else { name }, &scene));
     Ok(true)
 }
 
