@@ -565,10 +565,10 @@ impl<'a> Sim<'a> {
     /// alpha at t_n of every segment in the order of their numbers: 1 whole, 0 failed.
     pub fn copy_damage(&self, out: &mut [f64]) -> Result<(), Error> {
         self.system.sound()?;
-        self.copy_segments(out, |_, segment| {
+        self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
             let largest = math::max(q, segment.history);
-            segment.law.alpha(segment.damage_rate, largest)
+            sim.system.law_of(segment).alpha(segment.damage_rate, largest)
         })
     }
 

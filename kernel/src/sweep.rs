@@ -62,9 +62,9 @@ impl YarnRow<'_> {
         }
     }
 
-    /// The damage law of that segment. `law`: what all share.
-    pub fn law(&self, law: &DamageLaw, axis: Axis, i: usize) -> DamageLaw {
-        planes::get(self.strength, axis as usize, i).map_or(*law, |critical_stretch| law.at(critical_stretch))
+    /// The critical stretch of that segment. `law`: what all share.
+    pub fn critical_stretch(&self, law: &DamageLaw, axis: Axis, i: usize) -> f64 {
+        planes::get(self.strength, axis as usize, i).unwrap_or(law.critical_stretch)
     }
 }
 
@@ -463,7 +463,7 @@ impl Pass<'_> {
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let damage = yarn.law(law, axis, column).damage(damage_rate, q);
+        let damage = law.at(yarn.critical_stretch(law, axis, column)).damage(damage_rate, q);
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;

@@ -62,8 +62,8 @@ pub(crate) struct SegmentView {
     pub undamaged: f64,
     /// Damage rate.
     pub damage_rate: f64,
-    /// Its damage law.
-    pub law: DamageLaw,
+    /// Its critical stretch.
+    pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
     /// The toe's mark (`toe.rs`).
@@ -162,13 +162,19 @@ impl System<'_> {
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
-            law: yarn.law(&self.model.directions.of(axis).law, axis, i),
+            critical_stretch: yarn.critical_stretch(&self.model.directions.of(axis).law, axis, i),
             history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
             mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
             // The theta rule's state is synchronous: its audit looks at t_n alone.
             d_before: if self.layout.implicit { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
         })
+    }
+
+    /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
+    /// begins at the segment's own critical q.
+    pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
+        self.model.directions.of(segment.axis).law.at(segment.critical_stretch)
     }
 
     pub fn yarn_row(&self, j: usize) -> YarnRow<'_> {
@@ -187,8 +193,8 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let stiffness = if segment.law.is_damaging(q, segment.history) {
-                segment.law.alpha(segment.damage_rate, q) * segment.undamaged
+            let stiffness = if self.model.directions.of(axis).law.is_damaging(q, segment.history) {
+                self.law_of(&segment).alpha(segment.damage_rate, q) * segment.undamaged
             } else {
                 segment.stiffness
             };
@@ -252,12 +258,6 @@ impl System<'_> {
             }
         }
         Ok(())
-    }
-
-    /// History of a segment without damage: its own critical q where strength is drawn, else 0.
-    pub fn history_of_whole(&self, axis: Axis, i: usize, j: usize) -> f64 {
-        let strength = planes::row(self.blocks.strength, self.layout.chunks, j);
-        planes::get(strength, axis as usize, i).map_or(0.0, yarn::twice_strain_at)
     }
 
     /// Sheet flat, at rest and whole.

@@ -189,7 +189,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
             let law = &directions.of(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                 let (undamaged, damage_rate) = yarn.constants(axis, i);
-                yarn.law(law, axis, i).alpha(damage_rate, q) * undamaged
+                law.at(yarn.critical_stretch(law, axis, i)).alpha(damage_rate, q) * undamaged
             } else {
                 planes::get(hot, 6 + axis as usize, i).unwrap_or(0.0)
             }
@@ -269,10 +269,10 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                if !segment.law.is_damaging(q, segment.history) {
+                if !system.model.directions.of(axis).law.is_damaging(q, segment.history) {
                     continue;
                 }
-                let Damage { alpha, history: largest } = segment.law.damage(segment.damage_rate, q);
+                let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
                 failed |= alpha == 0.0;
                 let stiffness = planes::row_mut(system.blocks.hot, chunks, j);
                 if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
