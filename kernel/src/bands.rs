@@ -278,7 +278,6 @@ impl Plan {
         let found = step::look_ahead(system, end);
         let rows = system.rows_to_step();
         step::place_images_above(system, rows[1]);
-        let (terms, track_support) = (step::terms(system), system.scene.track_support);
         let marked = system.layout.toe && system.failed_segments > 0;
         let Blocks { hot, history, yarn, strength, marks, ranges, runs, .. } = &mut system.blocks;
         let memory = Pointers {
@@ -291,6 +290,8 @@ impl Plan {
             runs: runs.as_ptr(),
             scratch,
         };
+        let track_support = system.scene.track_support;
+        let terms = step::terms(system);
         let plan = Plan { end, second_half, failed_before, found, rows, terms, marked, track_support, memory };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.

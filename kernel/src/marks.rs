@@ -38,7 +38,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             row,
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
-            directions: &system.model.directions,
+            directions: &system.directions,
             from,
         },
     )

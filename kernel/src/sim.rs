@@ -172,6 +172,7 @@ impl<'a> Sim<'a> {
         sim.system.scene = *scene;
         sim.system.layout = layout;
         sim.system.model.derive(scene, limits);
+        sim.system.directions.derive(scene, limits.dt);
         sim.system.state = State::at_start(body);
         sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;

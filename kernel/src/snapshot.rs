@@ -288,7 +288,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                     let own = planes::get(strength, axis as usize, i).map_or(0.0, twice_strain_at);
                     (own, own)
                 } else {
-                    (0.0, system.model.directions.of(axis).critical)
+                    (0.0, system.directions.along(axis).critical)
                 };
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
@@ -584,7 +584,7 @@ mod tests {
         let mut sim = Sim::new(&scene, &mut memory).unwrap();
         let mut image = std::vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
-        let (critical, first) = (sim.system.model.directions.horizontal.critical, sim.digest());
+        let (critical, first) = (sim.system.directions.horizontal.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
             let found = sim.load(&forged);

@@ -2,6 +2,7 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
+use crate::direction::Directions;
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
@@ -23,6 +24,7 @@ pub(crate) struct System<'a> {
     pub scene: Scene,
     pub layout: Layout,
     pub model: Model,
+    pub directions: Directions,
     pub state: State,
     pub blocks: Blocks<'a>,
     pub failed_segments: u64,
@@ -39,6 +41,7 @@ impl<'a> System<'a> {
         scene: Scene::sheet_3in_sphere(),
         layout: Layout::NOTHING,
         model: Model::NOTHING,
+        directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
         blocks: Blocks::nothing(),
         failed_segments: 0,
@@ -104,7 +107,7 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
-        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.model.directions.vertical.rest.spacing;
+        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
         [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
     }
 
@@ -158,11 +161,11 @@ impl System<'_> {
         let (undamaged, damage_rate) = yarn.constants(axis, i);
         Some(SegmentView {
             axis,
-            rest: self.model.directions.of(axis).rest,
+            rest: self.directions.along(axis).rest,
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
-            critical_stretch: yarn.critical_stretch(&self.model.directions.of(axis).law, axis, i),
+            critical_stretch: yarn.critical_stretch(&self.directions.along(axis).law, axis, i),
             history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
             mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
@@ -174,14 +177,14 @@ impl System<'_> {
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
     /// begins at the segment's own critical q.
     pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
-        self.model.directions.of(segment.axis).law.at(segment.critical_stretch)
+        self.directions.along(segment.axis).law.at(segment.critical_stretch)
     }
 
     pub fn yarn_row(&self, j: usize) -> YarnRow<'_> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
-            Constants::Uniform(&self.model.directions)
+            Constants::Uniform(&self.directions)
         };
         YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
     }
@@ -193,7 +196,7 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let stiffness = if self.model.directions.of(axis).law.is_damaging(q, segment.history) {
+            let stiffness = if self.directions.along(axis).law.is_damaging(q, segment.history) {
                 self.law_of(&segment).alpha(segment.damage_rate, q) * segment.undamaged
             } else {
                 segment.stiffness
@@ -235,7 +238,7 @@ impl System<'_> {
                 for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
                     if stochastic {
-                        let direction = self.model.directions.of(axis);
+                        let direction = self.directions.along(axis);
                         let segment = self.scene.draw_segment(number)?;
                         if let Some(slot) = planes::get_mut(row, axis as usize, i) {
                             *slot = segment.modulus / direction.modulus_per_stiffness;
@@ -252,7 +255,7 @@ impl System<'_> {
             }
         }
         if strength {
-            for direction in [&mut self.model.directions.horizontal, &mut self.model.directions.vertical] {
+            for direction in [&mut self.directions.horizontal, &mut self.directions.vertical] {
                 direction.law = direction.law.at(weakest);
                 direction.critical = direction.law.critical_twice_strain();
             }
@@ -297,7 +300,7 @@ impl System<'_> {
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (directions, chunks) = (&self.model.directions, self.layout.chunks);
+        let (directions, chunks) = (&self.directions, self.layout.chunks);
         let [h, v] = [&directions.horizontal, &directions.vertical];
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
@@ -402,6 +405,7 @@ impl System<'_> {
             return;
         }
         self.model.use_half_steps(halves);
+        self.directions.use_half_steps(halves);
         let factor = if halves { 0.25 } else { 4.0 };
         for chunk in self.blocks.hot.iter_mut() {
             chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
@@ -416,7 +420,7 @@ impl System<'_> {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
         // Where there is pre-tension the supports feel rows at rest, too.
-        if !self.skip_rest || self.model.directions.are_tense() {
+        if !self.skip_rest || self.directions.are_tense() {
             [0, ny]
         } else if first == end {
             [0, 0]

@@ -167,7 +167,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let chunks = system.layout.chunks;
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let directions = &system.model.directions;
+    let directions = &system.directions;
     let uniform = Constants::Uniform(directions);
     let Blocks { hot, history, yarn, strength, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
@@ -186,7 +186,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
             if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
         let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
         let stiffness = |axis: Axis, i: usize, q: f64| {
-            let law = &directions.of(axis).law;
+            let law = &directions.along(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                 let (undamaged, damage_rate) = yarn.constants(axis, i);
                 law.at(yarn.critical_stretch(law, axis, i)).alpha(damage_rate, q) * undamaged
@@ -269,7 +269,7 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                if !system.model.directions.of(axis).law.is_damaging(q, segment.history) {
+                if !system.directions.along(axis).law.is_damaging(q, segment.history) {
                     continue;
                 }
                 let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);

@@ -166,7 +166,8 @@ fn disassembled(library: &Path) -> Result<BTreeMap<u64, Function>, String> {
                 if call { &mut found.calls } else { &mut found.jumps }.push(*callee);
             } else if let Some(pointer) = operand.strip_prefix('*') {
                 let switch = !call && is_switch(pointer, &body[..k]);
-                let of_host = names_host(operand) || from_host(original(pointer, &body[..k]), body);
+                let of_host =
+                    names_host(operand) || from_host(pointer, body) || is_copied_from_host(pointer, &body[..k], body);
                 found.pointers |= !switch && !of_host;
             } else if let Some(callee) = operand.split_whitespace().next().and_then(address)
                 && functions.contains_key(&callee)
@@ -204,14 +205,6 @@ fn is_switch(register: &str, before: &[&str]) -> bool {
     before.iter().any(from_table) || (framed && !before.iter().rev().take(10).any(unwinds))
 }
 
-/// The register that was copied last into this one, if that is what was written to it last; else itself.
-fn original<'b>(register: &'b str, before: &[&'b str]) -> &'b str {
-    let written = |line: &str| line.ends_with(&format!(",{register}")) || line.contains(&format!(",{register} "));
-    let last = before.iter().rev().find(|line| written(line));
-    let copied = last.and_then(|line| line.strip_prefix("mov ")?.trim().split_once(','));
-    copied.map(|(from, _)| from).filter(|from| from.starts_with('%')).unwrap_or(register)
-}
-
 /// Whether all that this function ever loads into a register from the table of the host's functions is one of these, and
 /// there is such a load.
 fn from_host(register: &str, body: &[&str]) -> bool {
@@ -220,6 +213,13 @@ fn from_host(register: &str, body: &[&str]) -> bool {
         .filter(|line| line.starts_with("mov ") && line.contains("(%rip)") && line.contains(&format!(",{register} ")))
         .collect();
     !loads.is_empty() && loads.iter().all(|line| names_host(line))
+}
+
+/// Whether a register was last written, before a call, with the content of one that [`from_host`] says this of.
+fn is_copied_from_host(register: &str, before: &[&str], body: &[&str]) -> bool {
+    let last = before.iter().rev().find(|line| line.ends_with(&format!(",{register}")));
+    let source = last.and_then(|line| line.strip_prefix("mov ")?.trim().split_once(','));
+    source.is_some_and(|(source, _)| source.starts_with('%') && from_host(source, body))
 }
 
 /// Whether an instruction names a function of the host.
