@@ -180,6 +180,12 @@
 // yarn.draw: every woven yarn: a whole row or column of segments.
 #define FK_DRAW_YARN 1
 
+// yarn.strength_draw: every segment has yarn.critical_stretch.
+#define FK_STRENGTH_DRAW_NONE 0
+
+// yarn.strength_draw: every segment has its own: U_c - 1 is drawn from a Weibull distribution.
+#define FK_STRENGTH_DRAW_WEIBULL 1
+
 // projectile.shape: sphere; feels no torque.
 #define FK_SHAPE_SPHERE 0
 
@@ -325,6 +331,18 @@ typedef struct fk_scene_yarn {
     // What gets a draw of its own. Read for stochastic yarn only. One of FK_DRAW_SEGMENT and FK_DRAW_YARN. Default
     // FK_DRAW_SEGMENT.
     uint64_t draw;
+    // Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not
+    // with mirror planes or a toe. One of FK_STRENGTH_DRAW_NONE and FK_STRENGTH_DRAW_WEIBULL. Default
+    // FK_STRENGTH_DRAW_NONE.
+    uint64_t strength_draw;
+    // Weibull shape m of the critical strain U_c - 1. Read for drawn strength only. 1 to 1000. Default 14.7.
+    double weibull_shape;
+    // Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger
+    // by (L/h)^(1/m). 0: L is h. Read for drawn strength only. In m, >= 0. Default 0.
+    double weibull_gauge_length;
+    // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
+    // Read for drawn strength only. 0 to 1. Default 0.
+    double weibull_correlation;
 } fk_scene_yarn;
 
 // The yarn along y, where it is unlike that along x: a part of fk_scene.
@@ -514,6 +532,42 @@ typedef struct fk_scene {
 // A simulation in its block. C knows only that it exists.
 typedef struct fk_sim fk_sim;
 
+// The yarns of one direction of a textile.
+typedef struct fk_threads {
+    // Mass of a yarn over its length, kg/m, > 0.
+    double linear_density;
+    // Yarns per metre of cloth, 1/m, > 0: ends of the warp, picks of the weft.
+    double count;
+    // Crimp: length of a yarn over that of the cloth, less 1, in [0, 1].
+    double crimp;
+} fk_threads;
+
+// A textile of two directions of one fibre, per ply.
+typedef struct fk_textile {
+    // Yarns along x.
+    struct fk_threads warp;
+    // Yarns along y.
+    struct fk_threads weft;
+    // Density of the fibre, kg/m^3, > 0.
+    double fibre_density;
+    // Young's modulus of a yarn, over the area of its fibres, Pa, > 0.
+    double modulus;
+    // Standard deviation of that modulus among segments, Pa, >= 0; 0: all have the same.
+    double modulus_sd;
+    // Strain at which a yarn begins to fail, in (0, 1]; 0: `strength` says it. With a Weibull shape: the Weibull scale.
+    double failure_strain;
+    // Force at which a yarn begins to fail over the area of its fibres at rest, Pa, > 0; 0: `failure_strain` says it.
+    double strength;
+    // Part of the failure strain, or of the strength, that weaving has taken, in [0, 1); 0 for yarn taken from the fabric.
+    double weaving_loss;
+    // Damage rate lambda beyond the failure strain, dimensionless, at least 3.
+    double damage_rate;
+    // Weibull shape of the failure strain, in [1, 1000]; 0: all segments fail at the same strain.
+    double weibull_shape;
+    // Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape only.
+    double gauge_length;
+} fk_textile;
+
 // Why a request was refused or a step failed.
 typedef struct fk_fault {
     // Status number: FK_OK, or an error's.
@@ -689,6 +743,19 @@ const char *fk_status_name(int32_t status);
 int32_t fk_scene_fill(fk_scene *scene,
                       uint64_t struct_size,
                       uint32_t preset);
+
+// Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
+// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+// `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
+// "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
+// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_UNKNOWN_CHOICE (of the scene); of the textile FK_NOT_FINITE,
+// FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DAMAGE_RATE_TOO_SMALL.
+int32_t fk_scene_set_textile(fk_scene *scene,
+                             const struct fk_textile *textile,
+                             uint64_t textile_size,
+                             struct fk_fault *fault,
+                             uint64_t fault_size);
 
 // Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
 // field, its value and the limit. `fault_size` is its sizeof.

@@ -167,6 +167,14 @@ inline Fault check(const fk_scene &scene) noexcept
     return fault;
 }
 
+// Makes the sheet of a scene that of a textile. fk_scene_set_textile
+inline Fault set_textile(fk_scene &scene, const fk_textile &textile) noexcept
+{
+    Fault fault;
+    fk_scene_set_textile(&scene, &textile, sizeof textile, fault.raw(), sizeof(fk_fault));
+    return fault;
+}
+
 // Bytes of a simulation's memory. fk_memory_size
 inline Result<std::uint64_t> memory_size(const fk_scene &scene) noexcept
 {

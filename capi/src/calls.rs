@@ -11,7 +11,7 @@
 #![allow(clippy::missing_safety_doc)] // said once, above
 
 use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
-use crate::sizes::{Part, Structure, read, read_scene};
+use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
 use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene};
@@ -90,21 +90,11 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_fill(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
     let mut fill = || {
-        let part = Part::of(&mut scene, struct_size)?;
+        Part::of(&mut scene, struct_size)?;
         let mut preset = scene_of(preset);
-        put_scene(part, preset.as_mut().map_err(|error| *error)?, struct_size);
-        Ok(())
+        put_scene(&mut scene, struct_size, preset.as_mut().map_err(|error| *error)?)
     };
     status(fill())
-}
-
-/// Writes a scene. Not inlined: the structure must not add to the stack of making the scene.
-#[inline(never)]
-fn put_scene(part: Part<'_, fk_scene>, scene: &mut Scene, struct_size: u64) {
-    let mut structure = fk_scene::EMPTY;
-    structure.fill(scene);
-    structure.words[0] = struct_size;
-    part.put(&structure);
 }
 
 /// The scene of a preset. Not inlined: it must not add to the stack of what is done with it.
@@ -116,6 +106,28 @@ fn scene_of(preset: u32) -> Result<Scene, Error> {
         FK_PRESET_TURBINE_DISC_SECTOR => Ok(Scene::turbine_disc_sector()),
         other => Err(Error::new(Code::UnknownChoice, "preset", other as f64, 0.0)),
     }
+}
+
+/// Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
+/// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+/// `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
+/// "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
+/// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_UNKNOWN_CHOICE (of the scene); of the textile FK_NOT_FINITE,
+/// FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_DAMAGE_RATE_TOO_SMALL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_scene_set_textile(
+    mut scene: Output<fk_scene>,
+    textile: Input<fk_textile>,
+    textile_size: u64,
+    fault: Output<fk_fault>,
+    fault_size: u64,
+) -> i32 {
+    let set = || {
+        let textile = read(&textile, textile_size)?;
+        change_scene(&mut scene, |scene| in_our_environment(|| scene.set_textile(&textile)))
+    };
+    telling(fault, fault_size, set)
 }
 
 /// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad

@@ -3,7 +3,8 @@
 //!
 //! How to add a field: at the end, without a gap (a structure has no padding and ends on a multiple of 8 bytes, so its size
 //! changes whenever its fields do), and put the size so far into `OLDER`. A scene grows by rows at the end of the table
-//! `fabric::fields::FIELDS`. Nothing else. `fk_motion` is part of `fk_path` and can never grow.
+//! `fabric::fields::FIELDS`. Nothing else. `fk_motion` is part of
+//! `fk_path`, `fk_threads` of `fk_textile`: they can never grow.
 
 use crate::types::*;
 use fabric::{Code, Error, Scene};
@@ -55,6 +56,7 @@ structures! {
     fk_fabric: [],
     fk_counters: [],
     fk_outcome: [],
+    fk_textile: [],
 }
 
 /// The size of a host's structure, if this library knows it.
@@ -98,6 +100,37 @@ pub(crate) fn read_scene(given: &Input<fk_scene>) -> Result<Scene, Error> {
     let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
     let size = known_size::<fk_scene>(size)?;
     fk_scene::scene(words.elements(size / size_of::<u64>()).unwrap_or_default())
+}
+
+/// Changes a scene where it is; of an older, shorter one as far as it goes. Nothing is written if the change is refused.
+#[inline(never)]
+pub(crate) fn change_scene(
+    place: &mut Output<fk_scene>,
+    change: impl FnOnce(&mut Scene) -> Result<(), Error>,
+) -> Result<(), Error> {
+    // SAFETY: the host vouches for an initialised scene to be changed, as for one that is only read.
+    let mut scene = read_scene(&unsafe { Input::given(place.pointer()) });
+    let scene = scene.as_mut().map_err(|error| *error)?;
+    change(scene)?;
+    // SAFETY: usable, or it would not have been read; the host vouches for the first word, the size.
+    let words: Input<u64> = unsafe { Input::given(place.pointer().cast()) };
+    let size = words.elements(1).and_then(|words| words.first()).map_or(0, |size| *size);
+    put_scene(place, size, scene)
+}
+
+/// Writes a scene as far as the host's structure, of this size, goes, word by word: a copy would take a kilobyte of stack. The scene
+/// is not changed. Not inlined: the stack gate knows by its name what it calls.
+#[inline(never)]
+pub(crate) fn put_scene(place: &mut Output<fk_scene>, size: u64, scene: &mut Scene) -> Result<(), Error> {
+    usable(place.pointer())?;
+    let words = known_size::<fk_scene>(size)? / size_of::<u64>();
+    // SAFETY: not null and aligned, a structure of whole words; the host vouches for as many bytes as it says.
+    let mut place: Output<u64> = unsafe { Output::given(place.pointer().cast()) };
+    if let Some((first, numbers)) = place.elements(words).and_then(<[u64]>::split_first_mut) {
+        *first = size;
+        fk_scene::fill(numbers, scene);
+    }
+    Ok(())
 }
 
 /// A place for a structure, found usable and of a size that this library knows.

@@ -11,7 +11,7 @@ use fabric::{Error, Scene};
 
 pub use fabric::{
     Contact as fk_contact, Counters as fk_counters, Energy as fk_energy, Fabric as fk_fabric, Motion as fk_motion,
-    Path as fk_path, StepLimits as fk_step_limits, Support as fk_support,
+    Path as fk_path, StepLimits as fk_step_limits, Support as fk_support, Textile as fk_textile, Threads as fk_threads,
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
@@ -111,23 +111,16 @@ fn numbers() -> impl Iterator<Item = (&'static Field, usize)> {
 }
 
 impl fk_scene {
-    /// A structure that says its size and nothing else.
-    pub(crate) const EMPTY: fk_scene = {
-        let mut words = [0; 1 + SLOTS];
-        words[0] = size_of::<fk_scene>() as u64;
-        fk_scene { words }
-    };
-
     /// The structure of a scene.
     pub fn of(mut scene: Scene) -> fk_scene {
-        let mut structure = fk_scene::EMPTY;
-        structure.fill(&mut scene);
-        structure
+        let mut words = [size_of::<fk_scene>() as u64; 1 + SLOTS];
+        fk_scene::fill(&mut words[1..], &mut scene);
+        fk_scene { words }
     }
 
-    /// Takes a scene's numbers, from where it is: a copy would take a kilobyte of stack. The scene is not changed.
-    pub(crate) fn fill(&mut self, scene: &mut Scene) {
-        let places = self.words.iter_mut().skip(1);
+    /// Takes a scene's numbers, as many as there are places, from where it is. The scene is not changed.
+    pub(crate) fn fill(places: &mut [u64], scene: &mut Scene) {
+        let places = places.iter_mut();
         places.zip(numbers()).for_each(|(word, (field, element))| *word = field.word(scene, element));
     }
 

@@ -99,6 +99,51 @@ fn fault_status(fault: &fk_fault) -> i32 {
     fault.status
 }
 
+/// A textile of a data sheet with a few numbers that may be anything: refused with the scene as it was, or set as in Rust.
+fn set_textile(bytes: &mut Bytes, scene: &fk_scene) {
+    let threads = fk_threads { linear_density: 6.7e-5, count: 1340.0, crimp: 0.01 };
+    let mut numbers = [threads.linear_density, threads.count, threads.crimp, 6.7e-5, 1340.0, 0.0, 1440.0, 85e9];
+    let mut law = [0.0, 0.0355, 0.0, 0.0, 2300.0, 14.7, 0.05];
+    for _ in 0..bytes.below(4) {
+        let at = bytes.below(numbers.len() + law.len());
+        let place = if at < numbers.len() { &mut numbers[at] } else { &mut law[at - numbers.len()] };
+        *place = bytes.odd(*place);
+    }
+    let [ld, ends, crimp, weft_ld, picks, weft_crimp, fibre_density, modulus] = numbers;
+    let [modulus_sd, failure_strain, strength, weaving_loss, damage_rate, weibull_shape, gauge_length] = law;
+    let textile = fk_textile {
+        warp: fk_threads { linear_density: ld, count: ends, crimp },
+        weft: fk_threads { linear_density: weft_ld, count: picks, crimp: weft_crimp },
+        fibre_density,
+        modulus,
+        modulus_sd,
+        failure_strain,
+        strength,
+        weaving_loss,
+        damage_rate,
+        weibull_shape,
+        gauge_length,
+    };
+    let mut in_c = *scene;
+    let size = size_of::<fk_textile>() as u64;
+    // SAFETY: structures of this function.
+    let set = unsafe {
+        let no_fault = Output::given(null_mut());
+        fk_scene_set_textile(Output::given(&mut in_c), Input::given(&textile), size, no_fault, 0)
+    };
+    let known = scene.words[0] == size_of::<fk_scene>() as u64;
+    let rust = fk_scene::scene(&scene.words).ok().filter(|_| known);
+    match rust {
+        Some(mut rust) => {
+            let expected = rust.set_textile(&textile).map_or_else(|error| error.code.number(), |()| FK_OK);
+            assert_eq!(set, expected);
+            let wanted = if set == FK_OK { fk_scene::of(rust).words } else { scene.words };
+            assert_eq!(in_c.words, wanted);
+        }
+        None => assert!(set != FK_OK && in_c.words == scene.words),
+    }
+}
+
 /// The target.
 pub fn run(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
@@ -107,6 +152,7 @@ pub fn run(data: &[u8]) -> bool {
     let instructions = bytes.choose(&InstructionSet::ALL);
     let mut fault = fk_fault::of(&fabric::Error::plain(fabric::Code::NullPointer, ""));
     let mut size = 0;
+    set_textile(&mut bytes, &scene);
 
     // SAFETY: structures and numbers of this function; blocks as long as they are said to be.
     unsafe {

@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use fabric::{
     AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Sector, Shape, StepAfterFailure, StepCheck,
-    Symmetry, TimeStep, Weft,
+    StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -131,7 +131,13 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             }
             scene.weft = Weft { modulus_mean: 90e9, damage_intercept: 100.0, ..scene.weft };
         }
-        _ => {}
+        _ => {
+            let yarn = &mut scene.yarn;
+            (yarn.strength_draw, yarn.weibull_shape) = (StrengthDraw::Weibull, bytes.choose(&[14.7, 1.0, 5.0]));
+            yarn.weibull_gauge_length = bytes.choose(&[0.0, 0.05, 1e-5]);
+            yarn.weibull_correlation = bytes.choose(&[0.0, 0.3, 1.0]);
+            scene.slack_toe = 0.0;
+        }
     }
     scene
 }

@@ -47,7 +47,9 @@ use crate::contact::Gathered;
 use crate::error::{Code, Error, Failure};
 use crate::lanes::CacheLine;
 use crate::layout::MAX_BANDS;
-use crate::planes::{CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+};
 use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
 use crate::step;
@@ -112,6 +114,7 @@ struct Pointers {
     hot: *mut Chunk<HOT_PLANES>,
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
+    strength: *const Chunk<STRENGTH_PLANES>,
     marks: *const Chunk<MARK_PLANES>,
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
@@ -276,11 +279,12 @@ impl Plan {
         let rows = system.rows_to_step();
         step::place_images_above(system, rows[1]);
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, marks, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, marks, ranges, runs, .. } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
+            strength: strength.as_ptr(),
             marks: marks.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
@@ -325,11 +329,12 @@ impl Plan {
             }
             if first > self.rows[0] {
                 let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
+                let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
                 let below = rows(memory.hot, chunks, first - 1, 1);
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                self.terms.pass().lift(below, history, here, carry, self.terms.yarn_row(yarn, 0), marks);
+                self.terms.pass().lift(below, history, here, carry, &self.terms.yarn_row(yarn, strength, 0), marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -365,6 +370,7 @@ impl Plan {
                 above,
                 history: rows_mut(memory.history, chunks, first, count),
                 yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
+                strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
                 marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),

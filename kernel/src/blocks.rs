@@ -3,7 +3,9 @@
 use crate::error::{Code, Error};
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, Layout};
-use crate::planes::{CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+};
 
 /// Refuses memory that is too short for a scene of these sizes.
 pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> {
@@ -15,10 +17,12 @@ pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> 
 pub(crate) struct Blocks<'a> {
     /// Rows of [ux uy uz vx vy vz kh kv].
     pub hot: &'a mut [Chunk<HOT_PLANES>],
-    /// Rows of the largest q beyond critical, horizontal and vertical.
+    /// Rows of the largest q beyond critical, horizontal and vertical; `planes.rs` says what they hold before.
     pub history: &'a mut [Chunk<HISTORY_PLANES>],
     /// Rows of [kh kv lambda_h lambda_v] of stochastic yarn.
     pub yarn: &'a mut [Chunk<YARN_PLANES>],
+    /// Rows of the critical stretches of drawn strength, horizontal and vertical.
+    pub strength: &'a mut [Chunk<STRENGTH_PLANES>],
     /// Rows of the toe's marks, horizontal and vertical.
     pub marks: &'a mut [Chunk<MARK_PLANES>],
     /// The theta rule's rows (`theta.rs` names their planes).
@@ -45,6 +49,7 @@ impl<'a> Blocks<'a> {
             hot: &mut [],
             history: &mut [],
             yarn: &mut [],
+            strength: &mut [],
             marks: &mut [],
             iterate: &mut [],
             carry: &mut [],
@@ -72,6 +77,7 @@ impl<'a> Blocks<'a> {
                 hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
                 yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
+                strength: chunked(reals.take(if layout.strength { ny * STRENGTH_PLANES * row } else { 0 })?),
                 marks: chunked(reals.take(if layout.toe { ny * MARK_PLANES * row } else { 0 })?),
                 iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),

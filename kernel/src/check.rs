@@ -8,7 +8,7 @@ use crate::math;
 use crate::planes::{AT_REST, Axis};
 use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE,
-    Scene, StepAfterFailure, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep,
+    Scene, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
 };
 use crate::shape::{self, Solid};
 use crate::weave;
@@ -23,7 +23,8 @@ const LARGEST_STIFFNESS: f64 = 1e6;
 const LARGEST_SPACING_RATIO: f64 = 10.0;
 
 impl Scene {
-    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest.
+    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
+    /// strongest.
     ///
     /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane net at U_c, where the
     /// tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first bracket takes its k and U_c from one, the
@@ -37,8 +38,9 @@ impl Scene {
             let modulus = if axis == Axis::Vertical { y } else { x };
             modulus * self.yarn_area(axis) / length
         };
+        let strongest = self.strongest()?;
         let u2 = |axis: Axis| {
-            let critical = self.damage_law(axis).critical_stretch;
+            let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
             critical * critical
         };
         let (x, y) = (Axis::Horizontal, Axis::Vertical);
@@ -92,6 +94,25 @@ impl Scene {
         Ok(stiffest)
     }
 
+    /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
+    fn strongest(&self) -> Result<Option<f64>, Error> {
+        if self.yarn.strength_draw == StrengthDraw::None {
+            return Ok(None);
+        }
+        let (nx, ny, [strain_x, strain_y]) = (self.sheet.nodes_x, self.sheet.nodes_y, self.sheet.pre_strain);
+        let mut strongest = 1.0;
+        for number in 0..self.segments() {
+            let critical = self.draw_critical_stretch(number);
+            let weft = weave::axis_of_segment(nx, ny, number) == Axis::Vertical;
+            let strain = if weft { strain_y } else { strain_x };
+            if strain > 0.0 && strain >= critical - 1.0 {
+                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0));
+            }
+            strongest = math::max(critical, strongest);
+        }
+        Ok(Some(strongest))
+    }
+
     /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad one is named.
     /// The time step against dt_crit is checked by [`Scene::step_limits`].
     pub fn check(&self) -> Result<(), Error> {
@@ -123,6 +144,10 @@ impl Scene {
         let toe = self.slack_toe;
         if toe == 0.0 {
             return Ok(());
+        }
+        if self.yarn.strength_draw != StrengthDraw::None {
+            // It could reach beyond the critical strain of the weakest segments.
+            return Err(Error::new(Code::OutOfRange, "slack_toe", toe, 0.0));
         }
         let [narrowest, widest] = TOE_RANGE;
         let [x, y] = [Axis::Horizontal, Axis::Vertical].map(|axis| 0.5 * self.damage_law(axis).critical_twice_strain());
@@ -233,6 +258,9 @@ impl Scene {
         }
         if self.yarn.stochastic {
             return Err(Error::plain(Code::NotSymmetric, "yarn.stochastic"));
+        }
+        if self.yarn.strength_draw != StrengthDraw::None {
+            return Err(Error::plain(Code::NotSymmetric, "yarn.strength_draw"));
         }
         if self.drive != Drive::Free {
             return Err(Error::plain(Code::NotSymmetric, "drive"));

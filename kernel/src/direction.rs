@@ -11,9 +11,9 @@ use crate::yarn::{DamageLaw, Rest};
 pub struct Direction {
     /// How they lie in the flat sheet.
     pub rest: Rest,
-    /// Their damage law.
+    /// Their damage law; of drawn strength that of the sheet's weakest segment.
     pub law: DamageLaw,
-    /// q at the critical stretch.
+    /// q at its critical stretch: none of them is damaged below.
     pub critical: f64,
     /// Undamaged stiffness kk = E A_0 dt^2/(2 m h l) of the mean segment.
     pub stiffness: f64,

@@ -1,12 +1,19 @@
 //! The yarns of a scene: the damage law that all segments share, the mean segment, and the draws of stochastic yarn.
 //!
 //! Method: every segment has random numbers of its own, keyed by seed and number, so that no draw depends on the order of drawing.
-//! Reference: docs/model.md, (M6); Powell and Zohdi (2009), their relation of damage rate and modulus.
+//! A drawn strength comes from a normal score z = sqrt(c) z_yarn + sqrt(1 - c) z_segment, whose part below gives the critical
+//! strain of a Weibull distribution: U_c - 1 = scale (-ln(1 - Phi(z)))^(1/m), scale = (critical_stretch - 1) (L/l)^(1/m).
+//! The weakest of n independent segments of the natural length l then has the scale at the length n l, exactly.
+//! Limits: with the correlation c > 0 the weakest of a yarn is stronger than that; with c = 1 all its segments are alike.
+//! U_c is cut at 2.
+//! Reference: docs/model.md, (M6); Powell and Zohdi (2009), their relation of damage rate and modulus; W. Weibull, J. Appl. Mech.
+//! 18 (1951) 293.
 
 use crate::error::{Code, Error};
+use crate::math;
 use crate::planes::Axis;
 use crate::random::{self, Purpose};
-use crate::scene::{DAMAGE_RATE_MIN, Draw, Scene};
+use crate::scene::{CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw};
 use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 
@@ -81,6 +88,28 @@ impl Scene {
         let field = if weft { "weft.damage_sd" } else { "yarn.damage_sd" };
         Err(Error::new(Code::DamageRateTooSmall, field, scatter.damage_sd, DAMAGE_RATE_MIN))
     }
+
+    /// Critical stretch U_c of one segment, by its number, in [1, 2].
+    pub fn draw_critical_stretch(&self, number: u64) -> f64 {
+        let yarn = &self.yarn;
+        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        let critical_stretch = self.damage_law(axis).critical_stretch;
+        if yarn.strength_draw == StrengthDraw::None {
+            return critical_stretch;
+        }
+        let woven = weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        let shared = random::normal(self.seed, woven, Purpose::Strength, 1);
+        let own = random::normal(self.seed, number, Purpose::Strength, 0);
+        let c = yarn.weibull_correlation;
+        let score = math::sqrt(c) * shared + math::sqrt(1.0 - c) * own;
+        // -ln(1 - Phi), from the smaller of the two tails.
+        let hazard =
+            if score < 0.0 { -math::ln_1p(-math::normal_above(-score)) } else { -math::ln(math::normal_above(score)) };
+        let length = self.spacing(axis) / self.rest_stretch(axis);
+        let lengths = if yarn.weibull_gauge_length > 0.0 { yarn.weibull_gauge_length / length } else { 1.0 };
+        let strain = (critical_stretch - 1.0) * math::exp(math::ln(lengths * hazard) / yarn.weibull_shape);
+        math::min(1.0 + strain, CRITICAL_STRETCH_MAX)
+    }
 }
 
 /// Mean, scatter and line of the draws (M6).
@@ -106,6 +135,104 @@ mod tests {
         assert_ne!(horizontal(0, 7), horizontal(0, 8));
         assert_eq!(vertical(7, 0), vertical(7, 103));
         assert_ne!(vertical(7, 0), horizontal(0, 7));
+    }
+
+    /// 401 x 401 nodes of drawn strength: 320 800 segments.
+    fn drawn(shape: f64, gauge_length: f64, correlation: f64) -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (401, 401);
+        let yarn = &mut scene.yarn;
+        (yarn.strength_draw, yarn.weibull_shape) = (StrengthDraw::Weibull, shape);
+        (yarn.weibull_gauge_length, yarn.weibull_correlation) = (gauge_length, correlation);
+        scene
+    }
+
+    /// Mean and variance.
+    fn moments(values: impl Iterator<Item = f64>) -> (f64, f64, f64) {
+        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        values.for_each(|x| (n, sum, squares) = (n + 1.0, sum + x, squares + x * x));
+        (n, sum / n, squares / n - (sum / n) * (sum / n))
+    }
+
+    const EULER: f64 = 0.577_215_664_901_532_9;
+    /// Variance and fourth central moment of the logarithm of an exponential number.
+    const VARIANCE: f64 = core::f64::consts::PI * core::f64::consts::PI / 6.0;
+    const FOURTH: f64 = 5.4 * VARIANCE * VARIANCE;
+
+    /// ln of a Weibull number: mean ln(scale) - gamma/m, variance pi^2/(6 m^2). Within four standard errors.
+    #[track_caller]
+    fn is_weibull(strains: impl Iterator<Item = f64>, scale: f64, shape: f64) {
+        let (n, mean, variance) = moments(strains.map(|strain| shape * math::ln(strain / scale)));
+        assert!((mean + EULER).abs() < 4.0 * math::sqrt(VARIANCE / n), "{mean}");
+        assert!((variance - VARIANCE).abs() < 4.0 * math::sqrt((FOURTH - VARIANCE * VARIANCE) / n), "{variance}");
+    }
+
+    /// Whatever the correlation, each segment by itself has the distribution asked for. (One segment of each yarn is looked at.)
+    #[test]
+    fn critical_strains_have_the_weibull_distribution_asked_for() {
+        for (shape, correlation) in [(3.0, 0.0), (14.7, 0.0), (14.7, 0.6), (14.7, 1.0)] {
+            let scene = drawn(shape, 0.0, correlation);
+            let every = if correlation == 0.0 { 1 } else { 400 };
+            let numbers = (0..160_400).step_by(every);
+            is_weibull(numbers.map(|k| scene.draw_critical_stretch(k) - 1.0), 0.03, shape);
+        }
+    }
+
+    /// The weakest of n segments of length L/n has the scale given for the length L.
+    #[test]
+    fn the_weakest_of_a_length_has_the_strength_measured_at_that_length() {
+        for (segments, shape) in [(8, 14.7), (100, 5.0)] {
+            let scene = drawn(shape, segments as f64 * crate::scene::PAPER_SPACING, 0.0);
+            let chains = 0..160_400 / segments;
+            let weakest = |chain: u64| {
+                let links = chain * segments..(chain + 1) * segments;
+                links.map(|k| scene.draw_critical_stretch(k) - 1.0).fold(1.0, |a, b| math::min(b, a))
+            };
+            is_weibull(chains.map(weakest), 0.03, shape);
+        }
+    }
+
+    #[test]
+    fn the_scale_follows_the_length_exactly() {
+        let (at, of) = (drawn(14.7, 0.05, 0.0), drawn(14.7, 0.4, 0.0));
+        for k in 0..1000 {
+            let ratio = (of.draw_critical_stretch(k) - 1.0) / (at.draw_critical_stretch(k) - 1.0);
+            assert!((ratio / math::exp(math::ln(8.0) / 14.7) - 1.0).abs() < 1e-12, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn segments_of_a_yarn_share_what_is_asked_for() {
+        // Normal scores from the strains: their correlation within yarns, and none between yarns.
+        let scores = |scene: &Scene, k: u64| {
+            let strain = scene.draw_critical_stretch(k) - 1.0;
+            math::ln(strain / 0.03) * 14.7
+        };
+        for correlation in [0.0, 0.5, 1.0] {
+            let scene = drawn(14.7, 0.0, correlation);
+            let pairs = |step: u64| {
+                let products = (0..400_u64).flat_map(|yarn| (0..200).map(move |i| 400 * yarn + 2 * i));
+                let centred = |k: u64| scores(&scene, k) + EULER;
+                let (_, mean, _) = moments(products.map(|k| centred(k) * centred((k + step) % 160_400)));
+                mean / VARIANCE
+            };
+            // A Gumbel number is no linear function of its score: of 0.5 some 0.03 are lost.
+            assert!((pairs(1) - correlation).abs() < 0.06, "{correlation}: {}", pairs(1));
+            assert!(pairs(400).abs() < 0.06, "{correlation}: {}", pairs(400));
+        }
+        let alike = drawn(14.7, 0.0, 1.0);
+        assert_eq!(alike.draw_critical_stretch(400 * 7), alike.draw_critical_stretch(400 * 7 + 399));
+        assert_ne!(alike.draw_critical_stretch(400 * 7), alike.draw_critical_stretch(400 * 8));
+    }
+
+    #[test]
+    fn strength_is_not_drawn_unless_asked_for_and_never_leaves_its_range() {
+        let mut scene = drawn(1.0, 1e3, 0.0);
+        let all = || 0..10_000;
+        assert!(all().all(|k| (1.0..=CRITICAL_STRETCH_MAX).contains(&scene.draw_critical_stretch(k))));
+        assert!(all().any(|k| scene.draw_critical_stretch(k) == CRITICAL_STRETCH_MAX));
+        scene.yarn.strength_draw = StrengthDraw::None;
+        assert!(all().all(|k| scene.draw_critical_stretch(k) == 1.03));
     }
 
     #[test]

@@ -146,17 +146,17 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
 fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
     let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
-    let law = &direction.law;
     let marked = segment.alpha_when_marked();
     let stored = |stiffness: f64, q: f64| {
         let without_toe = yarn::strain_energy(stiffness, q);
         if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
     };
-    let fresh = law.is_damaging(now, segment.history);
-    if segment.history == 0.0 && !fresh {
+    let fresh = direction.law.is_damaging(now, segment.history);
+    if segment.history <= direction.critical && !fresh {
         let stiffness = segment.stiffness;
         return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
     }
+    let law = system.law_of(segment);
     let material =
         Segment { modulus: segment.undamaged * direction.modulus_per_stiffness, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
@@ -176,7 +176,7 @@ fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::math;
-    use crate::scene::{AttachmentKind, Scene, Shape, StepAfterFailure, Symmetry};
+    use crate::scene::{AttachmentKind, Scene, Shape, StepAfterFailure, StrengthDraw, Symmetry};
     use crate::toe::NO_TOE;
     use crate::yarn::DamageLaw;
     use crate::{Layout, Sim};
@@ -251,7 +251,8 @@ mod tests {
             let stretch = (x[to] - x[from]).norm() / h;
             let green_lagrange = math::max(0.5 * (stretch * stretch - 1.0), 0.0);
             strain += volume * 0.5 * alpha[k] * segment.modulus * green_lagrange * green_lagrange;
-            dissipated += volume * law.dissipated(&segment, alpha[k]);
+            let own = law.at(scene.draw_critical_stretch(k as u64));
+            dissipated += volume * own.dissipated(&segment, alpha[k]);
         }
         (strain, dissipated)
     }
@@ -266,8 +267,18 @@ mod tests {
 
     #[test]
     fn every_entry_is_a_sum_over_nodes_or_segments() {
-        let scene = cylinder();
-        with_sim(&scene, |sim| {
+        entries_are_sums(&cylinder());
+    }
+
+    #[test]
+    fn so_is_every_entry_of_drawn_strength() {
+        let mut scene = cylinder();
+        (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (StrengthDraw::Weibull, 6.0);
+        entries_are_sums(&scene);
+    }
+
+    fn entries_are_sums(scene: &Scene) {
+        with_sim(scene, |sim| {
             let (m, dt) = (scene.sheet.node_mass, sim.step_limits().dt);
             let first = of_projectile(sim);
             sim.set_external_load([40.0, -25.0, 300.0], [0.02, -0.03, 0.01]).unwrap();
@@ -280,7 +291,7 @@ mod tests {
                     let energy = sim.energy().unwrap();
                     // The velocity is that between two positions; strain and dissipation are means of both.
                     let kinetic: f64 = x_now.iter().zip(&x).map(|(a, b)| 0.5 * m * ((a - b) / dt).norm_squared()).sum();
-                    let (before, now) = (in_yarns(&scene, &x, &alpha), in_yarns(&scene, &x_now, &alpha_now));
+                    let (before, now) = (in_yarns(scene, &x, &alpha), in_yarns(scene, &x_now, &alpha_now));
                     let (strain, dissipated) = (0.5 * (before.0 + now.0), 0.5 * (before.1 + now.1));
                     // The sheet at rest is so but for the rounding of its positions.
                     for (entry, sum) in
@@ -436,6 +447,7 @@ mod tests {
                                 stiffness: alpha(largest) * direction.stiffness,
                                 undamaged: direction.stiffness,
                                 damage_rate: yarn.damage_rate,
+                                critical_stretch: law.critical_stretch,
                                 history: if largest > law.critical_stretch { largest * largest - 1.0 } else { 0.0 },
                                 mark: marked.map_or(NO_TOE, |first| alpha(first) - 1.0),
                                 d: along(now),
@@ -467,13 +479,14 @@ mod tests {
         let view = |axis: Axis, before: f64, now: f64| {
             let along = |u: f64| if axis == Axis::Horizontal { [u, 0.0, 0.0] } else { [0.0, u, 0.0] };
             let (d, d_before) = (along(now), along(before));
-            let (rest, stiffness) = (crate::yarn::Rest::PLAIN, 1.0);
+            let (rest, stiffness, critical_stretch) = (crate::yarn::Rest::PLAIN, 1.0, 1.03);
             SegmentView {
                 axis,
                 rest,
                 stiffness,
                 undamaged: 1.0,
                 damage_rate: 9.0,
+                critical_stretch,
                 history: 0.0,
                 mark: 0.0,
                 d,

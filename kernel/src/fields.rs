@@ -10,8 +10,8 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
-    AttachmentKind, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind, Scene, Shape,
-    StepAfterFailure, StepCheck,
+    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
+    Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.
@@ -103,6 +103,16 @@ pub const DRAW: Choice = Choice {
 };
 const DRAWS: [Draw; 2] = [Draw::Segment, Draw::Yarn];
 
+/// What the critical stretch of a segment is.
+pub const STRENGTH_DRAW: Choice = Choice {
+    name: "StrengthDraw",
+    items: &[
+        ("none", "every segment has yarn.critical_stretch"),
+        ("weibull", "every segment has its own: U_c - 1 is drawn from a Weibull distribution"),
+    ],
+};
+const STRENGTH_DRAWS: [StrengthDraw; 2] = [StrengthDraw::None, StrengthDraw::Weibull];
+
 /// The projectile's form.
 pub const SHAPE: Choice = Choice {
     name: "Shape",
@@ -165,7 +175,7 @@ const ROTATIONS: [RotationKind; 2] = [RotationKind::Midpoint, RotationKind::Thet
 
 /// Every choice of a scene.
 pub const CHOICES: &[&Choice] =
-    &[&ATTACHMENT, &DRAW, &SHAPE, &DRIVE, &INTEGRATOR, &STEP_CHECK, &STEP_AFTER_FAILURE, &ROTATION];
+    &[&ATTACHMENT, &DRAW, &STRENGTH_DRAW, &SHAPE, &DRIVE, &INTEGRATOR, &STEP_CHECK, &STEP_AFTER_FAILURE, &ROTATION];
 
 /// What a group of parameters is, by the first part of its name.
 pub const GROUPS: &[(&str, &str)] = &[
@@ -484,7 +494,7 @@ pub const FIELDS: &[Field] = &[
         "Damage rate at zero modulus on that line (M6); the mean rate must be at least 3"),
     real("yarn.damage_sd", |s| one(&mut s.yarn.damage_sd), &RATIO, Range::NotNegative, 254,
         "Standard deviation of the damage rate about the line. Counts for stochastic yarn only"),
-    real("yarn.critical_stretch", |s| one(&mut s.yarn.critical_stretch), &RATIO, Range::Above(1.0, 2.0), 255,
+    real("yarn.critical_stretch", |s| one(&mut s.yarn.critical_stretch), &RATIO, Range::Above(1.0, CRITICAL_STRETCH_MAX), 255,
         "Critical stretch U_c at which damage begins (M5)"),
     real("yarn.damage_a", |s| one(&mut s.yarn.damage_a), &RATIO, Range::Positive, 258, "Factor A of the damage law (M5); A (1 - B) must lie in (0, 1]"),
     real("yarn.damage_b", |s| one(&mut s.yarn.damage_b), &RATIO, Range::Below(-INFINITE, 1.0), 259, "Offset B of the damage law (M5)"),
@@ -494,6 +504,18 @@ pub const FIELDS: &[Field] = &[
     choice("yarn.draw", &DRAW, |s| s.yarn.draw as u32, |s, k| pick(&mut s.yarn.draw, &DRAWS, k), 274,
         "What gets a draw of its own. Read for stochastic yarn only")
         .read(|s| if_so(s.yarn.stochastic)).image(Image::Later(0x1_0000)),
+    choice("yarn.strength_draw", &STRENGTH_DRAW, |s| s.yarn.strength_draw as u32,
+        |s, k| pick(&mut s.yarn.strength_draw, &STRENGTH_DRAWS, k), 660,
+        "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not with mirror planes or a toe")
+        .image(Image::Later(0x66_0000)),
+    real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
+        "Weibull shape m of the critical strain U_c - 1. Read for drawn strength only").read(drawn_strength).image(Image::LaterWhereRead),
+    real("yarn.weibull_gauge_length", |s| one(&mut s.yarn.weibull_gauge_length), &LENGTH, Range::NotNegative, 662,
+        "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for drawn strength only")
+        .read(drawn_strength).image(Image::LaterWhereRead),
+    real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
+        "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only")
+        .read(drawn_strength).image(Image::LaterWhereRead),
     // ---- Yarn along y
     real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
         "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x").image(Image::Later(0x7_0004)),
@@ -611,6 +633,10 @@ fn round(scene: &Scene) -> usize {
 
 fn sector(scene: &Scene) -> usize {
     if_so(scene.projectile.shape == Shape::DiscSector)
+}
+
+fn drawn_strength(scene: &Scene) -> usize {
+    if_so(scene.yarn.strength_draw != StrengthDraw::None)
 }
 
 fn theta_rule(scene: &Scene) -> usize {

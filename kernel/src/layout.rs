@@ -3,8 +3,10 @@
 
 use crate::error::{Code, Error};
 use crate::lanes::CacheLine;
-use crate::planes::{Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, YARN_PLANES};
-use crate::scene::{IntegratorKind, Scene, StepAfterFailure};
+use crate::planes::{
+    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+};
+use crate::scene::{IntegratorKind, Scene, StepAfterFailure, StrengthDraw};
 use crate::state::Parts;
 use crate::symmetry::Line;
 
@@ -42,6 +44,8 @@ pub struct Layout {
     pub chunks: usize,
     /// true if segments have their own constants.
     pub stochastic: bool,
+    /// true if segments have their own critical stretch.
+    pub strength: bool,
     /// true if connection to the supports is watched.
     pub track_detachment: bool,
     /// true if the theta rule steps the nodes.
@@ -66,6 +70,7 @@ impl Layout {
         y: Line { nodes: 0, mirrored: false },
         chunks: 0,
         stochastic: false,
+        strength: false,
         track_detachment: false,
         implicit: false,
         halving: false,
@@ -96,6 +101,7 @@ impl Layout {
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
         let stochastic = scene.yarn.stochastic;
+        let strength = scene.yarn.strength_draw != StrengthDraw::None;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
         let halving = scene.step_after_failure == StepAfterFailure::Half;
@@ -107,7 +113,7 @@ impl Layout {
 
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
-        let planes = planes + iterate + if toe { MARK_PLANES } else { 0 };
+        let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
         let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let scratch = chunks
@@ -145,6 +151,7 @@ impl Layout {
             y,
             chunks,
             stochastic,
+            strength,
             track_detachment,
             implicit,
             halving,
@@ -289,6 +296,8 @@ mod tests {
             (more.reals - plain.reals, more.words - plain.words, more.image_words - plain.image_words)
         };
         assert_eq!(with(&|scene| scene.yarn.stochastic = true), (5 * 16 * YARN_PLANES, 0, 0));
+        let drawn = |scene: &mut Scene| scene.yarn.strength_draw = StrengthDraw::Weibull;
+        assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
         assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));

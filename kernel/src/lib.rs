@@ -70,6 +70,7 @@ mod step;
 pub mod sweep;
 pub mod symmetry;
 mod system;
+pub mod textile;
 #[cfg(feature = "implicit")]
 mod theta;
 pub mod toe;
@@ -86,9 +87,11 @@ pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
-    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, Symmetry, TimeStep, Weft, Yarn,
+    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
+    TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
+pub use textile::{Textile, Threads};
 pub use watch::{Latch, Outcome, OutcomeSet};
 
 #[cfg(doctest)]

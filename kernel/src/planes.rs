@@ -8,10 +8,13 @@
 pub const CHUNK: usize = 8;
 /// Planes of the hot rows: displacement (3), velocity (3), stiffness of the horizontal and vertical segment.
 pub const HOT_PLANES: usize = 8;
-/// Planes of the history rows: largest q of the horizontal and vertical segment.
+/// Planes of the history rows: largest q beyond the critical one of the horizontal and vertical segment. Of a segment without
+/// damage it is 0, or its own critical q where strength is drawn.
 pub const HISTORY_PLANES: usize = 2;
 /// Planes of the constant rows of stochastic yarn: undamaged stiffness (2) and damage rate (2).
 pub const YARN_PLANES: usize = 4;
+/// Planes of the rows of drawn strength: critical stretch of the horizontal and vertical segment.
+pub const STRENGTH_PLANES: usize = 2;
 /// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
 pub const MARK_PLANES: usize = 2;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and

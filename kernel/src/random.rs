@@ -18,6 +18,8 @@ pub enum Purpose {
     DamageRate = 1,
     /// Lateral offset of a fibril.
     FibrilOffset = 2,
+    /// Strength of a segment, and with `retry` 1 what the segments of a woven yarn share of it.
+    Strength = 3,
 }
 
 /// One step of the splitmix64 sequence, used as a 64-bit mixing function.

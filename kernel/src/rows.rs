@@ -4,9 +4,11 @@ use crate::blocks::Blocks;
 use crate::direction::Directions;
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
-use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{
+    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+};
 use crate::pose::Vector;
-use crate::sweep::{Pass, Report, YarnRow};
+use crate::sweep::{Constants, Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
 
@@ -32,13 +34,19 @@ impl Terms {
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn`, which is empty for uniform yarn.
-    pub fn yarn_row<'y>(&'y self, yarn: &'y [Chunk<YARN_PLANES>], k: usize) -> YarnRow<'y> {
-        if self.layout.stochastic {
-            YarnRow::Stochastic(planes::row(yarn, self.layout.chunks, k))
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    pub fn yarn_row<'y>(
+        &'y self,
+        yarn: &'y [Chunk<YARN_PLANES>],
+        strength: &'y [Chunk<STRENGTH_PLANES>],
+        k: usize,
+    ) -> YarnRow<'y> {
+        let constants = if self.layout.stochastic {
+            Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            YarnRow::Uniform(&self.directions)
-        }
+            Constants::Uniform(&self.directions)
+        };
+        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
 }
 
@@ -52,6 +60,8 @@ pub(crate) struct Rows<'r> {
     pub history: &'r mut [Chunk<HISTORY_PLANES>],
     /// Constants from the first row on; empty for uniform yarn.
     pub yarn: &'r [Chunk<YARN_PLANES>],
+    /// Critical stretches from the first row on; empty where all have the same.
+    pub strength: &'r [Chunk<STRENGTH_PLANES>],
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
     /// Least and greatest y displacement, one entry a row.
@@ -75,6 +85,7 @@ impl<'r> Rows<'r> {
             above: planes::row(rest, layout.chunks, 0),
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
+            strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own)? } else { &[] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
@@ -92,7 +103,7 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, marks, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, marks, ranges, runs, carry, kept } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -103,9 +114,9 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, k);
+            let yarn = terms.yarn_row(yarn, strength, k);
             let (met, reach) =
-                pass.row(row, planes::row_mut(history, chunks, k), above, carry, yarn, planes::row(marks, chunks, k));
+                pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));

@@ -92,6 +92,24 @@ pub struct Yarn {
     pub stochastic: bool,
     /// What gets a draw of its own (stochastic yarn only).
     pub draw: Draw,
+    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are drawn.
+    pub strength_draw: StrengthDraw,
+    /// Weibull shape m of the critical strain U_c - 1, in [1, 1000] (drawn strength only).
+    pub weibull_shape: f64,
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment (drawn strength only).
+    pub weibull_gauge_length: f64,
+    /// Correlation of the normal scores of two segments of one woven yarn, in [0, 1] (drawn strength only).
+    pub weibull_correlation: f64,
+}
+
+/// What the critical stretch of a segment is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum StrengthDraw {
+    /// `critical_stretch`, of all segments (the paper).
+    None = 0,
+    /// A draw: U_c - 1 has a Weibull distribution.
+    Weibull = 1,
 }
 
 /// The yarn along y, the weft, where it is unlike that along x, the warp.
@@ -391,6 +409,10 @@ pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
 pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
 /// Default fraction of dt_crit.
 pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
+/// Range of the Weibull shape of drawn strength.
+pub const WEIBULL_SHAPES: [f64; 2] = [1.0, 1000.0];
+/// Largest critical stretch.
+pub const CRITICAL_STRETCH_MAX: f64 = 2.0;
 /// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
 pub const DAMAGE_RATE_MIN: f64 = 3.0;
 
@@ -439,6 +461,10 @@ impl Scene {
                 alpha_fail: 0.01,
                 stochastic: true,
                 draw: Draw::Segment,
+                strength_draw: StrengthDraw::None,
+                weibull_shape: 14.7,
+                weibull_gauge_length: 0.0,
+                weibull_correlation: 0.0,
             },
             weft: Weft {
                 modulus_mean: 0.0,

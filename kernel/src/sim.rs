@@ -548,7 +548,7 @@ impl<'a> Sim<'a> {
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
             let largest = math::max(q, segment.history);
-            sim.system.directions.along(segment.axis).law.alpha(segment.damage_rate, largest)
+            sim.system.law_of(segment).alpha(segment.damage_rate, largest)
         })
     }
 

@@ -269,9 +269,10 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
     let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
-    let toe = system.layout.toe;
+    let (toe, drawn) = (system.layout.toe, system.layout.strength);
     let mut sound = true;
     for (j, run) in system.blocks.runs.iter().enumerate() {
+        let strength = planes::row(system.blocks.strength, system.layout.chunks, j);
         for i in 0..system.layout.nodes_x {
             let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
             let node = node.map(real);
@@ -282,10 +283,16 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                 if !exists {
                     continue;
                 }
-                let critical = system.directions.along(axis).critical;
+                // Of a segment without damage, and the least of one with it.
+                let (whole, critical) = if drawn {
+                    let own = planes::get(strength, axis as usize, i).map_or(0.0, twice_strain_at);
+                    (own, own)
+                } else {
+                    (0.0, system.directions.along(axis).critical)
+                };
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
-                sound &= (q == 0.0) | (q == FAILED) | ((q > critical) & (q <= largest));
+                sound &= (q == whole) | (q == FAILED) | ((q > critical) & (q <= largest));
                 words = rest;
                 if toe {
                     let Some((&mark, rest)) = words.split_first() else { return false };

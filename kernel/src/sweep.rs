@@ -14,11 +14,11 @@ use crate::direction::Directions;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES,
-    vertical_axes,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES,
+    YARN_PLANES, vertical_axes,
 };
 use crate::toe::{NO_TOE, Toe};
-use crate::yarn::{self, LOST};
+use crate::yarn::{self, DamageLaw, LOST};
 
 /// What one pass met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,7 +31,16 @@ pub struct Report {
 
 /// Where a row's segments find their constants.
 #[derive(Clone, Copy)]
-pub enum YarnRow<'a> {
+pub struct YarnRow<'a> {
+    /// Stiffness and damage rate.
+    pub constants: Constants<'a>,
+    /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
+    pub strength: &'a [Chunk<STRENGTH_PLANES>],
+}
+
+/// Stiffness and damage rate of a row's segments.
+#[derive(Clone, Copy)]
+pub enum Constants<'a> {
     /// All of a direction alike.
     Uniform(&'a Directions),
     /// Chunks of [kh, kv, lambda_h, lambda_v].
@@ -41,16 +50,21 @@ pub enum YarnRow<'a> {
 impl YarnRow<'_> {
     /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
-        match self {
-            YarnRow::Uniform(directions) => {
+        match self.constants {
+            Constants::Uniform(directions) => {
                 let direction = directions.along(axis);
                 (direction.stiffness, direction.damage_rate)
             }
-            YarnRow::Stochastic(row) => {
+            Constants::Stochastic(row) => {
                 let at = |plane: usize| planes::get(row, axis as usize + plane, i).unwrap_or(0.0);
                 (at(0), at(2))
             }
         }
+    }
+
+    /// The critical stretch of that segment. `law`: what all share.
+    pub fn critical_stretch(&self, law: &DamageLaw, axis: Axis, i: usize) -> f64 {
+        planes::get(self.strength, axis as usize, i).unwrap_or(law.critical_stretch)
     }
 }
 
@@ -88,7 +102,7 @@ struct Row<'a> {
     history: &'a mut [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: YarnRow<'a>,
+    yarn: &'a YarnRow<'a>,
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
@@ -111,7 +125,7 @@ impl Pass<'_> {
         history: &mut [Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: YarnRow<'_>,
+        yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
         let set = self.instructions;
@@ -132,7 +146,7 @@ impl Pass<'_> {
         history: &[Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
         carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: YarnRow<'_>,
+        yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) {
         lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn, marks });
@@ -146,7 +160,7 @@ struct LiftJob<'a> {
     history: &'a [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: YarnRow<'a>,
+    yarn: &'a YarnRow<'a>,
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
@@ -265,7 +279,7 @@ struct Along<L> {
 /// What only the cold path needs.
 struct Cold<'a> {
     pass: &'a Pass<'a>,
-    yarn: YarnRow<'a>,
+    yarn: &'a YarnRow<'a>,
     /// Horizontal segments start before this column.
     horizontal_end: usize,
     /// Vertical segments start before this column.
@@ -413,7 +427,7 @@ impl Cold<'_> {
         for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
             let column = place.first + lane;
             if column < place.end {
-                let met = self.pass.damage_segment(q, &self.yarn, place.axis, column, history, stiffness);
+                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, history, stiffness);
                 self.report.add(met);
             }
         }
@@ -421,7 +435,8 @@ impl Cold<'_> {
 }
 
 impl Pass<'_> {
-    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then.
+    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
+    /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
     fn damage_segment(
         &self,
         q: f64,
@@ -441,7 +456,7 @@ impl Pass<'_> {
         }
         let failed_before = *stiffness == 0.0;
         let (undamaged, damage_rate) = yarn.constants(axis, column);
-        let damage = law.damage(damage_rate, q);
+        let damage = law.at(yarn.critical_stretch(law, axis, column)).damage(damage_rate, q);
         *stiffness = damage.alpha * undamaged;
         // A failed segment never comes here again: no q is above its history.
         *history = damage.history;

@@ -8,16 +8,16 @@ use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
-use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows;
-use crate::scene::Scene;
+use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
 use crate::state::State;
-use crate::sweep::{self, YarnRow};
+use crate::sweep::{self, Constants, YarnRow};
 use crate::toe::NO_TOE;
 use crate::weave::{self, in_runs};
-use crate::yarn::{self, Rest};
+use crate::yarn::{self, DamageLaw, Rest};
 
 /// What is stepped: constants, state and memory of the sheet and the projectile.
 pub(crate) struct System<'a> {
@@ -65,6 +65,8 @@ pub(crate) struct SegmentView {
     pub undamaged: f64,
     /// Damage rate.
     pub damage_rate: f64,
+    /// Its critical stretch.
+    pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
     /// The toe's mark (`toe.rs`).
@@ -155,13 +157,15 @@ impl System<'_> {
         let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
         let d = [u2[0] - u1[0], u2[1] - u1[1], u2[2] - u1[2]];
         let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
-        let (undamaged, damage_rate) = self.yarn_row(j).constants(axis, i);
+        let yarn = self.yarn_row(j);
+        let (undamaged, damage_rate) = yarn.constants(axis, i);
         Some(SegmentView {
             axis,
             rest: self.directions.along(axis).rest,
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
+            critical_stretch: yarn.critical_stretch(&self.directions.along(axis).law, axis, i),
             history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
             mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
@@ -170,12 +174,19 @@ impl System<'_> {
         })
     }
 
+    /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
+    /// begins at the segment's own critical q.
+    pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
+        self.directions.along(segment.axis).law.at(segment.critical_stretch)
+    }
+
     pub fn yarn_row(&self, j: usize) -> YarnRow<'_> {
-        if self.layout.stochastic {
-            YarnRow::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
+        let constants = if self.layout.stochastic {
+            Constants::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
-            YarnRow::Uniform(&self.directions)
-        }
+            Constants::Uniform(&self.directions)
+        };
+        YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
     }
 
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
@@ -185,9 +196,8 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let law = &self.directions.along(axis).law;
-            let stiffness = if law.is_damaging(q, segment.history) {
-                law.alpha(segment.damage_rate, q) * segment.undamaged
+            let stiffness = if self.directions.along(axis).law.is_damaging(q, segment.history) {
+                self.law_of(&segment).alpha(segment.damage_rate, q) * segment.undamaged
             } else {
                 segment.stiffness
             };
@@ -205,34 +215,49 @@ impl System<'_> {
         ]
     }
 
-    /// Yarn constants and fixed runs.
+    /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
         for (j, run) in self.blocks.runs.iter_mut().enumerate() {
             let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
-        if !self.layout.stochastic {
+        let Layout { nodes_x: nx, nodes_y: ny, chunks, stochastic, strength, .. } = self.layout;
+        if !stochastic && !strength {
             return Ok(());
         }
-        let (nx, ny, chunks) = (self.layout.nodes_x, self.layout.nodes_y, self.layout.chunks);
         let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        let mut weakest = CRITICAL_STRETCH_MAX;
         self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        self.blocks.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
         for j in 0..ny {
             let row = planes::row_mut(self.blocks.yarn, chunks, j);
+            let strengths = planes::row_mut(self.blocks.strength, chunks, j);
             for i in 0..nx {
                 let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
                 let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
                 for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
-                    let direction = self.directions.along(axis);
-                    let segment = self.scene.draw_segment(number)?;
-                    if let Some(slot) = planes::get_mut(row, axis as usize, i) {
-                        *slot = segment.modulus / direction.modulus_per_stiffness;
+                    if stochastic {
+                        let direction = self.directions.along(axis);
+                        let segment = self.scene.draw_segment(number)?;
+                        if let Some(slot) = planes::get_mut(row, axis as usize, i) {
+                            *slot = segment.modulus / direction.modulus_per_stiffness;
+                        }
+                        if let Some(slot) = planes::get_mut(row, axis as usize + 2, i) {
+                            *slot = segment.damage_rate;
+                        }
                     }
-                    if let Some(slot) = planes::get_mut(row, axis as usize + 2, i) {
-                        *slot = segment.damage_rate;
+                    if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
+                        *slot = self.scene.draw_critical_stretch(number);
+                        weakest = math::min(*slot, weakest);
                     }
                 }
+            }
+        }
+        if strength {
+            for direction in [&mut self.directions.horizontal, &mut self.directions.vertical] {
+                direction.law = direction.law.at(weakest);
+                direction.critical = direction.law.critical_twice_strain();
             }
         }
         Ok(())
@@ -242,6 +267,9 @@ impl System<'_> {
     pub fn clear_state(&mut self) {
         self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
         self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
+        for (history, strength) in self.blocks.history.iter_mut().zip(self.blocks.strength.iter()) {
+            *history = strength.map(|plane| plane.map(yarn::twice_strain_at));
+        }
         self.blocks.flags.fill(0);
         self.clear_marks();
         self.rebuild_derived();
@@ -276,20 +304,23 @@ impl System<'_> {
         let [h, v] = [&directions.horizontal, &directions.vertical];
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
+        let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
         let ends = self.ends_of_segments(j);
         let row = planes::row_mut(self.blocks.hot, chunks, j);
         let history = planes::row(self.blocks.history, chunks, j);
         let yarn = planes::row(self.blocks.yarn, chunks, j);
+        let strength = planes::row(self.blocks.strength, chunks, j);
         for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
             let yarn = yarn.get(c).unwrap_or(&uniform);
+            let strength = strength.get(c).unwrap_or(&shared);
             for (k, direction) in [h, v].into_iter().enumerate() {
                 let mut stiffness = yarn[k];
                 stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
                 let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= direction.critical));
                 if !whole {
-                    for ((stiffness, &damage_rate), &largest) in stiffness.iter_mut().zip(&yarn[k + 2]).zip(&history[k])
-                    {
-                        *stiffness *= direction.law.alpha(damage_rate, largest);
+                    let constants = yarn[k + 2].iter().zip(&strength[k]).zip(&history[k]);
+                    for (stiffness, ((&damage_rate, &critical), &largest)) in stiffness.iter_mut().zip(constants) {
+                        *stiffness *= direction.law.at(critical).alpha(damage_rate, largest);
                     }
                 }
                 hot[6 + k] = stiffness;

@@ -24,7 +24,7 @@ use crate::projectile::Body;
 use crate::rows::{place_image_column, place_image_row};
 use crate::scene::Integrator;
 use crate::state::COUNT_MAX;
-use crate::sweep::{self, YarnRow};
+use crate::sweep::{self, Constants, YarnRow};
 use crate::system::{System, mean_acceleration};
 use crate::weave::in_runs;
 use crate::yarn::{self, Damage};
@@ -168,8 +168,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = &system.directions;
-    let uniform = YarnRow::Uniform(directions);
-    let Blocks { hot, history, yarn, iterate, carry, .. } = &mut system.blocks;
+    let uniform = Constants::Uniform(directions);
+    let Blocks { hot, history, yarn, strength, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
     }
@@ -182,12 +182,14 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let Some((below, above)) = iterate.split_at_mut_checked((j + 1) * chunks) else { break };
         let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
-        let yarn = if system.layout.stochastic { YarnRow::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
+        let constants =
+            if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
+        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
         let stiffness = |axis: Axis, i: usize, q: f64| {
             let law = &directions.along(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                 let (undamaged, damage_rate) = yarn.constants(axis, i);
-                law.alpha(damage_rate, q) * undamaged
+                law.at(yarn.critical_stretch(law, axis, i)).alpha(damage_rate, q) * undamaged
             } else {
                 planes::get(hot, 6 + axis as usize, i).unwrap_or(0.0)
             }
@@ -267,11 +269,10 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                let law = &system.directions.along(axis).law;
-                if !law.is_damaging(q, segment.history) {
+                if !system.directions.along(axis).law.is_damaging(q, segment.history) {
                     continue;
                 }
-                let Damage { alpha, history: largest } = law.damage(segment.damage_rate, q);
+                let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
                 failed |= alpha == 0.0;
                 let stiffness = planes::row_mut(system.blocks.hot, chunks, j);
                 if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {

@@ -137,6 +137,11 @@ pub fn strain_energy(stiffness: f64, twice_strain: f64) -> f64 {
 }
 
 impl DamageLaw {
+    /// The law of a segment with a critical stretch of its own.
+    pub fn at(&self, critical_stretch: f64) -> DamageLaw {
+        DamageLaw { critical_stretch, ..*self }
+    }
+
     /// Twice the strain at the critical stretch: no damage up to it.
     pub fn critical_twice_strain(&self) -> f64 {
         twice_strain_at(self.critical_stretch)

@@ -6,6 +6,9 @@
 //! time_step = { fraction = 0.4 }       # of dt_crit; or { seconds = 2e-8 }
 //! integrator = { kind = "theta", tolerance = 1e-8 }
 //!
+//! [fabric]                             # `textile.rs`: before all other keys, which override it
+//! name = "kevlar_km2_s706"
+//!
 //! [attachment]
 //! kind = "four_corners"
 //!
@@ -16,6 +19,8 @@
 //! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
+
+pub mod textile;
 
 use fabric::Scene;
 use fabric::fields::{self, FIELDS, Field, Place};
@@ -44,6 +49,9 @@ pub fn read(path: &Path) -> Result<Scene> {
 pub fn parse(text: &str) -> Result<Scene> {
     let mut file: Table = text.parse()?;
     let mut scene = preset(file.remove("preset"))?;
+    if let Some(table) = file.remove("fabric") {
+        textile::apply(&mut scene, &table)?;
+    }
     let given = flat("", Value::Table(file))?;
     for (key, value) in &given {
         assign(&mut scene, key, value)?;
@@ -65,9 +73,11 @@ pub fn preset(name: Option<Value>) -> Result<Scene> {
     found.map(|(_, make)| make()).ok_or_else(|| format!("preset = {name}: must be one of {names}").into())
 }
 
-/// Prints a preset as a scene file.
+/// Prints a preset, or the scene of a file, as a scene file with every key.
 pub fn print(name: &str) -> Result<bool> {
-    print!("{}", write(name, &preset(Some(Value::from(name)))?));
+    let file = name.ends_with(".toml");
+    let scene = if file { read(Path::new(name))? } else { preset(Some(Value::from(name)))? };
+    print!("{}", write(if file { PRESETS[0].0 } else { name }, &scene));
     Ok(true)
 }
 
@@ -265,6 +275,17 @@ mod tests {
         expected.symmetry.mirror_x = true;
         expected.yarn.draw = Draw::Yarn;
         assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn a_fabric_comes_before_the_keys_that_override_it() {
+        let text = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_km2_s706\"\n[yarn]\nmodulus_mean = 9e10\n";
+        let scene = parse(text).unwrap();
+        assert_eq!((scene.yarn.critical_stretch, scene.yarn.modulus_mean), (1.0355, 9e10));
+        assert!((scene.sheet.spacing * 34.0 / 0.0254 - 1.0).abs() < 1e-12);
+        scene.step_limits().unwrap();
+        let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();
+        assert!(bare.to_string().contains("textile.warp.linear_density"), "{bare}");
     }
 
     #[test]

@@ -6,6 +6,8 @@
 mod bench;
 mod error_time;
 mod event;
+mod fabrics;
+
 mod machine;
 mod memory;
 mod paper;
@@ -35,10 +37,15 @@ struct Arguments {
 enum Command {
     /// Run one scene: table, history, the sheet at the end.
     Run(run::Options),
-    /// Print a preset as a scene file with every parameter, its unit and its meaning.
+    /// Print a preset, or a scene file with its fabric, as a scene file with every parameter, its unit and its meaning.
     Scene {
-        /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector.
+        /// sheet_3in_sphere, sheet_10in_cylinder or turbine_disc_sector, or a file *.toml.
         preset: String,
+    },
+    /// List the named fabrics for the table [fabric] of a scene file.
+    Fabrics {
+        /// Print this one's numbers with their sources.
+        name: Option<String>,
     },
     /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
@@ -70,6 +77,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
         Command::Scene { preset } => fabric_scene::print(&preset),
+        Command::Fabrics { name } => fabrics::print(name.as_deref()),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),

@@ -363,6 +363,36 @@ static void bad_scenes(void)
     CHECK(limits_scene.sheet.nodes_x == 350 && limits_scene.struct_size == sizeof limits_scene);
 }
 
+/* A textile's data sheet becomes the sheet of a scene; a bad one is named and changes nothing. */
+static void textiles(void)
+{
+    fk_scene scene = small_scene(), before = scene;
+    fk_threads threads = {600e-3 / 9000, 34 / 0.0254, 0.0};
+    fk_textile textile;
+    memset(&textile, 0, sizeof textile);
+    textile.warp = textile.weft = threads;
+    textile.fibre_density = 1440.0;
+    textile.modulus = 84.62e9;
+    textile.failure_strain = 0.0355;
+    textile.damage_rate = 2300.0;
+    textile.weft.crimp = 0.01;
+    CHECK(fk_scene_set_textile(&scene, &textile, sizeof textile, NULL, 0) == FK_OK);
+    CHECK(fabs(scene.sheet.spacing * 34 / 0.0254 - 1.0) < 1e-12 && scene.sheet.spacing_y == 0.0);
+    CHECK(fabs(scene.sheet.yarn_area / (600e-3 / 9000 / 1440) - 1.0) < 1e-12 && scene.sheet.crimp[1] == 0.01);
+    CHECK(fabs(scene.sheet.node_mass / (2.01 * 600e-3 / 9000 * 0.0254 / 34) - 1.0) < 1e-12);
+    CHECK(scene.yarn.modulus_mean == 84.62e9 && scene.yarn.critical_stretch == 1.0355 && scene.yarn.stochastic == 0);
+    CHECK(scene.sheet.nodes_x == before.sheet.nodes_x && fk_scene_check(&scene, NULL, 0) == FK_OK);
+
+    fk_fault fault;
+    textile.warp.count = 0.0;
+    scene = before;
+    CHECK(fk_scene_set_textile(&scene, &textile, sizeof textile, &fault, sizeof fault) == FK_NOT_POSITIVE);
+    CHECK(strcmp(fault.field, "textile.warp.count") == 0 && memcmp(&scene, &before, sizeof scene) == 0);
+    CHECK(fk_scene_set_textile(&scene, &textile, sizeof textile - 8, NULL, 0) == FK_STRUCT_SIZE);
+    CHECK(fk_scene_set_textile(&scene, NULL, sizeof textile, NULL, 0) == FK_NULL_POINTER);
+    CHECK(fk_scene_set_textile(NULL, &textile, sizeof textile, NULL, 0) == FK_NULL_POINTER);
+}
+
 /* A fault or a bad number must not hide one another: the structure that is to tell is looked at first. */
 static void bad_faults(void)
 {
@@ -781,6 +811,7 @@ int main(void)
     bad_memory();
     short_buffers();
     bad_scenes();
+    textiles();
     bad_faults();
     read_outs();
     given_starts();

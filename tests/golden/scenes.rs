@@ -1,8 +1,8 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
 use fabric::{
-    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure, Symmetry,
-    TimeStep, Weft,
+    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure,
+    StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
@@ -25,6 +25,15 @@ pub fn sphere_on_softened_yarn() -> Scene {
 pub fn uniform_sphere_in_halves() -> Scene {
     let mut scene = uniform_sphere();
     scene.step_after_failure = StepAfterFailure::Half;
+    scene
+}
+
+/// The same with strength drawn for every segment, in part alike along a yarn, from data at 50 mm; modulus drawn too.
+pub fn sphere_on_drawn_strength() -> Scene {
+    let mut scene = uniform_sphere();
+    let yarn = &mut scene.yarn;
+    (yarn.stochastic, yarn.strength_draw, yarn.weibull_shape) = (true, StrengthDraw::Weibull, 9.0);
+    (yarn.weibull_gauge_length, yarn.weibull_correlation) = (0.05, 0.25);
     scene
 }
 

@@ -20,6 +20,7 @@ mod rotation;
 mod shapes;
 mod stability;
 mod starts;
+mod strength;
 mod supports;
 mod symmetry;
 mod theta;

@@ -135,6 +135,11 @@ fn uniform_and_stochastic_yarn() {
 }
 
 #[test]
+fn drawn_strength() {
+    same_bits(&golden::sphere_on_drawn_strength(), 3000, |_| (), failed);
+}
+
+#[test]
 fn a_step_that_is_halved_after_failure() {
     same_bits(&golden::uniform_sphere_in_halves(), 3000, |_| (), failed);
 }

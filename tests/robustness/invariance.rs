@@ -2,13 +2,15 @@
 //! runs past its first failures, where any difference of rounding would grow.
 
 use crate::golden;
-use fabric::{AttachmentKind, CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, TimeStep};
+use fabric::{
+    AttachmentKind, CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, StrengthDraw, TimeStep,
+};
 use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder, velocities};
 use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 4] {
+fn scenes() -> [Scene; 5] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -18,7 +20,9 @@ fn scenes() -> [Scene; 4] {
     let mut oblong = tilted_cylinder(17, 0.3, 500.0);
     (oblong.sheet.nodes_y, oblong.sheet.plies) = (29, 2);
     let softened = Scene { slack_toe: 0.02, ..small_sheet(21, 250.0) };
-    [small_sheet(21, 250.0), corners, oblong, softened]
+    let mut drawn = small_sheet(21, 250.0);
+    drawn.yarn.strength_draw = StrengthDraw::Weibull;
+    [small_sheet(21, 250.0), corners, oblong, softened, drawn]
 }
 
 /// Digest of a plain run.
@@ -236,6 +240,7 @@ fn golden_scenes() -> Vec<Golden> {
         plain("sheet_10in_cylinder", Scene::sheet_10in_cylinder, 150),
         plain("uniform_sphere", golden::uniform_sphere, 3000),
         plain("sphere_on_softened_yarn", golden::sphere_on_softened_yarn, 3000),
+        plain("sphere_on_drawn_strength", golden::sphere_on_drawn_strength, 3000),
         plain("taut_warp_and_crimped_weft", golden::taut_warp_and_crimped_weft, 3000),
         plain("uniform_sphere_in_halves", golden::uniform_sphere_in_halves, 3000),
         plain("tumbling_cylinder_on_corners", golden::tumbling_cylinder_on_corners, 2000),

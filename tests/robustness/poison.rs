@@ -4,7 +4,7 @@
 
 use crate::golden;
 use crate::snapshots::forged;
-use fabric::{Code, Scene, Sim};
+use fabric::{Code, Scene, Sim, StrengthDraw};
 use fabric_tests::{Buffers, between_supports, small_sheet};
 
 /// What is poisoned.
@@ -52,7 +52,11 @@ fn a_poisoned_state_is_refused() {
     theta.projectile.position[2] = -3.1e-3;
     let (mut tried, mut refused) = (0, 0);
     let mut taken = Vec::new();
-    for (name, scene, steps) in [("stochastic", stochastic, 60), ("toe", toe, 400), ("theta", theta, 60)] {
+    let mut strength = stochastic;
+    strength.yarn.strength_draw = StrengthDraw::Weibull;
+    for (name, scene, steps) in
+        [("stochastic", stochastic, 60), ("strength", strength, 60), ("toe", toe, 400), ("theta", theta, 60)]
+    {
         let mut memory = Buffers::of(&scene);
         let mut sim = memory.sim(&scene);
         sim.advance(steps).unwrap();

@@ -1,7 +1,8 @@
 //! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
 
 use fabric::{
-    AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep, Weft,
+    AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, StrengthDraw,
+    TimeStep, Weft,
 };
 use fabric_tests::small_sheet;
 use proptest::prelude::*;
@@ -64,6 +65,7 @@ prop_compose! {
         seed in any::<u64>(),
         fraction in near(0.4),
         toe in prop_oneof![3 => Just(0.0), 1 => near(0.02)],
+        strength in (0..3usize, near(10.0), near(0.05), near(0.5)),
         weft in prop_oneof![2 => Just(None), 1 => weft().prop_map(Some)],
     ) -> Scene {
         let mut scene = small_sheet(5, 0.0);
@@ -73,6 +75,8 @@ prop_compose! {
         (y.modulus_mean, y.modulus_sd, y.damage_slope, y.damage_intercept, y.damage_sd) = yarn;
         (y.critical_stretch, y.damage_a, y.damage_b, y.alpha_fail) = law;
         y.stochastic = choices.0;
+        y.strength_draw = [StrengthDraw::None, StrengthDraw::None, StrengthDraw::Weibull][strength.0];
+        (y.weibull_shape, y.weibull_gauge_length, y.weibull_correlation) = (strength.1, strength.2, strength.3);
         let p = &mut scene.projectile;
         (p.radius, p.length, p.mass, p.position[2]) = body;
         (p.velocity, p.angular_velocity) = (velocity.into(), rates);

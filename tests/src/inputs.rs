@@ -78,6 +78,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("uniform", &[("yarn.stochastic", 0.0)]),
     ("weft", &[("weft.modulus_mean", 100e9), ("weft.damage_intercept", 200.0)]),
     ("wide", &[("yarn.critical_stretch", 1.1)]),
+    ("strength", &[("yarn.stochastic", 0.0), ("yarn.strength_draw", 1.0)]),
     ("cylinder", &[("projectile.shape", 1.0), ("projectile.length", 0.0127)]),
     ("bullet", &[("projectile.shape", 2.0), ("projectile.length", 0.0127), ("projectile.position[2]", -0.02)]),
     ("box", &[("projectile.shape", 3.0), ("projectile.size[0]", 0.0127), ("projectile.size[1]", 0.0127), ("projectile.size[2]", 0.0127)]),
@@ -182,6 +183,7 @@ fn rows() -> Vec<Row> {
         real("sphere", &["yarn.damage_b"], &[(About(-1e-15), Refused(OutOfRange, "yarn.damage_a")), (Below(1.0), Accepted), beyond], &[0.5, -0.01]),
         count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
         choice("uniform", &["symmetry.mirror_x", "symmetry.mirror_y"], 1.0),
+        count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),
         real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),
@@ -230,6 +232,8 @@ fn rows() -> Vec<Row> {
         not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta", "time_step.fraction"]),
         real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
         real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
+        not_read("sphere", &["yarn.weibull_shape", "yarn.weibull_gauge_length", "yarn.weibull_correlation"]),
+        real("strength", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
         real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
     ];
     // What is good or bad by itself.

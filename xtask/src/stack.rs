@@ -48,8 +48,8 @@ const POINTERS: [(&str, &[&str]); 4] = [
 const LOOPS: [&str; 5] = [
     "fabric::fields::check",
     "fabric::fields::fingerprint_words",
+    "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
-    "fabric_capi::calls::put_scene",
     "<fabric::fields::Field>::word",
 ];
 

@@ -5,7 +5,7 @@ use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report, threads};
-use fabric::{AttachmentKind, InstructionSet, Scene, Sim};
+use fabric::{AttachmentKind, InstructionSet, Scene, Sim, StrengthDraw};
 
 /// A sheet that is stepped.
 pub struct Case {
@@ -75,6 +75,13 @@ pub fn fabric(size: u32) -> Case {
     let mut case = sweep(size);
     (case.name, case.scene.sheet.spacing_y) = ("fabric", 1.2 * case.scene.sheet.spacing);
     case.scene.sheet.crimp = [0.001, 0.003];
+    case
+}
+
+/// The whole run with a critical stretch of its own for every segment.
+pub fn strength(size: u32) -> Case {
+    let mut case = whole_run(size);
+    (case.name, case.scene.yarn.strength_draw) = ("strength", StrengthDraw::Weibull);
     case
 }
 

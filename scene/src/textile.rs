@@ -1,0 +1,286 @@
+//! Textiles as TOML: the named ones of the folder `fabrics`, and the table `[fabric]` of a scene file.
+//!
+//! ```toml
+//! [fabric]
+//! name = "kevlar_km2_s706"                     # a file of the folder `fabrics`; without it all numbers are your own
+//! count = { value = 32, unit = "1/in" }        # own numbers replace those of the file
+//! weft.crimp = 0.01                            # a plain number is in SI units
+//! ```
+//!
+//! Keys are the fields of [`fabric::Textile`]; `linear_density`, `count` and `crimp` are those of both directions, below `warp` and
+//! `weft` those of one. Beside `value` and `unit` a number may have its `source` and `mark`; those of the folder must.
+
+use crate::Result;
+use fabric::textile::{centinewton_per_dtex, denier, dtex, per_inch};
+use fabric::{Scene, Textile, Threads};
+use toml::{Table, Value};
+
+/// The named textiles: their files.
+const FILES: [(&str, &str); 4] = [
+    ("kevlar_km2_s706", include_str!("../../fabrics/kevlar_km2_s706.toml")),
+    ("kevlar_49_yarn", include_str!("../../fabrics/kevlar_49_yarn.toml")),
+    ("zylon_as_500_35", include_str!("../../fabrics/zylon_as_500_35.toml")),
+    ("powell_zohdi_2009", include_str!("../../fabrics/powell_zohdi_2009.toml")),
+];
+
+type Unit = (&'static str, fn(f64) -> f64);
+type Place = fn(&mut Textile) -> &mut f64;
+type OfThreads = fn(&mut Threads) -> &mut f64;
+
+const ONE: Unit = ("1", |x| x);
+const PERCENT: Unit = ("%", |x| x / 100.0);
+const STRESS: [Unit; 3] = [("Pa", |x| x), ("MPa", |x| x * 1e6), ("GPa", |x| x * 1e9)];
+const LENGTH: [Unit; 2] = [("m", |x| x), ("mm", |x| x * 1e-3)];
+
+/// Numbers of a direction.
+const OF_THREADS: [(&str, OfThreads, &[Unit]); 3] = [
+    ("linear_density", |t| &mut t.linear_density, &[("kg/m", |x| x), ("denier", denier), ("dtex", dtex)]),
+    ("count", |t| &mut t.count, &[("1/m", |x| x), ("1/in", per_inch), ("1/cm", |x| x * 100.0)]),
+    ("crimp", |t| &mut t.crimp, &[ONE, PERCENT]),
+];
+
+/// Numbers of both.
+const OF_BOTH: [(&str, Place, &[Unit]); 9] = [
+    ("fibre_density", |t| &mut t.fibre_density, &[("kg/m3", |x| x), ("g/cm3", |x| x * 1e3)]),
+    ("modulus", |t| &mut t.modulus, &STRESS),
+    ("modulus_sd", |t| &mut t.modulus_sd, &STRESS),
+    ("failure_strain", |t| &mut t.failure_strain, &[ONE, PERCENT]),
+    ("strength", |t| &mut t.strength, &STRESS),
+    ("weaving_loss", |t| &mut t.weaving_loss, &[ONE, PERCENT]),
+    ("damage_rate", |t| &mut t.damage_rate, &[ONE]),
+    ("weibull_shape", |t| &mut t.weibull_shape, &[ONE]),
+    ("gauge_length", |t| &mut t.gauge_length, &LENGTH),
+];
+
+/// Makes the sheet of a scene that of its table `[fabric]`.
+pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
+    scene.set_textile(&textile(table)?)?;
+    Ok(())
+}
+
+/// The textile of a table.
+fn textile(table: &Value) -> Result<Textile> {
+    let Value::Table(own) = table else { return Err("`fabric` is a table, [fabric]".into()) };
+    let mut own = own.clone();
+    let mut all = match own.remove("name") {
+        Some(name) => named(&name)?,
+        None => Table::new(),
+    };
+    // Of strength and failure strain the one that is given replaces the other, and a number of both directions those of each.
+    for (key, other) in [("strength", "failure_strain"), ("failure_strain", "strength")] {
+        if own.contains_key(key) {
+            all.remove(other);
+        }
+    }
+    for (key, value) in own {
+        for side in ["warp", "weft"] {
+            if let Some(Value::Table(side)) = all.get_mut(side) {
+                side.remove(&key);
+            }
+        }
+        match (all.get_mut(&key), value) {
+            (Some(Value::Table(side)), Value::Table(more)) if ["warp", "weft"].contains(&key.as_str()) => {
+                side.extend(more)
+            }
+            (_, value) => {
+                all.insert(key, value);
+            }
+        }
+    }
+    let mut textile = Textile::default();
+    // The density goes first: units of strength per linear density need it.
+    if let Some(density) = all.get("fibre_density") {
+        set(&mut textile, "fibre_density", density)?;
+    }
+    // Both directions before each.
+    let (sides, others): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|(key, _)| ["warp", "weft"].contains(&key.as_str()));
+    for (key, value) in others {
+        set(&mut textile, &key, &value)?;
+    }
+    for (side, values) in sides {
+        let Value::Table(values) = values else { return Err(format!("fabric.{side}: must be a table").into()) };
+        for (key, value) in values {
+            let threads = if side == "warp" { &mut textile.warp } else { &mut textile.weft };
+            set_threads(threads, &key, &value).ok_or_else(|| format!("unknown key `fabric.{side}.{key}`"))??;
+        }
+    }
+    Ok(textile)
+}
+
+/// Gives a number of a textile its value.
+fn set(textile: &mut Textile, key: &str, value: &Value) -> Result<()> {
+    let density = textile.fibre_density;
+    if let Some((_, place, units)) = OF_BOTH.iter().find(|(name, ..)| *name == key) {
+        *place(textile) = number(key, value, units, density)?;
+        return Ok(());
+    }
+    set_threads(&mut textile.warp, key, value).ok_or_else(|| format!("unknown key `fabric.{key}`"))??;
+    set_threads(&mut textile.weft, key, value).unwrap_or(Ok(()))
+}
+
+/// Gives a number of one direction its value, if it is one.
+fn set_threads(threads: &mut Threads, key: &str, value: &Value) -> Option<Result<()>> {
+    let (_, place, units) = OF_THREADS.iter().find(|(name, ..)| *name == key)?;
+    Some(number(key, value, units, 0.0).map(|number| *place(threads) = number))
+}
+
+/// A number in SI units: as it is, or `{ value, unit }`.
+fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64> {
+    let real = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    if let Some(number) = real(value) {
+        return Ok(number);
+    }
+    let tenacity = units.len() == STRESS.len() && units[0].0 == STRESS[0].0;
+    let mut known: Vec<_> = units.iter().map(|(name, _)| *name).collect();
+    known.extend(tenacity.then_some("cN/dtex"));
+    let wanted =
+        || format!("fabric.{key} = {value}: must be a number, or {{ value, unit }} with one of {}", known.join(", "));
+    let given = value.get("value").and_then(real).ok_or_else(wanted)?;
+    let unit = value.get("unit").and_then(Value::as_str).ok_or_else(wanted)?;
+    if tenacity && unit == "cN/dtex" {
+        return Ok(centinewton_per_dtex(given, density));
+    }
+    let (_, in_si) = units.iter().find(|(name, _)| *name == unit).ok_or_else(wanted)?;
+    Ok(in_si(given))
+}
+
+/// The table of a named textile.
+fn named(name: &Value) -> Result<Table> {
+    let names = FILES.map(|(name, _)| format!("\"{name}\"")).join(", ");
+    let unknown = || format!("fabric.name = {name}: must be one of {names}");
+    let (_, text) = FILES.iter().find(|(known, _)| name.as_str() == Some(known)).ok_or_else(unknown)?;
+    let file: Table = text.parse()?;
+    Ok(file.get("fabric").and_then(Value::as_table).cloned().unwrap_or_default())
+}
+
+/// A named textile.
+pub struct Named {
+    /// Its name in scene files.
+    pub name: &'static str,
+    /// What it is.
+    pub title: String,
+    /// Its file, with the source of each number.
+    pub file: &'static str,
+    /// Its numbers.
+    pub textile: Textile,
+}
+
+/// The named textiles.
+pub fn all() -> Result<Vec<Named>> {
+    let read = |(name, text): (&'static str, &'static str)| {
+        let file: Table = text.parse()?;
+        let title = file.get("title").and_then(Value::as_str).unwrap_or_default().to_string();
+        Ok(Named { name, title, file: text, textile: textile(&file["fabric"])? })
+    };
+    FILES.into_iter().map(read).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn of(text: &str) -> Result<Textile> {
+        let file: Table = text.parse()?;
+        textile(&file["fabric"])
+    }
+
+    fn close(value: f64, expected: f64) {
+        assert!((value / expected - 1.0).abs() < 1e-12, "{value:e} is not {expected:e}");
+    }
+
+    #[test]
+    fn units_of_data_sheets() {
+        let textile = of("[fabric]\nlinear_density = { value = 600, unit = \"denier\" }\ncount = { value = 12, unit = \"1/cm\" }\n\
+                          modulus = { value = 1150, unit = \"cN/dtex\" }\nfibre_density = { value = 1.54, unit = \"g/cm3\" }\n\
+                          failure_strain = { value = 3.5, unit = \"%\" }\ngauge_length = { value = 50, unit = \"mm\" }\n\
+                          weft = { count = 1000, crimp = { value = 1.5, unit = \"%\" } }")
+        .unwrap();
+        close(textile.warp.linear_density, 600e-3 / 9000.0);
+        assert_eq!((textile.warp.count, textile.weft.count), (1200.0, 1000.0));
+        assert_eq!((textile.warp.crimp, textile.weft.crimp), (0.0, 0.015));
+        close(textile.modulus, 177.1e9);
+        assert_eq!((textile.failure_strain, textile.gauge_length), (0.035, 0.05));
+    }
+
+    #[test]
+    fn own_numbers_replace_those_of_a_named_textile() {
+        let named = of("[fabric]\nname = \"kevlar_49_yarn\"").unwrap();
+        let own = of("[fabric]\nname = \"kevlar_49_yarn\"\nfailure_strain = 0.02\ncount = 700\nlinear_density = 1e-4\nweft.crimp = 0.1").unwrap();
+        assert_eq!((own.failure_strain, own.strength), (0.02, 0.0));
+        assert_eq!(
+            (own.warp.count, own.weft.count, own.warp.crimp, own.weft.crimp),
+            (700.0, 700.0, named.warp.crimp, 0.1)
+        );
+        assert_eq!(own.modulus, named.modulus);
+        let both = of("[fabric]\nname = \"kevlar_49_yarn\"\ncrimp = 0.0").unwrap();
+        assert_eq!((both.warp.crimp, both.weft.crimp), (0.0, 0.0));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, named) in [
+            ("fabric = 1", "[fabric]"),
+            ("[fabric]\nname = \"cotton\"", "\"kevlar_km2_s706\""),
+            ("[fabric]\ndenier = 600", "fabric.denier"),
+            ("[fabric]\nwarp.ends = 600", "fabric.warp.ends"),
+            ("[fabric]\nmodulus = { value = 1, unit = \"kg\" }", "cN/dtex"),
+            ("[fabric]\ncount = { value = 1 }", "1/in"),
+        ] {
+            let message = of(text).unwrap_err().to_string();
+            assert!(message.contains(named), "{message}");
+        }
+    }
+
+    /// The marks of how a number is known: read in the source, in a transcription of it, derived.
+    const MARKS: [&str; 3] = ["S", "2", "D"];
+
+    #[track_caller]
+    fn has_its_source(name: &str, table: &Value) {
+        let text = |key: &str| table.get(key).and_then(Value::as_str).unwrap_or_default();
+        assert!(MARKS.contains(&text("mark")), "{name}: mark {:?}", text("mark"));
+        assert!(text("source").len() > 5, "{name} has no source");
+    }
+
+    #[test]
+    fn every_number_of_a_named_textile_has_its_source() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fabrics");
+        assert_eq!(std::fs::read_dir(folder).unwrap().count(), FILES.len());
+        for (name, text) in FILES {
+            let file: Table = text.parse().unwrap();
+            for (key, value) in file["fabric"].as_table().unwrap() {
+                match value.as_table().filter(|_| ["warp", "weft"].contains(&key.as_str())) {
+                    Some(side) => {
+                        side.iter().for_each(|(inner, value)| has_its_source(&format!("{name}: {key}.{inner}"), value))
+                    }
+                    None => has_its_source(&format!("{name}: {key}"), value),
+                }
+            }
+            textile(&file["fabric"]).unwrap().critical_stretch().unwrap();
+        }
+    }
+
+    /// Published areal densities are met: that of the fabric, and that of the paper's sheet, whose nodes weigh 6.52e-8 kg.
+    #[test]
+    fn named_textiles_weigh_what_they_weigh() {
+        let density = |name: &str| of(&format!("[fabric]\nname = \"{name}\"")).unwrap().areal_density();
+        assert!((density("kevlar_km2_s706") / 0.180 - 1.0).abs() < 0.01);
+        let spacing = 0.0254 / 35.0;
+        assert!((density("powell_zohdi_2009") * spacing * spacing / 6.52e-8 - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn every_measurement_has_its_source() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
+        let mut count = 0;
+        for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if entry.extension().is_some_and(|kind| kind == "toml") {
+                let file: Table = std::fs::read_to_string(&entry).unwrap().parse().unwrap();
+                has_its_source(&entry.display().to_string(), &Value::Table(file));
+                count += 1;
+            }
+        }
+        assert_eq!(count, 4);
+    }
+}
