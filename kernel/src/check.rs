@@ -307,6 +307,26 @@ mod tests {
     use crate::scene::{Integrator, RotationRule};
 
     #[test]
+    fn the_weakest_segment_must_bear_the_pre_tension_and_the_strongest_sets_the_step() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.pre_strain) = (21, 21, [0.0, 0.02]);
+        scene.yarn.stochastic = false;
+        let alike = scene.step_limits().unwrap().dt_crit;
+        (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (StrengthDraw::Weibull, 200.0);
+        let drawn = scene.step_limits().unwrap().dt_crit;
+        let strongest = (0..scene.segments()).map(|k| scene.draw_critical_stretch(k)).fold(1.0, f64::max);
+        let bound = |u: f64| 2.0 * (3.0 * u * u - 1.0) + 2.0 * (u * u - 1.0);
+        // omega^2 is proportional to the bound; the directions differ in their natural lengths alone, and alike in both sheets.
+        assert!((drawn / alike / math::sqrt(bound(1.03) / bound(strongest)) - 1.0).abs() < 1e-4, "{strongest}");
+        // Of 840 segments of shape 5 the weakest has a scale of 840^(-1/5).
+        scene.yarn.weibull_shape = 5.0;
+        let error = scene.step_limits().unwrap_err();
+        assert_eq!((error.code, error.field, error.value), (Code::OutOfRange, "sheet.pre_strain", 0.02));
+        scene.sheet.pre_strain = [0.0; 2];
+        scene.step_limits().unwrap();
+    }
+
+    #[test]
     fn presets_are_sound() {
         for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
             scene.check().unwrap();
