@@ -73,6 +73,7 @@ mod system;
 #[cfg(feature = "implicit")]
 mod theta;
 pub mod toe;
+mod viscosity;
 pub mod watch;
 pub mod weave;
 pub mod yarn;

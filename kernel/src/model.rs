@@ -10,7 +10,7 @@ use crate::projectile::{Inertia, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
 use crate::shape::Solid;
 use crate::toe::Toe;
-use crate::yarn::Rest;
+use crate::yarn::{Rest, Viscosity};
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
 /// [`crate::yarn::LOST`]).
@@ -29,6 +29,8 @@ pub(crate) struct Model {
     pub plain: bool,
     /// Toe of segments that have been slack.
     pub toe: Toe,
+    /// Viscosity of the yarns along x and along y.
+    pub viscosity: [Viscosity; 2],
     /// Mass of a node, all plies, kg.
     pub node_mass: f64,
     /// h/dt, m/s.
@@ -54,6 +56,7 @@ impl Model {
         directions: Directions::NOTHING,
         plain: true,
         toe: Toe::NONE,
+        viscosity: [Viscosity::NONE; 2],
         node_mass: 0.0,
         unit_speed: 0.0,
         unit_impulse: 0.0,
@@ -78,6 +81,10 @@ impl Model {
         };
         self.plain = self.directions.are_plain();
         self.toe = Toe::of(scene.slack_toe);
+        self.viscosity = [Axis::Horizontal, Axis::Vertical].map(|axis| {
+            let direction = self.directions.of(axis);
+            Viscosity::of(scene.viscosity(), direction.stiffness, direction.critical)
+        });
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
         self.unit_impulse = node_mass * h / dt;
@@ -97,6 +104,7 @@ impl Model {
             direction.modulus_per_stiffness /= factor * factor;
             direction.stiffness *= factor * factor;
         }
+        self.viscosity = self.viscosity.map(|viscosity| viscosity.of_pass(factor));
     }
 
     /// Rounding aside, a node deeper than a billionth of the spacing is inside.

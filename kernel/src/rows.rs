@@ -4,11 +4,12 @@ use crate::blocks::Blocks;
 use crate::direction::Directions;
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
-use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::sweep::{Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
+use crate::viscosity::push_row;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
@@ -57,6 +58,10 @@ pub(crate) struct Rows<'r> {
     pub yarn: &'r [Chunk<YARN_PLANES>],
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
+    /// What viscosity changes of the velocities; empty for none.
+    pub pushes: &'r [Chunk<PUSH_PLANES>],
+    /// Energy that viscosity takes, one entry a row; empty for none.
+    pub taken: &'r mut [f64],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
@@ -78,7 +83,9 @@ impl<'r> Rows<'r> {
             above: planes::row(rest, layout.chunks, 0),
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
-            marks: if marked { blocks.marks.get(own)? } else { &[] },
+            marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
+            pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
+            taken: if layout.viscous { blocks.taken.get_mut(first..end)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             carry: blocks.carry,
@@ -95,7 +102,7 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, marks, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, marks, pushes, taken, ranges, runs, carry, kept } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -105,6 +112,9 @@ impl Rows<'_> {
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
+            if let Some(taken) = taken.get_mut(k) {
+                *taken = push_row(row, planes::row(pushes, chunks, k), run, layout, j);
+            }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, k);
             let (met, reach) =
@@ -166,15 +176,18 @@ pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Lin
     }
 }
 
-/// The image row of a block: only displacements, the first three planes, are read.
+/// The image row of a block, its displacements and velocities, the first six planes.
 pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
     let place = line.modelled();
     let (node, _) = line.node(place);
     let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
     for (from, to) in planes::row(rows, chunks, node).iter().zip(planes::row_mut(images, chunks, 0)) {
-        to[0] = from[0];
-        to[1] = from[1].map(|y| -y);
-        to[2] = from[2];
+        for plane in [0, 2, 3, 5] {
+            to[plane] = from[plane];
+        }
+        for plane in [1, 4] {
+            to[plane] = from[plane].map(|y| -y);
+        }
     }
 }
 

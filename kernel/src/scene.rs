@@ -92,6 +92,13 @@ pub struct Yarn {
     pub stochastic: bool,
     /// What gets a draw of its own (stochastic yarn only).
     pub draw: Draw,
+    /// Linear viscosity of taut yarn against oscillation behind a front, dimensionless, in [0, 1]; 0.06 if in doubt, 0 = none
+    /// (velocity Verlet only). See docs/model.md, "Viscosity".
+    pub viscosity_linear: f64,
+    /// Quadratic viscosity of taut yarn, dimensionless, in [0, 10]; 1.5 if in doubt.
+    pub viscosity_quadratic: f64,
+    /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
+    pub viscosity_bending: f64,
 }
 
 /// The yarn along y, the weft, where it is unlike that along x, the warp.
@@ -439,6 +446,9 @@ impl Scene {
                 alpha_fail: 0.01,
                 stochastic: true,
                 draw: Draw::Segment,
+                viscosity_linear: 0.0,
+                viscosity_quadratic: 0.0,
+                viscosity_bending: 0.0,
             },
             weft: Weft {
                 modulus_mean: 0.0,
@@ -498,6 +508,11 @@ impl Scene {
             },
             ..small
         }
+    }
+
+    /// Linear, quadratic and bending viscosity.
+    pub fn viscosity(&self) -> [f64; 3] {
+        [self.yarn.viscosity_linear, self.yarn.viscosity_quadratic, self.yarn.viscosity_bending]
     }
 
     /// Mass of one node of all plies together, kg.

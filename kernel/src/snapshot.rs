@@ -396,8 +396,10 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for (implicit, halving) in [(false, false), (true, false), (false, true)] {
-            let parts = Parts { implicit, halving };
+        for (implicit, halving, viscous) in
+            [(false, false, false), (true, false, false), (false, true, false), (false, false, true)]
+        {
+            let parts = Parts { implicit, halving, viscous };
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));

@@ -1,0 +1,313 @@
+//! Viscosity of taut yarn: what it changes of the velocities at the start of a pass.
+//!
+//! Method: v_{n-1/2} becomes v_{n-1/2} + b(u_n, v_{n-1/2}), and the pass goes on from there. So the viscous forces belong to t_n and
+//! their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with the spacing, and the energy that viscosity takes
+//! is known exactly: the change of the kinetic energy. Each segment pulls its ends equally by the viscous part of its force
+//! (`yarn.rs`); along each yarn a moment at every node with taut segments on both sides acts on the node and its two neighbours. As
+//! a force of the segment between nodes i and i + 1 that is M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in
+//! the sweep.
+//! All changes are found before one is made, in rows of their own, because a node's depends on the velocities of nodes two away.
+//! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
+//! Reference: docs/model.md, "Viscosity".
+
+use crate::lanes::{self, Job, Lane};
+use crate::layout::Layout;
+use crate::planes::{self, AT_REST, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
+use crate::rows::place_image_column;
+use crate::symmetry::Line;
+use crate::system::System;
+use crate::toe::Toe;
+use crate::yarn::{self, Rest, Viscosity};
+
+// First planes of the work row, three each but the first: what the row below hands on ...
+const TENSION: usize = 0;
+const RATE: usize = 1;
+const PULL: usize = 4;
+const MOMENT: usize = 7;
+const MOMENT_BEFORE: usize = 10;
+const FORCE: usize = 13;
+// ... and what the row itself has found.
+const OWN_PULL: usize = 16;
+const OWN_MOMENT: usize = 19;
+
+/// Finds what viscosity changes of the velocities of rows [first, end), all that may move. Changes no node.
+pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let (layout, chunks) = (system.layout, system.layout.chunks);
+    let marked = layout.toe && system.failed_segments > 0;
+    let (directions, viscosity) = (&system.model.directions, system.model.viscosity);
+    let terms = Terms {
+        rests: [Axis::Horizontal, Axis::Vertical].map(|axis| directions.of(axis).rest),
+        viscosity,
+        toe: system.model.toe,
+    };
+    let blocks = &mut system.blocks;
+    if layout.x.mirrored {
+        (first..end).for_each(|j| place_image_motion(planes::row_mut(blocks.hot, chunks, j), layout.x));
+    }
+    blocks.viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+    for j in first..end {
+        let marks = if marked { planes::row(blocks.marks, chunks, j) } else { &[] };
+        let Some((below, here)) = blocks.pushes.split_at_mut_checked(j * chunks) else { return };
+        let below = if j > first { planes::row_mut(below, chunks, j - 1) } else { &mut [] };
+        let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
+        let here = planes::row_mut(here, chunks, 0);
+        lanes::dispatch(
+            system.instructions,
+            FirstLoop { terms: &terms, row, above, marks, work: blocks.viscous, below },
+        );
+        if layout.x.mirrored {
+            place_image_moment(blocks.viscous, layout.x);
+        }
+        lanes::dispatch(system.instructions, SecondLoop { work: blocks.viscous, here });
+        // Places without a node: an image moves with its node.
+        for place in layout.nodes_x..chunks * CHUNK {
+            (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
+        }
+    }
+    let mirrored = layout.y.mirrored && end == layout.nodes_y;
+    let last = planes::row_mut(blocks.pushes, chunks, end.saturating_sub(1));
+    close_row(blocks.viscous, last, mirrored.then_some(layout.y), layout.nodes_x);
+}
+
+/// Adds what viscosity changes of the velocities of row j. Returns the kinetic energy that it takes, in units of m (h/dt)^2.
+pub(crate) fn push_row(
+    row: &mut [Chunk<HOT_PLANES>],
+    pushes: &[Chunk<PUSH_PLANES>],
+    run: &[u32; 4],
+    layout: &Layout,
+    j: usize,
+) -> f64 {
+    let mut taken = [0.0; CHUNK];
+    for (chunk, pushes) in row.iter_mut().zip(pushes) {
+        for (velocities, pushes) in chunk[3..6].iter_mut().zip(pushes) {
+            for ((v, push), taken) in velocities.iter_mut().zip(pushes).zip(&mut taken) {
+                let after = (*v + push).or_zero_below(AT_REST);
+                *taken += (*v - after) * (*v + after);
+                *v = after;
+            }
+        }
+    }
+    let mut sum: f64 = taken.iter().sum();
+    // Fixed nodes are put back: they have taken the push and no energy.
+    for i in (run[0]..run[1]).chain(run[2]..run[3]) {
+        sum += of_node(pushes, i as usize);
+    }
+    let line = layout.x;
+    let weight = line.node_weight(0);
+    if line.node_weight(layout.nodes_x.saturating_sub(1)) < weight {
+        // Of a node on the plane there is one, of the others two.
+        let (on_plane, fixed) = (layout.nodes_x.saturating_sub(1), |i: u32| (run[0]..run[1]).contains(&i) || (run[2]..run[3]).contains(&i));
+        if !fixed(on_plane as u32) {
+            let at = |plane: usize| planes::get(row, 3 + plane, on_plane).unwrap_or(0.0);
+            let push = |plane: usize| planes::get(pushes, plane, on_plane).unwrap_or(0.0);
+            sum -= 0.5 * (0..3).map(|plane| push(plane) * (push(plane) - 2.0 * at(plane))).sum::<f64>();
+        }
+    }
+    0.5 * weight * layout.y.node_weight(j) * sum
+}
+
+/// What a fixed node would have as kinetic energy after its push, doubled.
+fn of_node(pushes: &[Chunk<PUSH_PLANES>], i: usize) -> f64 {
+    (0..PUSH_PLANES).map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0)).map(|push| push * push).sum()
+}
+
+/// Constants of both directions, the horizontal one first.
+struct Terms {
+    rests: [Rest; 2],
+    viscosity: [Viscosity; 2],
+    toe: Toe,
+}
+
+/// What the segments that start in a row do, the moments of its nodes, and the vertical part of the changes of the row below.
+struct FirstLoop<'a> {
+    terms: &'a Terms,
+    row: &'a [Chunk<HOT_PLANES>],
+    /// The row above; empty for the top row.
+    above: &'a [Chunk<HOT_PLANES>],
+    /// Marks of the toe, empty for none.
+    marks: &'a [Chunk<MARK_PLANES>],
+    work: &'a mut [Chunk<VISCOUS_PLANES>],
+    /// Changes of the row below, of which the horizontal part is known; empty below the first row.
+    below: &'a mut [Chunk<PUSH_PLANES>],
+}
+
+/// The horizontal part of a row's changes.
+struct SecondLoop<'a> {
+    work: &'a [Chunk<VISCOUS_PLANES>],
+    here: &'a mut [Chunk<PUSH_PLANES>],
+}
+
+/// What stands above the top row and to the right of the last chunk.
+const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+
+impl Job for FirstLoop<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        let FirstLoop { terms, row, above, marks, work, below } = self;
+        let [rest_h, rest_v] = &terms.rests;
+        let [viscosity_h, viscosity_v] = &terms.viscosity;
+        let zero = L::splat(0.0);
+        let (mut left_tension, mut left_rate) = (zero, [zero; 3]);
+        for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
+            let next = row.get(c + 1).unwrap_or(&NOTHING);
+            let above = above.get(c).unwrap_or(&NOTHING);
+            let mut below = below.get_mut(c);
+            for g in 0..CHUNK / L::WIDTH {
+                let (mut kh, mut kv): (L, L) = (at(chunk, 6, g), at(chunk, 7, g));
+                let (d, rate): ([L; 3], [L; 3]) = (to_the_right(chunk, next, 0, g), to_the_right(chunk, next, 3, g));
+                let q = rest_h.twice_strain(d);
+                let (d_v, rate_v): ([L; 3], [L; 3]) = (upwards(chunk, above, 0, g), upwards(chunk, above, 3, g));
+                let q_v = rest_v.twice_strain(vertical_axes(d_v));
+                if let Some([mark_h, mark_v]) = marks.get(c) {
+                    kh = kh.mul(terms.toe.factor(q, L::load(&L::groups(mark_h)[g])));
+                    kv = kv.mul(terms.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+                }
+
+                let tension = yarn::stress(kh, q);
+                let pull = rest_h.force(viscosity_h.stress(kh, q, rest_h.twice_strain_rate(d, rate)), d);
+                let bending = viscosity_h.bending(tension.left_of(left_tension), tension);
+                for k in 0..3 {
+                    put(work, OWN_PULL + k, g, pull[k]);
+                    put(work, OWN_MOMENT + k, g, rate[k].sub(rate[k].left_of(left_rate[k])).mul(bending));
+                }
+                (left_tension, left_rate) = (tension, rate);
+
+                let tension = yarn::stress(kv, q_v);
+                let own = (vertical_axes(d_v), vertical_axes(rate_v));
+                let viscous = viscosity_v.stress(kv, q_v, rest_v.twice_strain_rate(own.0, own.1));
+                let pull = vertical_axes(rest_v.force(viscous, own.0));
+                let bending = viscosity_v.bending(at(work, TENSION, g), tension);
+                put(work, TENSION, g, tension);
+                for k in 0..3 {
+                    let moment_before: L = at(work, MOMENT + k, g);
+                    let moment = rate_v[k].sub(at(work, RATE + k, g)).mul(bending);
+                    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment_before.sub(moment));
+                    if let Some(below) = &mut below {
+                        let vertical = up.sub(at(work, FORCE + k, g));
+                        let horizontal: L = at(below, k, g);
+                        put(below, k, g, horizontal.add(vertical));
+                    }
+                    put(work, FORCE + k, g, up);
+                    put(work, MOMENT_BEFORE + k, g, moment_before);
+                    put(work, MOMENT + k, g, moment);
+                    put(work, PULL + k, g, pull[k]);
+                    put(work, RATE + k, g, rate_v[k]);
+                }
+            }
+        }
+    }
+}
+
+impl Job for SecondLoop<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        let SecondLoop { work, here } = self;
+        let mut left_force = [L::splat(0.0); 3];
+        for (c, (chunk, here)) in work.iter().zip(here).enumerate() {
+            let next = work.get(c + 1).unwrap_or(&NO_WORK);
+            for g in 0..CHUNK / L::WIDTH {
+                for k in 0..3 {
+                    let moment: L = at(chunk, OWN_MOMENT + k, g);
+                    let right = right_of(moment, chunk, next, OWN_MOMENT + k, g);
+                    let force = at::<L, VISCOUS_PLANES>(chunk, OWN_PULL + k, g).add(moment.sub(right));
+                    put(here, k, g, force.sub(force.left_of(left_force[k])));
+                    left_force[k] = force;
+                }
+            }
+        }
+    }
+}
+
+/// To the right of the last chunk of the work row.
+const NO_WORK: Chunk<VISCOUS_PLANES> = [[0.0; CHUNK]; VISCOUS_PLANES];
+
+/// A lane group of a plane.
+#[inline(always)]
+fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
+    L::load(&L::groups(&chunk[plane])[g])
+}
+
+/// Puts a lane group into a plane.
+#[inline(always)]
+fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
+    lanes.store(&mut L::groups_mut(&mut chunk[plane])[g]);
+}
+
+/// The right-hand neighbours of group g, which is `here`: from the same plane, or with the first of the chunk behind.
+#[inline(always)]
+fn right_of<L: Lane, const P: usize>(here: L, chunk: &Chunk<P>, next: &Chunk<P>, plane: usize, g: usize) -> L {
+    if g + 1 < CHUNK / L::WIDTH { L::load_right(&chunk[plane], g) } else { here.right_of(at(next, plane, 0)) }
+}
+
+/// Three planes from `first` on: those of the right-hand neighbours less those of group g.
+#[inline(always)]
+fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+    let here: [L; 3] = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
+    [
+        right_of(here[0], chunk, next, first, g).sub(here[0]),
+        right_of(here[1], chunk, next, first + 1, g).sub(here[1]),
+        right_of(here[2], chunk, next, first + 2, g).sub(here[2]),
+    ]
+}
+
+/// The same for the neighbours above.
+#[inline(always)]
+fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+    [
+        at::<L, P>(above, first, g).sub(at(chunk, first, g)),
+        at::<L, P>(above, first + 1, g).sub(at(chunk, first + 1, g)),
+        at::<L, P>(above, first + 2, g).sub(at(chunk, first + 2, g)),
+    ]
+}
+
+/// The vertical part of the changes of the last row. `mirrored`: the column's line, if there are images above.
+fn close_row(
+    work: &[Chunk<VISCOUS_PLANES>],
+    last: &mut [Chunk<PUSH_PLANES>],
+    mirrored: Option<Line>,
+    nodes_x: usize,
+) {
+    for i in 0..nodes_x {
+        for plane in 0..PUSH_PLANES {
+            let at = |first: usize| planes::get(work, first + plane, i).unwrap_or(0.0);
+            let beyond = mirrored.map_or(0.0, |line| {
+                // The image of the row before the last for a row on the plane, else of the last.
+                let own = line.node(line.modelled()).0 + 1 == line.modelled();
+                let moment = at(if own { MOMENT } else { MOMENT_BEFORE });
+                if plane == 1 { -moment } else { moment }
+            });
+            let up = at(PULL) + (at(MOMENT) - beyond);
+            let horizontal = planes::get(last, plane, i).unwrap_or(0.0);
+            set(last, plane, i, horizontal + (up - at(FORCE)));
+        }
+    }
+}
+
+/// The image column of a row with its velocities.
+fn place_image_motion(row: &mut [Chunk<HOT_PLANES>], line: Line) {
+    place_image_column(row, line);
+    let (node, _) = line.node(line.modelled());
+    for (plane, sign) in [(3, -1.0), (4, 1.0), (5, 1.0)] {
+        let value = planes::get(row, plane, node).unwrap_or(0.0);
+        set(row, plane, line.modelled(), sign * value);
+    }
+}
+
+/// The moment of the image of a node behind the plane x = 0.
+fn place_image_moment(work: &mut [Chunk<VISCOUS_PLANES>], line: Line) {
+    let (node, _) = line.node(line.modelled());
+    for (k, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+        let value = planes::get(work, OWN_MOMENT + k, node).unwrap_or(0.0);
+        set(work, OWN_MOMENT + k, line.modelled(), sign * value);
+    }
+}
+
+fn set<const P: usize>(row: &mut [Chunk<P>], plane: usize, column: usize, value: f64) {
+    if let Some(slot) = planes::get_mut(row, plane, column) {
+        *slot = value;
+    }
+}
