@@ -2,14 +2,15 @@
 
 use crate::blocks::Blocks;
 use crate::direction::Directions;
-use crate::lanes::InstructionSet;
+use crate::lanes::{InstructionSet, Lane};
 use crate::layout::Layout;
-use crate::planes::{self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, YARN_PLANES};
+use crate::planes::{
+    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, YARN_PLANES,
+};
 use crate::pose::Vector;
 use crate::sweep::{Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
-use crate::viscosity::push_row;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
@@ -125,6 +126,49 @@ impl Rows<'_> {
         }
         report
     }
+}
+
+/// Adds what viscosity changes of the velocities of row j. Returns the kinetic energy that it takes, in units of m (h/dt)^2.
+fn push_row(
+    row: &mut [Chunk<HOT_PLANES>],
+    pushes: &[Chunk<PUSH_PLANES>],
+    run: &[u32; 4],
+    layout: &Layout,
+    j: usize,
+) -> f64 {
+    let mut taken = [0.0; CHUNK];
+    for (chunk, pushes) in row.iter_mut().zip(pushes) {
+        for (velocities, pushes) in chunk[3..6].iter_mut().zip(pushes) {
+            for ((v, push), taken) in velocities.iter_mut().zip(pushes).zip(&mut taken) {
+                let after = (*v + push).or_zero_below(AT_REST);
+                *taken += (*v - after) * (*v + after);
+                *v = after;
+            }
+        }
+    }
+    let mut sum: f64 = taken.iter().sum();
+    // Fixed nodes are put back: they have taken the push and no energy.
+    for i in (run[0]..run[1]).chain(run[2]..run[3]) {
+        sum += of_node(pushes, i as usize);
+    }
+    let line = layout.x;
+    let weight = line.node_weight(0);
+    if line.node_weight(layout.nodes_x.saturating_sub(1)) < weight {
+        // Of a node on the plane there is one, of the others two.
+        let (on_plane, fixed) =
+            (layout.nodes_x.saturating_sub(1), |i: u32| (run[0]..run[1]).contains(&i) || (run[2]..run[3]).contains(&i));
+        if !fixed(on_plane as u32) {
+            let at = |plane: usize| planes::get(row, 3 + plane, on_plane).unwrap_or(0.0);
+            let push = |plane: usize| planes::get(pushes, plane, on_plane).unwrap_or(0.0);
+            sum -= 0.5 * (0..3).map(|plane| push(plane) * (push(plane) - 2.0 * at(plane))).sum::<f64>();
+        }
+    }
+    0.5 * weight * layout.y.node_weight(j) * sum
+}
+
+/// What a fixed node would have as kinetic energy after its push, doubled.
+fn of_node(pushes: &[Chunk<PUSH_PLANES>], i: usize) -> f64 {
+    (0..PUSH_PLANES).map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0)).map(|push| push * push).sum()
 }
 
 /// Remembers the displacements of a row's fixed nodes.

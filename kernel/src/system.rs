@@ -175,7 +175,7 @@ impl System<'_> {
         }
     }
 
-    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
+    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {

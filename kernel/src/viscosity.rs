@@ -11,9 +11,9 @@
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::lanes::{self, Job, Lane};
-use crate::layout::Layout;
-use crate::planes::{self, AT_REST, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
+use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
 use crate::rows::place_image_column;
+use crate::sweep::node_sum;
 use crate::symmetry::Line;
 use crate::system::System;
 use crate::toe::Toe;
@@ -69,46 +69,64 @@ pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     close_row(blocks.viscous, last, mirrored.then_some(layout.y), layout.nodes_x);
 }
 
-/// Adds what viscosity changes of the velocities of row j. Returns the kinetic energy that it takes, in units of m (h/dt)^2.
-pub(crate) fn push_row(
-    row: &mut [Chunk<HOT_PLANES>],
-    pushes: &[Chunk<PUSH_PLANES>],
-    run: &[u32; 4],
-    layout: &Layout,
-    j: usize,
-) -> f64 {
-    let mut taken = [0.0; CHUNK];
-    for (chunk, pushes) in row.iter_mut().zip(pushes) {
-        for (velocities, pushes) in chunk[3..6].iter_mut().zip(pushes) {
-            for ((v, push), taken) in velocities.iter_mut().zip(pushes).zip(&mut taken) {
-                let after = (*v + push).or_zero_below(AT_REST);
-                *taken += (*v - after) * (*v + after);
-                *v = after;
-            }
-        }
-    }
-    let mut sum: f64 = taken.iter().sum();
-    // Fixed nodes are put back: they have taken the push and no energy.
-    for i in (run[0]..run[1]).chain(run[2]..run[3]) {
-        sum += of_node(pushes, i as usize);
-    }
-    let line = layout.x;
-    let weight = line.node_weight(0);
-    if line.node_weight(layout.nodes_x.saturating_sub(1)) < weight {
-        // Of a node on the plane there is one, of the others two.
-        let (on_plane, fixed) = (layout.nodes_x.saturating_sub(1), |i: u32| (run[0]..run[1]).contains(&i) || (run[2]..run[3]).contains(&i));
-        if !fixed(on_plane as u32) {
-            let at = |plane: usize| planes::get(row, 3 + plane, on_plane).unwrap_or(0.0);
-            let push = |plane: usize| planes::get(pushes, plane, on_plane).unwrap_or(0.0);
-            sum -= 0.5 * (0..3).map(|plane| push(plane) * (push(plane) - 2.0 * at(plane))).sum::<f64>();
-        }
-    }
-    0.5 * weight * layout.y.node_weight(j) * sum
+/// What viscosity would change of the velocity of node (i, j), spacings a pass: as [`find_pushes`] finds it, to the bit.
+pub(crate) fn push(system: &System<'_>, i: usize, j: usize) -> [f64; 3] {
+    let right = segment_force(system, Axis::Horizontal, Some(i), Some(j));
+    let left = segment_force(system, Axis::Horizontal, i.checked_sub(1), Some(j));
+    let up = segment_force(system, Axis::Vertical, Some(i), Some(j));
+    let down = segment_force(system, Axis::Vertical, Some(i), j.checked_sub(1));
+    [0, 1, 2].map(|k| node_sum(right[k], left[k], up[k], down[k]))
 }
 
-/// What a fixed node would have as kinetic energy after its push, doubled.
-fn of_node(pushes: &[Chunk<PUSH_PLANES>], i: usize) -> f64 {
-    (0..PUSH_PLANES).map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0)).map(|push| push * push).sum()
+/// What one segment does.
+struct Acting {
+    /// Relative velocity of its ends.
+    rate: [f64; 3],
+    /// Stress, without its viscous part.
+    tension: f64,
+    /// Viscous force on its first node.
+    pull: [f64; 3],
+}
+
+/// The segment from node (i, j), if there is one.
+fn acting(system: &System<'_>, axis: Axis, i: usize, j: usize) -> Option<Acting> {
+    let segment = system.segment(axis, i, j)?;
+    let end = if axis == Axis::Horizontal { system.node(i + 1, j) } else { system.node(i, j + 1) };
+    let (_, v) = system.node(i, j);
+    let rate = [end.1[0] - v[0], end.1[1] - v[1], end.1[2] - v[2]];
+    let q = segment.twice_strain();
+    let stiffness = if system.layout.toe && system.failed_segments > 0 {
+        segment.stiffness * system.model.toe.factor(q, segment.mark)
+    } else {
+        segment.stiffness
+    };
+    let own = (axis.own_axes(segment.d), axis.own_axes(rate));
+    let viscosity = &system.model.viscosity[axis as usize];
+    let viscous = viscosity.stress(stiffness, q, segment.rest.twice_strain_rate(own.0, own.1));
+    let pull = axis.own_axes(segment.rest.force(viscous, own.0));
+    Some(Acting { rate, tension: yarn::stress(stiffness, q), pull })
+}
+
+/// Moment of the yarn of this direction at node (i, j), or of its image there.
+fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
+    let ((node_i, turn_x), (node_j, turn_y)) = (system.layout.x.node(i), system.layout.y.node(j));
+    let before = match axis {
+        Axis::Horizontal => node_i.checked_sub(1).and_then(|i| acting(system, axis, i, node_j)),
+        Axis::Vertical => node_j.checked_sub(1).and_then(|j| acting(system, axis, node_i, j)),
+    };
+    let (Some(before), Some(behind)) = (before, acting(system, axis, node_i, node_j)) else { return [0.0; 3] };
+    let bending = system.model.viscosity[axis as usize].bending(before.tension, behind.tension);
+    let [x, y, z] = [0, 1, 2].map(|k| (behind.rate[k] - before.rate[k]) * bending);
+    [if turn_x { -x } else { x }, if turn_y { -y } else { y }, z]
+}
+
+/// Force of the segment from node (i, j) on it, with the moments at its ends.
+fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<usize>) -> [f64; 3] {
+    let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
+    let Some(segment) = acting(system, axis, i, j) else { return [0.0; 3] };
+    let end = if axis == Axis::Horizontal { (i + 1, j) } else { (i, j + 1) };
+    let (here, there) = (moment(system, axis, i, j), moment(system, axis, end.0, end.1));
+    [0, 1, 2].map(|k| segment.pull[k] + (here[k] - there[k]))
 }
 
 /// Constants of both directions, the horizontal one first.
@@ -265,12 +283,7 @@ fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: u
 }
 
 /// The vertical part of the changes of the last row. `mirrored`: the column's line, if there are images above.
-fn close_row(
-    work: &[Chunk<VISCOUS_PLANES>],
-    last: &mut [Chunk<PUSH_PLANES>],
-    mirrored: Option<Line>,
-    nodes_x: usize,
-) {
+fn close_row(work: &[Chunk<VISCOUS_PLANES>], last: &mut [Chunk<PUSH_PLANES>], mirrored: Option<Line>, nodes_x: usize) {
     for i in 0..nodes_x {
         for plane in 0..PUSH_PLANES {
             let at = |first: usize| planes::get(work, first + plane, i).unwrap_or(0.0);
