@@ -113,8 +113,11 @@ impl Rows<'_> {
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
-            if let Some(taken) = taken.get_mut(k) {
-                *taken = push_row(row, planes::row(pushes, chunks, k), run, layout, j);
+            let pushes = planes::row(pushes, chunks, k);
+            let mut taken = taken.get_mut(k);
+            if let Some(taken) = &mut taken {
+                **taken = half_taken(row, pushes, layout, j);
+                push_row(row, pushes);
             }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, k);
@@ -123,52 +126,47 @@ impl Rows<'_> {
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));
+            if let Some(taken) = taken {
+                *taken += half_taken(row, pushes, layout, j);
+            }
         }
         report
     }
 }
 
-/// Adds what viscosity changes of the velocities of row j. Returns the kinetic energy that it takes, in units of m (h/dt)^2.
-fn push_row(
-    row: &mut [Chunk<HOT_PLANES>],
-    pushes: &[Chunk<PUSH_PLANES>],
-    run: &[u32; 4],
-    layout: &Layout,
-    j: usize,
-) -> f64 {
-    let mut taken = [0.0; CHUNK];
+/// Adds what viscosity changes of the velocities of a row.
+fn push_row(row: &mut [Chunk<HOT_PLANES>], pushes: &[Chunk<PUSH_PLANES>]) {
     for (chunk, pushes) in row.iter_mut().zip(pushes) {
         for (velocities, pushes) in chunk[3..6].iter_mut().zip(pushes) {
-            for ((v, push), taken) in velocities.iter_mut().zip(pushes).zip(&mut taken) {
-                let after = (*v + push).or_zero_below(AT_REST);
-                *taken += (*v - after) * (*v + after);
-                *v = after;
+            for (v, push) in velocities.iter_mut().zip(pushes) {
+                *v = (*v + push).or_zero_below(AT_REST);
             }
         }
     }
-    let mut sum: f64 = taken.iter().sum();
-    // Fixed nodes are put back: they have taken the push and no energy.
-    for i in (run[0]..run[1]).chain(run[2]..run[3]) {
-        sum += of_node(pushes, i as usize);
-    }
-    let line = layout.x;
-    let weight = line.node_weight(0);
-    if line.node_weight(layout.nodes_x.saturating_sub(1)) < weight {
-        // Of a node on the plane there is one, of the others two.
-        let (on_plane, fixed) =
-            (layout.nodes_x.saturating_sub(1), |i: u32| (run[0]..run[1]).contains(&i) || (run[2]..run[3]).contains(&i));
-        if !fixed(on_plane as u32) {
-            let at = |plane: usize| planes::get(row, 3 + plane, on_plane).unwrap_or(0.0);
-            let push = |plane: usize| planes::get(pushes, plane, on_plane).unwrap_or(0.0);
-            sum -= 0.5 * (0..3).map(|plane| push(plane) * (push(plane) - 2.0 * at(plane))).sum::<f64>();
-        }
-    }
-    0.5 * weight * layout.y.node_weight(j) * sum
 }
 
-/// What a fixed node would have as kinetic energy after its push, doubled.
-fn of_node(pushes: &[Chunk<PUSH_PLANES>], i: usize) -> f64 {
-    (0..PUSH_PLANES).map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0)).map(|push| push * push).sum()
+/// Half the energy, in units of m (h/dt)^2, that these pushes take of nodes with the present velocities of row j: once with those
+/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none.
+fn half_taken(row: &[Chunk<HOT_PLANES>], pushes: &[Chunk<PUSH_PLANES>], layout: &Layout, j: usize) -> f64 {
+    let mut given = [0.0; CHUNK];
+    for (chunk, pushes) in row.iter().zip(pushes) {
+        for (velocities, pushes) in chunk[3..6].iter().zip(pushes) {
+            for ((v, push), given) in velocities.iter().zip(pushes).zip(&mut given) {
+                *given += v * push;
+            }
+        }
+    }
+    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
+    let mut sum = line.node_weight(0) * given.iter().sum::<f64>();
+    let less = line.node_weight(0) - line.node_weight(last);
+    if less > 0.0 {
+        // Of a node on the plane there is one, of the others there are two.
+        let at = |plane: usize| {
+            planes::get(row, 3 + plane, last).unwrap_or(0.0) * planes::get(pushes, plane, last).unwrap_or(0.0)
+        };
+        sum -= less * (0..PUSH_PLANES).map(at).sum::<f64>();
+    }
+    -0.5 * layout.y.node_weight(j) * sum
 }
 
 /// Remembers the displacements of a row's fixed nodes.

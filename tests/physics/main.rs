@@ -23,3 +23,4 @@ mod supports;
 mod symmetry;
 mod theta;
 mod toe;
+mod viscosity;
