@@ -145,6 +145,10 @@
 // one.
 #define FK_HOLDS_NOTHING -35
 
+// Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move
+// by itself.
+#define FK_NOT_IN_EQUILIBRIUM -36
+
 // A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
 #define FK_NON_FINITE -50
 
@@ -257,12 +261,25 @@ typedef struct fk_scene_sheet {
     // Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each
     // other. 1 to 1000. Default 1.
     uint64_t plies;
-    // Node spacing h, which is the rest length of a segment (M1). In m, > 0. Default 7.257142857142857e-4.
+    // Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension. In m, > 0. Default
+    // 7.257142857142857e-4.
     double spacing;
+    // Node spacing along y, 0.1 to 10 times that along x; 0: as along x. What must exceed sheet.spacing must exceed
+    // this, too. In m, >= 0. Default 0.
+    double spacing_y;
     // Mass of a node of one ply (M7), the same for edge nodes. In kg, > 0. Default 6.52e-8.
     double node_mass;
     // Cross-section A_0 of a yarn of one ply (M4). In m2, > 0. Default 1.075e-7.
     double yarn_area;
+    // Cross-section of a yarn along y; 0: as along x. In m2, >= 0. Default 0.
+    double yarn_area_y;
+    // Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1. A segment
+    // pulls only once it is taken up. 0 to 1. Default 0 each.
+    double crimp[2];
+    // Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch -
+    // 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for
+    // every segment. >= 0. Default 0 each.
+    double pre_strain[2];
     // Middle of the sheet in the host's frame. In m. Default 0 each.
     double position[3];
     // Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's. Of unit length to 1e-3.
@@ -309,6 +326,23 @@ typedef struct fk_scene_yarn {
     // FK_DRAW_SEGMENT.
     uint64_t draw;
 } fk_scene_yarn;
+
+// The yarn along y, where it is unlike that along x: a part of fk_scene.
+typedef struct fk_scene_weft {
+    // Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x. In Pa, >= 0. Default 0.
+    double modulus_mean;
+    // Standard deviation of the modulus. Read if weft.modulus_mean is not 0. In Pa, >= 0. Default 0.
+    double modulus_sd;
+    // Slope of the damage rate over the modulus (M6). Read if weft.modulus_mean is not 0. In 1/Pa. Default 0.
+    double damage_slope;
+    // Damage rate at zero modulus (M6); the mean rate must be at least 3. Read if weft.modulus_mean is not 0. Default
+    // 0.
+    double damage_intercept;
+    // Standard deviation of the damage rate about the line. Read if weft.modulus_mean is not 0. >= 0. Default 0.
+    double damage_sd;
+    // Critical stretch U_c of a segment along y, greater than 1 (M5); 0: as along x. 0 to 2. Default 0.
+    double critical_stretch;
+} fk_scene_weft;
 
 // The rigid projectile and its motion at the start, in the host's frame: a part of fk_scene.
 typedef struct fk_scene_projectile {
@@ -399,6 +433,8 @@ typedef struct fk_scene {
     fk_scene_attachment attachment;
     // The yarn law and its scatter.
     fk_scene_yarn yarn;
+    // The yarn along y, where it is unlike that along x.
+    fk_scene_weft weft;
     // The rigid projectile and its motion at the start, in the host's frame.
     fk_scene_projectile projectile;
     // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled.

@@ -3,7 +3,7 @@
 use crate::bytes::Bytes;
 use fabric::{
     AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Sector, Shape, StepAfterFailure, StepCheck,
-    Symmetry, TimeStep,
+    Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -122,6 +122,15 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         3 => scene.contact_capacity = 1 + bytes.below(8) as u32,
         4 => scene.force_window = 1e-7,
         5 => scene.projectile.mass *= f64::from(u8::from(scene.drive == Drive::Free)),
+        6 => {
+            scene.sheet.spacing_y = bytes.choose(&[0.0, 0.7, 1.4]) * h;
+            scene.sheet.crimp = [bytes.choose(&[0.0, 0.01]), bytes.choose(&[0.0, 0.5])];
+            let held = scene.attachment.kind == AttachmentKind::FourSides && !scene.yarn.stochastic;
+            if held && scene.sheet.crimp == [0.0; 2] {
+                scene.sheet.pre_strain = [0.0005, bytes.choose(&[0.0, 0.0009])];
+            }
+            scene.weft = Weft { modulus_mean: 90e9, damage_intercept: 100.0, ..scene.weft };
+        }
         _ => {}
     }
     scene

@@ -72,9 +72,11 @@ impl Scene {
     /// (M11) omega^2 with these moduli along x and along y, 1/s^2.
     fn largest_omega2(&self, moduli: [f64; 2]) -> f64 {
         let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli), self.critical_squares());
+        let largest = math::max(kx, ky);
+        // Shares of the larger stiffness, so that nothing overflows before the result does.
         let omega2 = |along: f64, u_along: f64, across: f64, u_across: f64| {
-            let share = across / along;
-            along / self.sheet.node_mass * (2.0 * (3.0 * u_along - 1.0) + share * (2.0 * (u_across - 1.0)))
+            let (own, other) = (2.0 * (3.0 * u_along - 1.0), 2.0 * (u_across - 1.0));
+            largest / self.sheet.node_mass * (along / largest * own + across / largest * other)
         };
         math::max(omega2(kx, ux, ky, uy), omega2(ky, uy, kx, ux))
     }
@@ -350,6 +352,33 @@ mod tests {
         assert_eq!(error.limit, limits.step_max);
         scene.step_check = StepCheck::None;
         assert!(scene.step_limits().is_ok());
+    }
+
+    /// Of a net with twice the stiffness along y the motion along y sets the limit, with its share of the yarns along x.
+    #[test]
+    fn step_limit_of_unlike_directions() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.yarn.stochastic = false;
+        let omega2 = |scene: &Scene| {
+            let dt_crit = scene.step_limits().unwrap().dt_crit;
+            4.0 / (dt_crit * dt_crit) * scene.sheet.node_mass / (scene.yarn.modulus_mean * scene.sheet.yarn_area)
+                * scene.sheet.spacing
+        };
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+        let (long, cross) = (2.0 * (3.0 * 1.03 * 1.03 - 1.0), 2.0 * (1.03 * 1.03 - 1.0));
+        close(omega2(&scene), long + cross);
+        scene.sheet.yarn_area_y = 2.0 * scene.sheet.yarn_area;
+        close(omega2(&scene), 2.0 * long + cross);
+        scene.sheet.spacing_y = 1.5 * scene.sheet.spacing;
+        close(omega2(&scene), 2.0 / 1.5 * long + cross);
+        scene.sheet.crimp = [0.0, 1.0];
+        close(omega2(&scene), long + 2.0 / 3.0 * cross);
+        scene.sheet.crimp = [0.0; 2];
+        scene.sheet.pre_strain = [0.02, 0.0];
+        close(omega2(&scene), 2.0 / 1.5 * long + 1.02 * cross);
+        scene.weft =
+            crate::Weft { modulus_mean: 280.42e9, damage_intercept: 50.0, critical_stretch: 1.1, ..scene.weft };
+        close(omega2(&scene), 4.0 / 1.5 * 2.0 * (3.0 * 1.1 * 1.1 - 1.0) + 1.02 * cross);
     }
 
     #[test]

@@ -64,8 +64,9 @@ impl Directions {
         self.horizontal.rest.twice_strain > 0.0 || self.vertical.rest.twice_strain > 0.0
     }
 
-    /// Whether all segments are alike and lie at their natural length, as in the paper.
+    /// Whether all segments lie at their natural length, the same along x and y, with the same critical stretch, as in the paper.
     pub fn are_plain(&self) -> bool {
-        self.horizontal.rest == Rest::PLAIN && self.vertical.rest == Rest::PLAIN && self.horizontal == self.vertical
+        let Directions { horizontal, vertical } = self;
+        horizontal.rest == Rest::PLAIN && vertical.rest == Rest::PLAIN && horizontal.critical == vertical.critical
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Model {
     pub solid: Solid,
     pub inertia: Inertia,
     pub directions: Directions,
-    /// Whether the directions are alike and at their natural length.
+    /// [`Directions::are_plain`].
     pub plain: bool,
     /// Toe of segments that have been slack.
     pub toe: Toe,

@@ -17,7 +17,7 @@ use crate::toe::Toe;
 pub(crate) struct Terms {
     pub layout: Layout,
     pub directions: Directions,
-    /// Whether the directions are alike and at their natural length.
+    /// [`Directions::are_plain`].
     pub plain: bool,
     /// The toe of marked segments.
     pub toe: Toe,

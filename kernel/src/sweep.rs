@@ -63,7 +63,7 @@ pub struct Pass<'a> {
     pub verticals: usize,
     /// What the segments of a direction have in common.
     pub directions: &'a Directions,
-    /// Whether the directions are alike and at their natural length.
+    /// [`Directions::are_plain`].
     pub plain: bool,
     /// The toe of marked segments.
     pub toe: Toe,
@@ -83,8 +83,7 @@ fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
 }
 
-/// One row of the pass: [`Pass::row`] as a job for the lanes. PLAIN: whether the directions are alike and at their natural length;
-/// TOE: whether there are marks.
+/// One row of the pass: [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::are_plain`]; TOE: whether there are marks.
 struct RowJob<'a, const PLAIN: bool, const TOE: bool> {
     pass: &'a Pass<'a>,
     row: &'a mut [Chunk<HOT_PLANES>],

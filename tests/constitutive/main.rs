@@ -7,7 +7,7 @@
 
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
-use fabric::yarn::{self, DamageLaw, Segment};
+use fabric::yarn::{self, DamageLaw, Rest, Segment};
 
 type Exact = FBig<HalfEven, 2>;
 
@@ -178,6 +178,47 @@ fn strain_and_force_in_any_direction_are_those_of_256_bits_to_rounding() {
     // Each rounding is at most an ulp of what it rounds. Force: three in a row. Strain: two in the first product, one in each
     // square, and two sums of up to two and three times the greatest term.
     assert!(strain <= 9.0 && force <= 3.0, "{strain} {force}");
+}
+
+/// The same of segments that lie in the flat sheet at another distance and another stretch: crimp, pre-tension, unlike spacings. The
+/// strain at rest is one more term.
+#[test]
+fn strain_and_force_with_crimp_or_pre_tension_are_those_of_256_bits_to_rounding() {
+    let mut random = Random(23);
+    let (mut strain, mut force) = (0.0f64, 0.0f64);
+    for k in 0..RANDOM_POINTS {
+        let spacing = if k.is_multiple_of(3) { 1.0 } else { random.between(0.1, 10.0) };
+        let at_rest = if k.is_multiple_of(2) { random.between(0.5, 1.0) } else { random.between(1.0, 1.1) };
+        let rest = Rest::of(spacing, at_rest);
+        let size = spacing * 10f64.powf(random.between(-6.0, 1.0));
+        let d = [0, 1, 2].map(|_| size * random.between(-1.0, 1.0));
+        let (q, [x, y, z]) = (rest.twice_strain(d), d.map(exact));
+        let (rho, u) = (exact(spacing), exact(at_rest));
+        let along = &rho + &x;
+        let squared = &along * &along + &y * &y + &z * &z;
+        let exact_q = squared * &u * &u / (&rho * &rho) - exact(1.0);
+        let greatest = (d[0] * (d[0] + 2.0 * spacing)).abs().max(d[1] * d[1]).max(d[2] * d[2]);
+        let greatest = (greatest * (at_rest / spacing).powi(2)).max((at_rest * at_rest - 1.0).abs());
+        strain = strain.max(error(q, &exact_q) / ulp(greatest));
+        let stiffness = random.between(1e9, 1e11);
+        let found = rest.force(yarn::stress(stiffness, q), d);
+        let stress = exact(stiffness) * exact(q.max(0.0));
+        for (found, reference) in found.into_iter().zip([&stress * along, &stress * y, &stress * z]) {
+            if q > 0.0 {
+                force = force.max(ulps(found, &reference));
+            } else {
+                assert_eq!(found, 0.0);
+            }
+        }
+    }
+    println!(
+        "{RANDOM_POINTS} directions at rest lengths: q within {strain:.1} ulp of its greatest term, force within {force:.1} ulp"
+    );
+    // As above with a scale of three roundings on up to three terms, and one more sum.
+    assert!(strain <= 24.0 && force <= 3.0, "{strain} {force}");
+    // At rest the strain is that of the stretch, to the bit.
+    assert_eq!(Rest::of(1.3, 1.01).twice_strain([0.0; 3]), yarn::twice_strain_at(1.01));
+    assert_eq!(Rest::of(1.0, 1.0), Rest::PLAIN);
 }
 
 #[test]

@@ -49,6 +49,11 @@ fn sphere_on_softened_yarn() {
 }
 
 #[test]
+fn taut_warp_and_crimped_weft() {
+    assert_pin(digest_after(&scenes::taut_warp_and_crimped_weft(), 3000, true), pins::TAUT_WARP_AND_CRIMPED_WEFT);
+}
+
+#[test]
 fn uniform_sphere_in_halves() {
     assert_pin(digest_after(&scenes::uniform_sphere_in_halves(), 3000, true), pins::UNIFORM_SPHERE_IN_HALVES);
 }

@@ -2,7 +2,7 @@
 
 use fabric::{
     AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure, Symmetry,
-    TimeStep,
+    TimeStep, Weft,
 };
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
@@ -56,6 +56,25 @@ pub fn free_plies_in_a_turned_frame() -> Scene {
     scene.projectile.position = [0.5 - 0.96 * 6.4e-3, -0.25 + 2e-3, 2.0 - 0.28 * 6.4e-3];
     scene.projectile.velocity = [0.96 * 900.0, 0.0, 0.28 * 900.0];
     scene.seed = 3;
+    scene
+}
+
+/// A fabric of unlike directions, held taut along x and crimped along y, yarns drawn one by one.
+pub fn taut_warp_and_crimped_weft() -> Scene {
+    let mut scene = Scene::sheet_3in_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 35);
+    (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (9e-4, 9e-8);
+    (scene.sheet.pre_strain, scene.sheet.crimp) = ([0.002, 0.0], [0.0, 0.004]);
+    scene.weft = Weft {
+        modulus_mean: 120e9,
+        modulus_sd: 1.5e9,
+        damage_slope: 5e-9,
+        damage_intercept: -350.0,
+        damage_sd: 6.0,
+        critical_stretch: 1.028,
+    };
+    scene.yarn.draw = Draw::Yarn;
+    scene.projectile.velocity = [8.0, -5.0, 150.0];
     scene
 }
 

@@ -6,6 +6,7 @@ mod balances;
 mod contact;
 mod convergence;
 mod edges;
+mod fabrics;
 mod force_window;
 mod frames;
 mod free_flight;

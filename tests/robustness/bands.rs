@@ -75,6 +75,7 @@ fn golden_scenes_through_failure() {
     same_bits(&golden::uniform_sphere(), 3000, |_| (), failed);
     same_bits(&golden::tumbling_cylinder_on_corners(), 2000, |_| (), failed);
     same_bits(&golden::free_plies_in_a_turned_frame(), 1500, |_| (), failed);
+    same_bits(&golden::taut_warp_and_crimped_weft(), 2000, |_| (), failed);
     same_bits(&golden::damage_law_with_offset(), 2000, |_| (), failed);
     same_bits(&golden::box_on_a_corner(), 1500, |_| (), failed);
     same_bits(&golden::tumbling_bullet(), 1200, |_| (), |_| ());

@@ -236,6 +236,7 @@ fn golden_scenes() -> Vec<Golden> {
         plain("sheet_10in_cylinder", Scene::sheet_10in_cylinder, 150),
         plain("uniform_sphere", golden::uniform_sphere, 3000),
         plain("sphere_on_softened_yarn", golden::sphere_on_softened_yarn, 3000),
+        plain("taut_warp_and_crimped_weft", golden::taut_warp_and_crimped_weft, 3000),
         plain("uniform_sphere_in_halves", golden::uniform_sphere_in_halves, 3000),
         plain("tumbling_cylinder_on_corners", golden::tumbling_cylinder_on_corners, 2000),
         plain("free_plies_in_a_turned_frame", golden::free_plies_in_a_turned_frame, 1500),

@@ -1,6 +1,8 @@
 //! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
 
-use fabric::{AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep};
+use fabric::{
+    AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep, Weft,
+};
 use fabric_tests::small_sheet;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -17,6 +19,22 @@ fn near(value: f64) -> impl Strategy<Value = f64> {
 
 fn component() -> impl Strategy<Value = f64> {
     prop_oneof![8 => Just(0.0), 4 => -300.0..300.0, 1 => any::<f64>()]
+}
+
+/// Spacing and section along y, crimp, pre-tension and a law of the weft's own.
+fn weft() -> impl Strategy<Value = (f64, f64, [f64; 2], [f64; 2], Weft)> {
+    let some = |value: f64| prop_oneof![2 => Just(0.0), 1 => near(value)];
+    let law = (some(120e9), near(2e9), near(1e-9), near(150.0), near(5.0), some(1.03)).prop_map(
+        |(modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd, critical_stretch)| Weft {
+            modulus_mean,
+            modulus_sd,
+            damage_slope,
+            damage_intercept,
+            damage_sd,
+            critical_stretch,
+        },
+    );
+    (some(9e-4), some(8e-8), [some(0.01), some(0.01)], [some(0.004), some(0.004)], law)
 }
 
 prop_compose! {
@@ -46,6 +64,7 @@ prop_compose! {
         seed in any::<u64>(),
         fraction in near(0.4),
         toe in prop_oneof![3 => Just(0.0), 1 => near(0.02)],
+        weft in prop_oneof![2 => Just(None), 1 => weft().prop_map(Some)],
     ) -> Scene {
         let mut scene = small_sheet(5, 0.0);
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.plies) = (nodes.0, nodes.1, plies);
@@ -79,6 +98,10 @@ prop_compose! {
         (scene.contact_capacity, scene.seed) = (capacity, seed);
         scene.time_step = TimeStep::fraction(fraction);
         scene.slack_toe = toe;
+        if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
+            (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
+            (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);
+        }
         if fraction > 0.7 {
             scene.step_check = StepCheck::None;
         }

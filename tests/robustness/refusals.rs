@@ -104,6 +104,51 @@ fn a_turning_cylinder_counts_its_reach_and_its_turn() {
     assert!(Sim::new(&sphere, &mut memory.lines).is_ok());
 }
 
+/// What makes no sense with crimp, pre-tension and unlike directions: an edge that is not held, a line of segments that pull
+/// differently, both in one direction, more than the law bears, a toe wider than the weft's critical strain, a projectile finer than
+/// the larger spacing, a weft without a damage rate.
+#[test]
+fn fabrics_that_cannot_be_are_refused() {
+    use fabric::Code::{DamageRateTooSmall, NotInEquilibrium, OutOfRange, ProjectileTooSmall};
+    let cases: [(Code, &str, fn(&mut Scene)); 13] = [
+        (NotInEquilibrium, "sheet.pre_strain", |s| {
+            (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::Free, [0.01, 0.0])
+        }),
+        (NotInEquilibrium, "sheet.pre_strain", |s| {
+            (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::TwoSides, [0.0, 0.01])
+        }),
+        (NotInEquilibrium, "sheet.pre_strain", |s| {
+            (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::FourCorners, [0.01, 0.01])
+        }),
+        (NotInEquilibrium, "yarn.draw", |s| (s.yarn.stochastic, s.sheet.pre_strain) = (true, [0.0, 0.01])),
+        (OutOfRange, "sheet.crimp", |s| (s.sheet.crimp, s.sheet.pre_strain) = ([0.0, 0.01], [0.0, 0.01])),
+        (OutOfRange, "sheet.crimp", |s| s.sheet.crimp = [0.0, 1.1]),
+        (OutOfRange, "sheet.pre_strain", |s| s.sheet.pre_strain = [0.0301, 0.0]),
+        (OutOfRange, "sheet.pre_strain", |s| (s.weft.critical_stretch, s.sheet.pre_strain) = (1.02, [0.01, 0.0201])),
+        (OutOfRange, "weft.critical_stretch", |s| s.weft.critical_stretch = 0.99),
+        (OutOfRange, "slack_toe", |s| (s.weft.critical_stretch, s.slack_toe) = (1.01, 0.02)),
+        (OutOfRange, "sheet.spacing_y", |s| s.sheet.spacing_y = 0.09 * s.sheet.spacing),
+        (ProjectileTooSmall, "projectile.radius", |s| {
+            (s.projectile.radius, s.sheet.spacing_y) = (1.0e-3, 1.01e-3);
+        }),
+        (DamageRateTooSmall, "weft.damage_intercept", |s| s.weft.modulus_mean = 100e9),
+    ];
+    for (code, field, change) in cases {
+        let mut scene = base();
+        scene.yarn.stochastic = false;
+        (scene.attachment.disc_inset, scene.attachment.disc_radius) = (0.0, 1e-4);
+        scene.projectile.position[2] = -7e-3;
+        change(&mut scene);
+        refused(&scene, code, field);
+    }
+    // A modulus that does not scatter, or only from yarn to yarn, pulls evenly.
+    for (sd, draw) in [(0.0, fabric::Draw::Segment), (2e9, fabric::Draw::Yarn)] {
+        let mut scene = base();
+        (scene.sheet.pre_strain, scene.yarn.modulus_sd, scene.yarn.draw) = ([0.01, 0.0], sd, draw);
+        Buffers::of(&scene).sim(&scene);
+    }
+}
+
 #[test]
 fn corner_discs_that_overlap_or_reach_the_projectile_are_refused() {
     // As on the paper's 3 in sheet: washers of 0.75 in radius, 1 in from the edges.

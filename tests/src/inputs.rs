@@ -76,6 +76,7 @@ const EDGE: f64 = 6.35e-3;
 const BASES: &[(&str, &[(&str, f64)])] = &[
     ("sphere", &[]),
     ("uniform", &[("yarn.stochastic", 0.0)]),
+    ("weft", &[("weft.modulus_mean", 100e9), ("weft.damage_intercept", 200.0)]),
     ("wide", &[("yarn.critical_stretch", 1.1)]),
     ("cylinder", &[("projectile.shape", 1.0), ("projectile.length", 0.0127)]),
     ("bullet", &[("projectile.shape", 2.0), ("projectile.length", 0.0127), ("projectile.position[2]", -0.02)]),
@@ -128,6 +129,7 @@ fn rows() -> Vec<Row> {
     let no_step = Refused(StepLimitUnusable, "time_step.seconds");
     let too_long = Refused(StepTooLarge, "time_step.seconds");
     let weak = Refused(DamageRateTooSmall, "yarn.damage_intercept");
+    let weak_weft = Refused(DamageRateTooSmall, "weft.damage_intercept");
     let own = |code| Refused(code, "");
     let not_positive = (To(0.0), own(NotPositive));
     let negative = (Below(0.0), own(OutOfRange));
@@ -155,6 +157,20 @@ fn rows() -> Vec<Row> {
         real("sphere", &["sheet.position[2]"], &[(About(-13.35e-3), Accepted), (About(-0.65e-3), overlap), rest], &[-7e-3, -1e-3, 1e-4]),
         real("sphere", &["sheet.orientation[0]"], &TURN, &[]),
         real("sphere", &["sheet.orientation[1]", "sheet.orientation[2]", "sheet.orientation[3]"], &turned, &[0.04, -0.05]),
+        // ---- Unlike directions, crimp and pre-tension.
+        real("sphere", &["sheet.spacing_y"], &[negative, (To(0.0), Accepted), (About(0.1 * h), own(OutOfRange)), (To(6.35e-3), Accepted), (To(10.0 * h), Refused(ProjectileTooSmall, "projectile.radius")), beyond], &[0.099 * PAPER_SPACING, 0.101 * PAPER_SPACING, 1e-3]),
+        real("sphere", &["sheet.yarn_area_y"], &[negative, (To(0.0), Accepted), (About(1e-315), no_step), (About(3e-6), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e-8, 1e-5]),
+        real("sphere", &["sheet.pre_strain[0]", "sheet.pre_strain[1]"], &[negative, (To(0.0), Accepted), (Below(1.03 - 1.0), Refused(NotInEquilibrium, "yarn.draw")), beyond], &[]),
+        real("uniform", &["sheet.pre_strain[0]", "sheet.pre_strain[1]"], &[negative, (Below(1.03 - 1.0), Accepted), beyond], &[]),
+        real("corners", &["sheet.pre_strain[0]", "sheet.pre_strain[1]"], &[negative, (To(0.0), Accepted), (Below(1.03 - 1.0), own(NotInEquilibrium)), beyond], &[]),
+        real("sphere", &["weft.modulus_mean"], &[negative, (To(0.0), Accepted), (End, weak_weft)], &[]),
+        real("weft", &["weft.modulus_mean"], &[negative, (To(0.0), Accepted), (About(1e-290), no_step), (About(3e12), Accepted), (About(1e290), too_long), (End, no_limit)], &[5e12]),
+        real("weft", &["weft.modulus_sd"], &[negative, (About(1e11), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e9, 1e20]),
+        real("weft", &["weft.damage_slope"], &[(About(-1e297), own(NotFinite)), (About(-1.97e-9), weak_weft), (About(1e297), Accepted), (End, own(NotFinite))], &[-2e-9, -1.9e-9]),
+        real("weft", &["weft.damage_intercept"], &[(Below(3.0), weak_weft), rest], &[]),
+        real("weft", &["weft.damage_sd"], &[negative, rest], &[]),
+        not_read("sphere", &["weft.modulus_sd", "weft.damage_slope", "weft.damage_intercept", "weft.damage_sd"]),
+        real("sphere", &["weft.critical_stretch"], &[negative, (To(0.0), Accepted), (To(1.0), own(OutOfRange)), (To(2.0), Accepted), beyond], &[]),
         // ---- Yarn. The mean damage rate, slope E + intercept, is at least 3.
         real("sphere", &["yarn.modulus_mean"], &[not_positive, (About(1.1143e11), weak), (About(3e12), Accepted), (About(1e290), too_long), (End, no_limit)], &[1.1e11, 1.2e11, 5e12]),
         real("sphere", &["yarn.modulus_sd"], &[negative, (About(1e11), Accepted), (About(1e290), too_long), (End, no_limit)], &[1e9, 1e20]),

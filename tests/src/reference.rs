@@ -73,12 +73,36 @@ pub fn segment_ends(scene: &Scene) -> Vec<[usize; 2]> {
     ends
 }
 
+/// Node spacings along x and y, m.
+pub fn spacings(scene: &Scene) -> [f64; 2] {
+    let sheet = &scene.sheet;
+    [sheet.spacing, if sheet.spacing_y == 0.0 { sheet.spacing } else { sheet.spacing_y }]
+}
+
+/// Sections of a yarn along x and y, all plies, m^2.
+pub fn areas(scene: &Scene) -> [f64; 2] {
+    let sheet = &scene.sheet;
+    let y = if sheet.yarn_area_y == 0.0 { sheet.yarn_area } else { sheet.yarn_area_y };
+    [sheet.yarn_area, y].map(|area| area * f64::from(sheet.plies))
+}
+
+/// Natural lengths of a segment along x and y, m.
+pub fn natural_lengths(scene: &Scene) -> [f64; 2] {
+    let (sheet, h) = (&scene.sheet, spacings(scene));
+    [0, 1].map(|k| h[k] * (1.0 + sheet.crimp[k]) / (1.0 + sheet.pre_strain[k]))
+}
+
+/// 0 for a horizontal segment, 1 for a vertical one, by its number.
+pub fn direction(scene: &Scene, number: usize) -> usize {
+    usize::from(number >= (scene.sheet.nodes_x as usize - 1) * scene.sheet.nodes_y as usize)
+}
+
 /// Rest positions, m.
 pub fn rest_positions(scene: &Scene) -> Vec<V3> {
     let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
     let middle = |n: usize| 0.5 * (n as f64 - 1.0);
-    let h = scene.sheet.spacing;
-    let place = |k: usize| [((k % nx) as f64 - middle(nx)) * h, ((k / nx) as f64 - middle(ny)) * h, 0.0];
+    let h = spacings(scene);
+    let place = |k: usize| [((k % nx) as f64 - middle(nx)) * h[0], ((k / nx) as f64 - middle(ny)) * h[1], 0.0];
     (0..nx * ny).map(place).collect()
 }
 
@@ -106,10 +130,11 @@ pub fn fixed_nodes(scene: &Scene) -> Vec<bool> {
 /// `alpha` and the moduli by segment number.
 pub fn forces(scene: &Scene, positions: &[V3], alpha: &[f64]) -> Vec<V3> {
     let mut forces = vec![[0.0; 3]; positions.len()];
-    let (area, h) = (scene.lumped_area(), scene.sheet.spacing);
+    let (areas, lengths) = (areas(scene), natural_lengths(scene));
     for (number, ends) in segment_ends(scene).iter().enumerate() {
         let along = sub(positions[ends[1]], positions[ends[0]]);
-        let stretch = length(along) / h;
+        let (area, natural) = (areas[direction(scene, number)], lengths[direction(scene, number)]);
+        let stretch = length(along) / natural;
         if stretch > 1.0 {
             let modulus = scene.draw_segment(number as u64).expect("drawn").modulus;
             let stress = alpha[number] * modulus * 0.5 * (stretch * stretch - 1.0);

@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use fabric::InstructionSet;
 use std::process::Command;
 
-const CASES: [&str; 2] = ["sweep", "run"];
+const CASES: [&str; 3] = ["sweep", "fabric", "run"];
 const SIZE: u32 = 105;
 /// Steps before the counted ones: enough for the sphere to be in contact.
 const BEFORE: u64 = 100;
@@ -62,7 +62,11 @@ fn collected(text: &str) -> Option<f64> {
 /// What runs under callgrind: one case for so many steps.
 pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
     let set = InstructionSet::ALL.into_iter().find(|known| known.name() == set).ok_or("unknown instruction set")?;
-    let mut case = if case == "run" { sheets::whole_run(SIZE) } else { sheets::sweep(SIZE) };
+    let mut case = match case {
+        "run" => sheets::whole_run(SIZE),
+        "fabric" => sheets::fabric(SIZE),
+        _ => sheets::sweep(SIZE),
+    };
     case.before = BEFORE;
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, _) = sheets::prepare(&case, &mut buffers)?;

@@ -70,6 +70,14 @@ pub fn sweep(size: u32) -> Case {
     Case { name: "sweep", scene, start: |sim| throw(sim, 20.0), before }
 }
 
+/// The hot pass of a sheet with unlike directions and crimp.
+pub fn fabric(size: u32) -> Case {
+    let mut case = sweep(size);
+    (case.name, case.scene.sheet.spacing_y) = ("fabric", 1.2 * case.scene.sheet.spacing);
+    case.scene.sheet.crimp = [0.001, 0.003];
+    case
+}
+
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
 pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
