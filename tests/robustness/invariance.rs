@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 4] {
+fn scenes() -> [Scene; 5] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -18,7 +18,10 @@ fn scenes() -> [Scene; 4] {
     let mut oblong = tilted_cylinder(17, 0.3, 500.0);
     (oblong.sheet.nodes_y, oblong.sheet.plies) = (29, 2);
     let softened = Scene { slack_toe: 0.02, ..small_sheet(21, 250.0) };
-    [small_sheet(21, 250.0), corners, oblong, softened]
+    let mut viscous = small_sheet(21, 250.0);
+    let yarn = &mut viscous.yarn;
+    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    [small_sheet(21, 250.0), corners, oblong, softened, viscous]
 }
 
 /// Digest of a plain run.

@@ -64,6 +64,7 @@ prop_compose! {
         seed in any::<u64>(),
         fraction in near(0.4),
         toe in prop_oneof![3 => Just(0.0), 1 => near(0.02)],
+        viscosity in prop_oneof![3 => Just((0.0, 0.0, 0.0)), 1 => (near(0.06), near(1.5), near(0.06))],
         weft in prop_oneof![2 => Just(None), 1 => weft().prop_map(Some)],
     ) -> Scene {
         let mut scene = small_sheet(5, 0.0);
@@ -98,6 +99,8 @@ prop_compose! {
         (scene.contact_capacity, scene.seed) = (capacity, seed);
         scene.time_step = TimeStep::fraction(fraction);
         scene.slack_toe = toe;
+        let yarn = &mut scene.yarn;
+        (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = viscosity;
         if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
             (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);

@@ -231,6 +231,7 @@ fn rows() -> Vec<Row> {
         real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
         real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
         real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("theta", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
     ];
     // What is good or bad by itself.
     for field in FIELDS {
