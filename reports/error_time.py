@@ -114,6 +114,12 @@ def overshoot_breaking(folder, rows):
     return table(rows, columns)
 
 
+def viscosity(folder, rows):
+    columns = [("case", "case", None), ("viscosity", "viscosity", None), ("runs", "runs", 0), ("absorbed J", "absorbed J", 2), ("deviation %", "absorbed J: deviation %", 1)]
+    columns += same(["velocity m/s"], 1) + same(["peak N"], 0) + same(["failed %", "taken by viscosity %", "residual %"], 2)
+    return table(rows, columns)
+
+
 def pointwise(folder, rows):
     distances = ["V0 by 1e-12: largest so far (h)", "mirrored: largest so far (h)", "root mean square now (h)", "velocity so far, of V0", "work so far, of KE0"]
     return table(rows, [("case", "case", None), ("step", "step", 0), ("time us", "time us", 1), ("slack segments %", "slack segments %", 0), *same(distances, "e1")])
@@ -242,6 +248,7 @@ def coupling(folder, rows):
 PARTS = {
     "smooth": ("Smooth phase", smooth),
     "overshoot_strain": ("Overshoot: strains of a strip struck across its middle", overshoot_strain),
+    "viscosity": ("Viscosity in whole impacts", viscosity),
     "overshoot_breaking": ("Overshoot: velocities that break the strip", overshoot_breaking),
     "pointwise": ("Point by point before the first failure", pointwise),
     "quarter": ("Quarter against whole sheet, before the first failure", quarter),

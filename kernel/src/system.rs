@@ -7,7 +7,7 @@ use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
-use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, YARN_PLANES};
+use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, YARN_PLANES};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows;
@@ -254,6 +254,8 @@ impl System<'_> {
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
+        // Rows at rest have none until they are swept, and contact reads them.
+        self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {

@@ -55,7 +55,7 @@ fn a_poisoned_state_is_refused() {
     let (mut tried, mut refused) = (0, 0);
     let mut taken = Vec::new();
     for (name, scene, steps) in
-        [("stochastic", stochastic, 60), ("toe", toe, 400), ("viscous", viscous, 400), ("theta", theta, 60)]
+        [("stochastic", stochastic, 60), ("toe", toe, 400), ("viscous", viscous, 60), ("theta", theta, 60)]
     {
         let mut memory = Buffers::of(&scene);
         let mut sim = memory.sim(&scene);

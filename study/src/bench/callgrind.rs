@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use fabric::InstructionSet;
 use std::process::Command;
 
-const CASES: [&str; 3] = ["sweep", "fabric", "run"];
+const CASES: [&str; 4] = ["sweep", "fabric", "viscous", "run"];
 const SIZE: u32 = 105;
 /// Steps before the counted ones: enough for the sphere to be in contact.
 const BEFORE: u64 = 100;
@@ -65,6 +65,7 @@ pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
     let mut case = match case {
         "run" => sheets::whole_run(SIZE),
         "fabric" => sheets::fabric(SIZE),
+        "viscous" => sheets::viscous(SIZE),
         _ => sheets::sweep(SIZE),
     };
     case.before = BEFORE;

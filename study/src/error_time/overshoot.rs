@@ -40,13 +40,27 @@ const SPEEDS: [f64; 3] = [100.0, 400.0, 800.0];
 /// Where the search for a breaking velocity starts, and its stride, in parts of the closed form's.
 const SEARCH: (f64, f64) = (0.5, 0.01);
 /// Viscosities compared: linear, quadratic, bending. The second is the usual one of explicit codes, which acts along the yarn alone.
-const VISCOSITIES: [[f64; 3]; 3] = [[0.0; 3], [0.06, 1.5, 0.0], VISCOUS];
+pub const VISCOSITIES: [[f64; 3]; 3] = [[0.0; 3], [0.06, 1.5, 0.0], VISCOUS];
 /// Viscosity proposed for real fabrics.
 const VISCOUS: [f64; 3] = [0.06, 1.5, 0.06];
 /// With it and the thick cylinder: allowed error of the velocity that breaks the strip, and of the largest strain at [`PICTURE`].
 const GOALS: [f64; 2] = [0.05, 0.03];
 /// Velocity of the picture, m/s.
 const PICTURE: f64 = 400.0;
+
+/// The scene with this viscosity.
+pub fn with_viscosity(mut scene: Scene, viscosity: [f64; 3]) -> Scene {
+    [scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic, scene.yarn.viscosity_bending] = viscosity;
+    scene
+}
+
+/// A viscosity in tables.
+pub fn viscosity_name(viscosity: [f64; 3]) -> String {
+    match viscosity {
+        [0.0, 0.0, 0.0] => "none".to_string(),
+        [linear, quadratic, bending] => format!("{linear}, {quadratic}, {bending}"),
+    }
+}
 
 /// A strip and its cylinder.
 #[derive(Clone, Copy)]
@@ -72,7 +86,7 @@ impl Strip {
         scene.sheet.node_mass *= self.mass / refinement;
         scene.attachment.kind = AttachmentKind::TwoSides;
         scene.yarn.stochastic = false;
-        [scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic, scene.yarn.viscosity_bending] = self.viscosity;
+        scene = with_viscosity(scene, self.viscosity);
         let body = &mut scene.projectile;
         (body.shape, body.radius) = (Shape::Cylinder, self.radius);
         body.position = [0.0, 0.0, -self.radius];
@@ -85,11 +99,11 @@ impl Strip {
     }
 
     fn cells(&self) -> Vec<Cell> {
-        let viscosity = match self.viscosity {
-            [0.0, 0.0, 0.0] => "none".to_string(),
-            [linear, quadratic, bending] => format!("{linear}, {quadratic}, {bending}"),
-        };
-        vec![Cell::Text(viscosity), Cell::Number(1e3 * self.radius), Cell::Number(f64::from(self.refinement))]
+        vec![
+            Cell::Text(viscosity_name(self.viscosity)),
+            Cell::Number(1e3 * self.radius),
+            Cell::Number(f64::from(self.refinement)),
+        ]
     }
 }
 
