@@ -325,6 +325,14 @@ typedef struct fk_scene_yarn {
     // What gets a draw of its own. Read for stochastic yarn only. One of FK_DRAW_SEGMENT and FK_DRAW_YARN. Default
     // FK_DRAW_SEGMENT.
     uint64_t draw;
+    // Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity
+    // Verlet only. 0 to 1. Default 0.
+    double viscosity_linear;
+    // Likewise, quadratic in the rate and only while the yarn is stretched. 0 to 10. Default 0.
+    double viscosity_quadratic;
+    // Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none.
+    // Velocity Verlet only. 0 to 0.2. Default 0.
+    double viscosity_bending;
 } fk_scene_yarn;
 
 // The yarn along y, where it is unlike that along x: a part of fk_scene.
@@ -619,6 +627,8 @@ typedef struct fk_energy {
     double strain;
     // Energy dissipated by rupture, J.
     double dissipated;
+    // Energy that the viscosity of the yarn has taken, J.
+    double viscous;
     // Kinetic energy lost in impacts of nodes on the projectile, J.
     double contact_loss;
     // Work of the projectile on the fabric: the energy absorbed, J.
