@@ -91,13 +91,20 @@ pub extern "C" fn fk_status_name(status: i32) -> *const c_char {
 pub unsafe extern "C" fn fk_scene_fill(mut scene: Output<fk_scene>, struct_size: u64, preset: u32) -> i32 {
     let mut fill = || {
         let part = Part::of(&mut scene, struct_size)?;
-        let (mut preset, mut scene) = (scene_of(preset), fk_scene::EMPTY);
-        scene.fill(preset.as_mut().map_err(|error| *error)?);
-        scene.words[0] = struct_size;
-        part.put(&scene);
+        let mut preset = scene_of(preset);
+        put_scene(part, preset.as_mut().map_err(|error| *error)?, struct_size);
         Ok(())
     };
     status(fill())
+}
+
+/// Writes a scene. Not inlined: the structure must not add to the stack of making the scene.
+#[inline(never)]
+fn put_scene(part: Part<'_, fk_scene>, scene: &mut Scene, struct_size: u64) {
+    let mut structure = fk_scene::EMPTY;
+    structure.fill(scene);
+    structure.words[0] = struct_size;
+    part.put(&structure);
 }
 
 /// The scene of a preset. Not inlined: it must not add to the stack of what is done with it.
@@ -118,7 +125,7 @@ fn scene_of(preset: u32) -> Result<Scene, Error> {
 /// constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 /// FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 /// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING.
+/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>, fault_size: u64) -> i32 {
     let check = || {

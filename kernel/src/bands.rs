@@ -281,7 +281,6 @@ impl Plan {
         if system.layout.viscous && found.is_ok() {
             viscosity::find_pushes(system, rows);
         }
-        let (terms, track_support) = (step::terms(system), system.scene.track_support);
         let marked = system.layout.toe && system.failed_segments > 0;
         let Blocks { hot, history, yarn, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
         let memory = Pointers {
@@ -295,6 +294,8 @@ impl Plan {
             runs: runs.as_ptr(),
             scratch,
         };
+        let track_support = system.scene.track_support;
+        let terms = step::terms(system);
         let plan = Plan { end, second_half, failed_before, found, rows, terms, marked, track_support, memory };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.

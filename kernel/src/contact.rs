@@ -133,7 +133,7 @@ impl Found {
 /// The body as the search for candidates sees it.
 pub struct Search<'s> {
     solid: &'s Solid,
-    body: Body,
+    body: &'s Body,
     /// Half extents of the box about the body and the margin, m.
     half: [f64; 3],
     /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
@@ -144,11 +144,11 @@ pub struct Search<'s> {
 
 impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
-    pub fn new(solid: &'s Solid, body: &Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
+    pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
         // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
         let reach = (solid.reach() + margin) * (1.0 + 1e-9);
-        Search { solid, body: *body, half, reach2: reach * reach, margin, instructions }
+        Search { solid, body, half, reach2: reach * reach, margin, instructions }
     }
 
     /// Whether any of the y values from `low` to `high`, m, lies in the body's box.
@@ -380,7 +380,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
     let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
-    let rise = system.model.directions.vertical.rest.spacing;
+    let rise = system.directions.vertical.rest.spacing;
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);

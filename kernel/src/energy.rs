@@ -132,7 +132,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
                 if let Some(segment) = system.segment(axis, i, j) {
                     let (stored, lost) = segment_energy(system, &segment);
                     let weight = system.layout.segment_weight(axis, i, j);
-                    let direction = system.model.directions.of(axis);
+                    let direction = system.directions.along(axis);
                     row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
                     row_dissipated += weight * (lost * direction.volume);
                 }
@@ -148,7 +148,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
 fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
-    let (direction, toe) = (system.model.directions.of(segment.axis), &system.model.toe);
+    let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
     let law = &direction.law;
     let marked = segment.alpha_when_marked();
     let stored = |stiffness: f64, q: f64| {
@@ -423,7 +423,7 @@ mod tests {
         };
         with_sim(&scene, |sim| {
             let model = &sim.system.model;
-            let direction = &model.directions.horizontal;
+            let direction = &sim.system.directions.horizontal;
             let (mut fresh, mut torn) = (0, 0);
             // Largest stretch when the segment got its toe, if it has one; largest stretch stored; stretches of the two states.
             for marked in [None, Some(1.0), Some(1.032)] {

@@ -684,7 +684,8 @@ pub fn fingerprint_words(scene: &Scene, dt: f64, take: &mut impl FnMut(u64)) {
             Image::LaterWhereRead => (0..read).for_each(|element| take(field.word(&mut copy, element))),
             Image::Later(_) if FIELDS.iter().take(k).any(|other| shares(&other)) => {} // shown with the first
             Image::Later(tag) if field.is_real() => {
-                if (0..read).any(|element| field.value_of(field.word(&mut copy, element)) != 0.0) {
+                let used = (0..read).any(|element| field.value_of(field.word(&mut copy, element)) != 0.0);
+                if used {
                     take(tag);
                     (0..read).for_each(|element| take(field.word(&mut copy, element)));
                 }

@@ -299,8 +299,8 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     #[cfg(target_arch = "x86_64")]
     if set.available() {
         return match set {
-            InstructionSet::Scalar => job.run::<[f64; 2]>(),
-            InstructionSet::Sse2 => job.run::<core::arch::x86_64::__m128d>(),
+            InstructionSet::Scalar => run::<[f64; 2], J>(job),
+            InstructionSet::Sse2 => run::<core::arch::x86_64::__m128d, J>(job),
             // SAFETY: available() has just found the instructions on this machine.
             InstructionSet::Avx2 => unsafe { x86::avx2(job) },
             // SAFETY: as above.
@@ -308,7 +308,13 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
         };
     }
     let _ = set;
-    job.run::<[f64; 2]>()
+    run::<[f64; 2], J>(job)
+}
+
+/// Does a job with lanes that every machine of the target has. Not inlined: the stack of one kind must not add to that of another.
+#[inline(never)]
+fn run<L: Lane, J: Job>(job: J) -> J::Output {
+    job.run::<L>()
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -38,7 +38,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             row,
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
-            directions: &system.model.directions,
+            directions: &system.directions,
             from,
         },
     )
@@ -48,7 +48,7 @@ fn mark_if_slack(system: &mut System<'_>, axis: Axis, i: usize, j: usize) {
     let Some(segment) = system.segment(axis, i, j).filter(|s| s.alpha_when_marked().is_none() && s.is_slack()) else {
         return;
     };
-    let alpha = system.model.directions.of(axis).law.alpha(segment.damage_rate, segment.history);
+    let alpha = system.directions.along(axis).law.alpha(segment.damage_rate, segment.history);
     let row = planes::row_mut(system.blocks.marks, system.layout.chunks, j);
     if let Some(slot) = planes::get_mut(row, axis as usize, i) {
         *slot = alpha - 1.0;

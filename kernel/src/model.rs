@@ -1,6 +1,5 @@
 //! Constants derived from a scene once, and the checks of a motion against them.
 
-use crate::direction::{Direction, Directions};
 use crate::error::{Code, Error};
 use crate::math;
 use crate::path::{self, Track};
@@ -10,7 +9,6 @@ use crate::projectile::{Inertia, Motion};
 use crate::scene::{Drive, Scene, StepLimits};
 use crate::shape::Solid;
 use crate::toe::Toe;
-use crate::yarn::{Rest, Viscosity};
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
 /// [`crate::yarn::LOST`]).
@@ -24,13 +22,8 @@ pub(crate) struct Model {
     pub pose: Pose,
     pub solid: Solid,
     pub inertia: Inertia,
-    pub directions: Directions,
-    /// [`Directions::are_plain`].
-    pub plain: bool,
     /// Toe of segments that have been slack.
     pub toe: Toe,
-    /// Viscosity of the yarns along x and along y.
-    pub viscosity: [Viscosity; 2],
     /// Mass of a node, all plies, kg.
     pub node_mass: f64,
     /// h/dt, m/s.
@@ -53,10 +46,7 @@ impl Model {
         pose: Pose::IDENTITY,
         solid: Solid::NOTHING,
         inertia: Inertia::NOTHING,
-        directions: Directions::NOTHING,
-        plain: true,
         toe: Toe::NONE,
-        viscosity: [Viscosity::NONE; 2],
         node_mass: 0.0,
         unit_speed: 0.0,
         unit_impulse: 0.0,
@@ -66,8 +56,15 @@ impl Model {
     };
 
     /// Derives the constants, where they are: a copy would take a kilobyte of stack.
+    #[inline(always)] // One after the other: their stacks must not add up.
     pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits) {
         self.solid.set(&scene.projectile);
+        self.derive_constants(scene, limits);
+    }
+
+    /// All constants but the solid.
+    #[inline(never)]
+    fn derive_constants(&mut self, scene: &Scene, limits: StepLimits) {
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let window = math::round(scene.force_window / dt);
@@ -75,21 +72,12 @@ impl Model {
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
-        self.directions = Directions {
-            horizontal: direction(scene, Axis::Horizontal, dt),
-            vertical: direction(scene, Axis::Vertical, dt),
-        };
-        self.plain = self.directions.are_plain();
         self.toe = Toe::of(scene.slack_toe);
-        self.viscosity = [Axis::Horizontal, Axis::Vertical].map(|axis| {
-            let direction = self.directions.of(axis);
-            Viscosity::of(scene.viscosity(), direction.stiffness, direction.critical)
-        });
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
         self.unit_impulse = node_mass * h / dt;
         self.unit_energy = node_mass * (h / dt) * (h / dt);
-        self.segment_volume = scene.lumped_area() * (h * self.directions.horizontal.rest.length);
+        self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));
         self.window_steps = if window >= 1.0 { window as u64 } else { 1 };
     }
 
@@ -100,11 +88,6 @@ impl Model {
         self.unit_speed /= factor;
         self.unit_impulse /= factor;
         self.unit_energy /= factor * factor;
-        for direction in [&mut self.directions.horizontal, &mut self.directions.vertical] {
-            direction.modulus_per_stiffness /= factor * factor;
-            direction.stiffness *= factor * factor;
-        }
-        self.viscosity = self.viscosity.map(|viscosity| viscosity.of_pass(factor));
     }
 
     /// Rounding aside, a node deeper than a billionth of the spacing is inside.
@@ -179,25 +162,6 @@ impl Model {
             return Err(Error::new(Code::OutOfRange, "path.angular_velocity", rate, 0.0));
         }
         Ok(())
-    }
-}
-
-/// Constants of the segments of one direction for passes of dt, s.
-fn direction(scene: &Scene, axis: Axis, dt: f64) -> Direction {
-    let h = scene.sheet.spacing;
-    let rest_of = |axis: Axis| Rest::of(scene.spacing(axis) / h, scene.rest_stretch(axis));
-    let volume_of = |axis: Axis| scene.yarn_area(axis) * rest_of(axis).length;
-    let (rest, law, mean) = (rest_of(axis), scene.damage_law(axis), scene.mean_segment(axis));
-    // kk = E A_0 dt^2 / (2 m h l); plies cancel.
-    let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * (h * rest.length) / (scene.yarn_area(axis) * dt * dt);
-    Direction {
-        rest,
-        law,
-        critical: law.critical_twice_strain(),
-        stiffness: mean.modulus / modulus_per_stiffness,
-        damage_rate: mean.damage_rate,
-        modulus_per_stiffness,
-        volume: volume_of(axis) / volume_of(Axis::Horizontal),
     }
 }
 

@@ -17,8 +17,6 @@ use crate::toe::Toe;
 pub(crate) struct Terms {
     pub layout: Layout,
     pub directions: Directions,
-    /// [`Directions::are_plain`].
-    pub plain: bool,
     /// The toe of marked segments.
     pub toe: Toe,
     pub instructions: InstructionSet,
@@ -31,7 +29,6 @@ impl Terms {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
             directions: &self.directions,
-            plain: self.plain,
             toe: self.toe,
             instructions: self.instructions,
         }
@@ -259,8 +256,8 @@ mod tests {
             let layout = Layout::of(&scene).unwrap();
             let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
             let mut sim = Sim::new(&scene, &mut memory).unwrap();
-            assert!(sim.system.model.plain);
-            sim.system.model.plain = plain;
+            assert!(sim.system.directions.plain);
+            sim.system.directions.plain = plain;
             sim.advance(3000).unwrap();
             assert!(sim.counters().failed_segments > 10);
             sim.digest()

@@ -173,6 +173,7 @@ impl<'a> Sim<'a> {
         sim.system.scene = *scene;
         sim.system.layout = layout;
         sim.system.model.derive(scene, limits);
+        sim.system.directions.derive(scene, limits.dt);
         sim.system.state = State::at_start(body);
         sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;
@@ -570,7 +571,7 @@ impl<'a> Sim<'a> {
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
             let largest = math::max(q, segment.history);
-            sim.system.model.directions.of(segment.axis).law.alpha(segment.damage_rate, largest)
+            sim.system.directions.along(segment.axis).law.alpha(segment.damage_rate, largest)
         })
     }
 

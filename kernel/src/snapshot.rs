@@ -282,7 +282,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                 if !exists {
                     continue;
                 }
-                let critical = system.model.directions.of(axis).critical;
+                let critical = system.directions.along(axis).critical;
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
                 sound &= (q == 0.0) | (q == FAILED) | ((q > critical) & (q <= largest));
@@ -585,7 +585,7 @@ mod tests {
         let mut sim = Sim::new(&scene, &mut memory).unwrap();
         let mut image = std::vec![0; sim.snapshot_bytes()];
         sim.save(&mut image).unwrap();
-        let (critical, first) = (sim.system.model.directions.horizontal.critical, sim.digest());
+        let (critical, first) = (sim.system.directions.horizontal.critical, sim.digest());
         let mut check = |at: usize, word: u64, sound: bool| {
             let forged = forged(&image, at, word);
             let found = sim.load(&forged);

@@ -148,7 +148,7 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
     for (axis, columns, rows) in [(Axis::Horizontal, across, ny), (Axis::Vertical, nx, up)] {
-        let critical = system.model.directions.of(axis).critical;
+        let critical = system.directions.along(axis).critical;
         for j in 0..rows {
             let history = planes::row_mut(system.blocks.history, chunks, j);
             for i in 0..columns {

@@ -209,8 +209,7 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 pub(crate) fn terms(system: &System<'_>) -> Terms {
     Terms {
         layout: system.layout,
-        directions: system.model.directions,
-        plain: system.model.plain,
+        directions: system.directions,
         toe: system.model.toe,
         instructions: system.instructions,
     }

@@ -43,7 +43,7 @@ impl YarnRow<'_> {
     pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
         match self {
             YarnRow::Uniform(directions) => {
-                let direction = directions.of(axis);
+                let direction = directions.along(axis);
                 (direction.stiffness, direction.damage_rate)
             }
             YarnRow::Stochastic(row) => {
@@ -63,8 +63,6 @@ pub struct Pass<'a> {
     pub verticals: usize,
     /// What the segments of a direction have in common.
     pub directions: &'a Directions,
-    /// [`Directions::are_plain`].
-    pub plain: bool,
     /// The toe of marked segments.
     pub toe: Toe,
     /// Instruction set; changes the speed, not the bits.
@@ -83,8 +81,8 @@ fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
 }
 
-/// One row of the pass: [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::are_plain`]; TOE: whether there are marks.
-struct RowJob<'a, const PLAIN: bool, const TOE: bool> {
+/// What [`Pass::row`] works on.
+struct Row<'a> {
     pass: &'a Pass<'a>,
     row: &'a mut [Chunk<HOT_PLANES>],
     history: &'a mut [Chunk<HISTORY_PLANES>],
@@ -93,6 +91,9 @@ struct RowJob<'a, const PLAIN: bool, const TOE: bool> {
     yarn: YarnRow<'a>,
     marks: &'a [Chunk<MARK_PLANES>],
 }
+
+/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`]; TOE: whether there are marks.
+struct RowJob<'a, const PLAIN: bool, const TOE: bool>(Row<'a>);
 
 /// Marks of no toe.
 const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
@@ -113,21 +114,13 @@ impl Pass<'_> {
         yarn: YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
-        let pass = self;
         let set = self.instructions;
-        match (self.plain, marks.is_empty()) {
-            (true, true) => {
-                lanes::dispatch(set, RowJob::<true, false> { pass, row, history, above, carry, yarn, marks })
-            }
-            (true, false) => {
-                lanes::dispatch(set, RowJob::<true, true> { pass, row, history, above, carry, yarn, marks })
-            }
-            (false, true) => {
-                lanes::dispatch(set, RowJob::<false, false> { pass, row, history, above, carry, yarn, marks })
-            }
-            (false, false) => {
-                lanes::dispatch(set, RowJob::<false, true> { pass, row, history, above, carry, yarn, marks })
-            }
+        let job = Row { pass: self, row, history, above, carry, yarn, marks };
+        match (self.directions.plain, marks.is_empty()) {
+            (true, true) => lanes::dispatch(set, RowJob::<true, false>(job)),
+            (true, false) => lanes::dispatch(set, RowJob::<true, true>(job)),
+            (false, true) => lanes::dispatch(set, RowJob::<false, false>(job)),
+            (false, false) => lanes::dispatch(set, RowJob::<false, true>(job)),
         }
     }
 
@@ -206,7 +199,7 @@ impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let RowJob { pass, row, history, above, carry, yarn, marks } = self;
+        let Row { pass, row, history, above, carry, yarn, marks } = self.0;
         let mut cold = Cold {
             pass,
             yarn,
@@ -215,7 +208,7 @@ impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
             report: Report::default(),
         };
         let zero = L::splat(0.0);
-        let Directions { horizontal, vertical } = pass.directions;
+        let Directions { horizontal, vertical, .. } = pass.directions;
         let limits = [L::splat(horizontal.critical), L::splat(vertical.critical)];
         let mut along = Along::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
@@ -305,7 +298,7 @@ impl<L: Lane> Along<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let Directions { horizontal, vertical } = cold.pass.directions;
+        let Directions { horizontal, vertical, .. } = cold.pass.directions;
         let (rest_h, rest_v) = (&horizontal.rest, &vertical.rest);
         let (q_v, q_h) = if PLAIN {
             (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))
@@ -442,7 +435,7 @@ impl Pass<'_> {
         if !usable {
             return Report::LOST;
         }
-        let law = &self.directions.of(axis).law;
+        let law = &self.directions.along(axis).law;
         if !law.is_damaging(q, *history) {
             return Report::default();
         }

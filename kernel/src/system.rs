@@ -2,6 +2,7 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
+use crate::direction::Directions;
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
@@ -23,6 +24,7 @@ pub(crate) struct System<'a> {
     pub scene: Scene,
     pub layout: Layout,
     pub model: Model,
+    pub directions: Directions,
     pub state: State,
     pub blocks: Blocks<'a>,
     pub failed_segments: u64,
@@ -39,6 +41,7 @@ impl<'a> System<'a> {
         scene: Scene::sheet_3in_sphere(),
         layout: Layout::NOTHING,
         model: Model::NOTHING,
+        directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
         blocks: Blocks::nothing(),
         failed_segments: 0,
@@ -102,7 +105,7 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
-        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.model.directions.vertical.rest.spacing;
+        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
         [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
     }
 
@@ -155,7 +158,7 @@ impl System<'_> {
         let (undamaged, damage_rate) = self.yarn_row(j).constants(axis, i);
         Some(SegmentView {
             axis,
-            rest: self.model.directions.of(axis).rest,
+            rest: self.directions.along(axis).rest,
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
@@ -171,7 +174,7 @@ impl System<'_> {
         if self.layout.stochastic {
             YarnRow::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
         } else {
-            YarnRow::Uniform(&self.model.directions)
+            YarnRow::Uniform(&self.directions)
         }
     }
 
@@ -182,7 +185,7 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let law = &self.model.directions.of(axis).law;
+            let law = &self.directions.along(axis).law;
             let stiffness = if law.is_damaging(q, segment.history) {
                 law.alpha(segment.damage_rate, q) * segment.undamaged
             } else {
@@ -221,7 +224,7 @@ impl System<'_> {
                 let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
                 for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
-                    let direction = self.model.directions.of(axis);
+                    let direction = self.directions.along(axis);
                     let segment = self.scene.draw_segment(number)?;
                     if let Some(slot) = planes::get_mut(row, axis as usize, i) {
                         *slot = segment.modulus / direction.modulus_per_stiffness;
@@ -271,7 +274,7 @@ impl System<'_> {
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (directions, chunks) = (&self.model.directions, self.layout.chunks);
+        let (directions, chunks) = (&self.directions, self.layout.chunks);
         let [h, v] = [&directions.horizontal, &directions.vertical];
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
@@ -373,6 +376,7 @@ impl System<'_> {
             return;
         }
         self.model.use_half_steps(halves);
+        self.directions.use_half_steps(halves);
         let factor = if halves { 0.25 } else { 4.0 };
         for chunk in self.blocks.hot.iter_mut() {
             chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
@@ -387,7 +391,7 @@ impl System<'_> {
         let ny = self.layout.nodes_y;
         let [first, end] = self.awake;
         // Where there is pre-tension the supports feel rows at rest, too.
-        if !self.skip_rest || self.model.directions.are_tense() {
+        if !self.skip_rest || self.directions.are_tense() {
             [0, ny]
         } else if first == end {
             [0, 0]

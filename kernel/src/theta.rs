@@ -167,7 +167,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let chunks = system.layout.chunks;
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let directions = &system.model.directions;
+    let directions = &system.directions;
     let uniform = YarnRow::Uniform(directions);
     let Blocks { hot, history, yarn, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
@@ -184,7 +184,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
         let yarn = if system.layout.stochastic { YarnRow::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
         let stiffness = |axis: Axis, i: usize, q: f64| {
-            let law = &directions.of(axis).law;
+            let law = &directions.along(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
                 let (undamaged, damage_rate) = yarn.constants(axis, i);
                 law.alpha(damage_rate, q) * undamaged
@@ -267,7 +267,7 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                let law = &system.model.directions.of(axis).law;
+                let law = &system.directions.along(axis).law;
                 if !law.is_damaging(q, segment.history) {
                     continue;
                 }

@@ -10,6 +10,7 @@
 //! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
+use crate::direction::Directions;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
 use crate::rows::place_image_column;
@@ -17,7 +18,7 @@ use crate::sweep::node_sum;
 use crate::symmetry::Line;
 use crate::system::System;
 use crate::toe::Toe;
-use crate::yarn::{self, Rest, Viscosity};
+use crate::yarn;
 
 // First planes of the work row, three each but the first: what the row below hands on ...
 const TENSION: usize = 0;
@@ -34,13 +35,7 @@ const OWN_MOMENT: usize = 19;
 pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (layout, chunks) = (system.layout, system.layout.chunks);
     let marked = layout.toe && system.failed_segments > 0;
-    let (directions, viscosity) = (&system.model.directions, system.model.viscosity);
-    let terms = Terms {
-        rests: [Axis::Horizontal, Axis::Vertical].map(|axis| directions.of(axis).rest),
-        viscosity,
-        toe: system.model.toe,
-    };
-    let blocks = &mut system.blocks;
+    let System { directions, model, blocks, instructions, .. } = system;
     if layout.x.mirrored {
         (first..end).for_each(|j| place_image_motion(planes::row_mut(blocks.hot, chunks, j), layout.x));
     }
@@ -52,13 +47,13 @@ pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
         let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
         let here = planes::row_mut(here, chunks, 0);
         lanes::dispatch(
-            system.instructions,
-            FirstLoop { terms: &terms, row, above, marks, work: blocks.viscous, below },
+            *instructions,
+            FirstLoop { directions, toe: &model.toe, row, above, marks, work: blocks.viscous, below },
         );
         if layout.x.mirrored {
             place_image_moment(blocks.viscous, layout.x);
         }
-        lanes::dispatch(system.instructions, SecondLoop { work: blocks.viscous, here });
+        lanes::dispatch(*instructions, SecondLoop { work: blocks.viscous, here });
         // Places without a node: an image moves with its node.
         for place in layout.nodes_x..chunks * CHUNK {
             (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
@@ -101,7 +96,7 @@ fn acting(system: &System<'_>, axis: Axis, i: usize, j: usize) -> Option<Acting>
         segment.stiffness
     };
     let own = (axis.own_axes(segment.d), axis.own_axes(rate));
-    let viscosity = &system.model.viscosity[axis as usize];
+    let viscosity = &system.directions.along(axis).viscosity;
     let viscous = viscosity.stress(stiffness, q, segment.rest.twice_strain_rate(own.0, own.1));
     let pull = axis.own_axes(segment.rest.force(viscous, own.0));
     Some(Acting { rate, tension: yarn::stress(stiffness, q), pull })
@@ -115,7 +110,7 @@ fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
         Axis::Vertical => node_j.checked_sub(1).and_then(|j| acting(system, axis, node_i, j)),
     };
     let (Some(before), Some(behind)) = (before, acting(system, axis, node_i, node_j)) else { return [0.0; 3] };
-    let bending = system.model.viscosity[axis as usize].bending(before.tension, behind.tension);
+    let bending = system.directions.along(axis).viscosity.bending(before.tension, behind.tension);
     let [x, y, z] = [0, 1, 2].map(|k| (behind.rate[k] - before.rate[k]) * bending);
     [if turn_x { -x } else { x }, if turn_y { -y } else { y }, z]
 }
@@ -129,16 +124,10 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
     [0, 1, 2].map(|k| segment.pull[k] + (here[k] - there[k]))
 }
 
-/// Constants of both directions, the horizontal one first.
-struct Terms {
-    rests: [Rest; 2],
-    viscosity: [Viscosity; 2],
-    toe: Toe,
-}
-
 /// What the segments that start in a row do, the moments of its nodes, and the vertical part of the changes of the row below.
 struct FirstLoop<'a> {
-    terms: &'a Terms,
+    directions: &'a Directions,
+    toe: &'a Toe,
     row: &'a [Chunk<HOT_PLANES>],
     /// The row above; empty for the top row.
     above: &'a [Chunk<HOT_PLANES>],
@@ -163,9 +152,9 @@ impl Job for FirstLoop<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let FirstLoop { terms, row, above, marks, work, below } = self;
-        let [rest_h, rest_v] = &terms.rests;
-        let [viscosity_h, viscosity_v] = &terms.viscosity;
+        let FirstLoop { directions, toe, row, above, marks, work, below } = self;
+        let (rest_h, rest_v) = (&directions.horizontal.rest, &directions.vertical.rest);
+        let (viscosity_h, viscosity_v) = (&directions.horizontal.viscosity, &directions.vertical.viscosity);
         let zero = L::splat(0.0);
         let (mut left_tension, mut left_rate) = (zero, [zero; 3]);
         for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
@@ -179,8 +168,8 @@ impl Job for FirstLoop<'_> {
                 let (d_v, rate_v): ([L; 3], [L; 3]) = (upwards(chunk, above, 0, g), upwards(chunk, above, 3, g));
                 let q_v = rest_v.twice_strain(vertical_axes(d_v));
                 if let Some([mark_h, mark_v]) = marks.get(c) {
-                    kh = kh.mul(terms.toe.factor(q, L::load(&L::groups(mark_h)[g])));
-                    kv = kv.mul(terms.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+                    kh = kh.mul(toe.factor(q, L::load(&L::groups(mark_h)[g])));
+                    kv = kv.mul(toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
                 }
 
                 let tension = yarn::stress(kh, q);

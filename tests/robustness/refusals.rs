@@ -110,7 +110,8 @@ fn a_turning_cylinder_counts_its_reach_and_its_turn() {
 #[test]
 fn fabrics_that_cannot_be_are_refused() {
     use fabric::Code::{DamageRateTooSmall, NotInEquilibrium, OutOfRange, ProjectileTooSmall};
-    let cases: [(Code, &str, fn(&mut Scene)); 13] = [
+    type Refusal = (Code, &'static str, fn(&mut Scene));
+    let cases: [Refusal; 13] = [
         (NotInEquilibrium, "sheet.pre_strain", |s| {
             (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::Free, [0.01, 0.0])
         }),

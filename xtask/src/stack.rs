@@ -45,10 +45,11 @@ const POINTERS: [(&str, &[&str]); 4] = [
 ];
 
 /// Who calls through the table of parameters: starts of names.
-const LOOPS: [&str; 4] = [
+const LOOPS: [&str; 5] = [
     "fabric::fields::check",
     "fabric::fields::fingerprint_words",
     "fabric_capi::sizes::read_scene",
+    "fabric_capi::calls::put_scene",
     "<fabric::fields::Field>::word",
 ];
 
@@ -165,7 +166,8 @@ fn disassembled(library: &Path) -> Result<BTreeMap<u64, Function>, String> {
                 if call { &mut found.calls } else { &mut found.jumps }.push(*callee);
             } else if let Some(pointer) = operand.strip_prefix('*') {
                 let switch = !call && is_switch(pointer, &body[..k]);
-                let of_host = names_host(operand) || from_host(pointer, body);
+                let of_host =
+                    names_host(operand) || from_host(pointer, body) || is_copied_from_host(pointer, &body[..k], body);
                 found.pointers |= !switch && !of_host;
             } else if let Some(callee) = operand.split_whitespace().next().and_then(address)
                 && functions.contains_key(&callee)
@@ -211,6 +213,13 @@ fn from_host(register: &str, body: &[&str]) -> bool {
         .filter(|line| line.starts_with("mov ") && line.contains("(%rip)") && line.contains(&format!(",{register} ")))
         .collect();
     !loads.is_empty() && loads.iter().all(|line| names_host(line))
+}
+
+/// Whether a register was last written, before a call, with the content of one that [`from_host`] says this of.
+fn is_copied_from_host(register: &str, before: &[&str], body: &[&str]) -> bool {
+    let last = before.iter().rev().find(|line| line.ends_with(&format!(",{register}")));
+    let source = last.and_then(|line| line.strip_prefix("mov ")?.trim().split_once(','));
+    source.is_some_and(|(source, _)| source.starts_with('%') && from_host(source, body))
 }
 
 /// Whether an instruction names a function of the host.
