@@ -343,6 +343,14 @@ typedef struct fk_scene_yarn {
     // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
     // Read for drawn strength only. 0 to 1. Default 0.
     double weibull_correlation;
+    // Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity
+    // Verlet only. 0 to 1. Default 0.
+    double viscosity_linear;
+    // Likewise, quadratic in the rate and only while the yarn is stretched. 0 to 10. Default 0.
+    double viscosity_quadratic;
+    // Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none.
+    // Velocity Verlet only. 0 to 0.2. Default 0.
+    double viscosity_bending;
 } fk_scene_yarn;
 
 // The yarn along y, where it is unlike that along x: a part of fk_scene.
@@ -661,6 +669,8 @@ typedef struct fk_energy {
     double strain;
     // Energy dissipated by rupture, J.
     double dissipated;
+    // Energy that the viscosity of the yarn has taken, J.
+    double viscous;
     // Kinetic energy lost in impacts of nodes on the projectile, J.
     double contact_loss;
     // Work of the projectile on the fabric: the energy absorbed, J.

@@ -90,15 +90,15 @@ def smooth(folder, rows):
 
 
 def overshoot_strain(folder, rows):
-    profiles = [{key: float(value) for key, value in row.items()} for row in page.rows_of(folder / "overshoot_profile.csv")]
-    name = lambda row: f"network, segments in a spacing: {row['segments in a spacing']:.0f}" if row["segments in a spacing"] else "Smith"
+    profiles = [{key: value if key == "viscosity" else float(value) for key, value in row.items()} for row in page.rows_of(folder / "overshoot_profile.csv")]
+    name = lambda row: f"network, segments in a spacing: {row['segments in a spacing']:.0f}, viscosity: {row['viscosity']}" if row["segments in a spacing"] else "Smith"
     found = [line._replace(style="dashed" if line.name == "Smith" else "line") for line in lines(profiles, name, "distance mm", lambda row: row["strain %"])]
     thin = rows[0]["cylinder R mm"]
     plot.draw(
         folder / "overshoot_strain.svg", f"Strip struck at 400 m/s by a cylinder of {thin:.2f} mm, when the front is near the held end",
         "distance from the middle, of the yarn at rest (mm)", "U - 1 (%)", found, "from zero",
     )
-    columns = [("cylinder R mm", "cylinder R mm", 2), ("segments in a spacing", "segments in a spacing", 0), ("impact m/s", "impact m/s", 0)]
+    columns = [("viscosity", "viscosity", None), ("cylinder R mm", "cylinder R mm", 2), ("segments in a spacing", "segments in a spacing", 0), ("impact m/s", "impact m/s", 0)]
     near, anywhere = "largest near the contact %", "largest anywhere %"
     smith = "Smith: U - 1 %"
     columns += [(smith, smith, 4), ("mean behind the front %", "mean behind the front %", 4)]
@@ -107,10 +107,16 @@ def overshoot_strain(folder, rows):
 
 
 def overshoot_breaking(folder, rows):
-    columns = [("cylinder R mm", "cylinder R mm", 2), ("segments in a spacing", "segments in a spacing", 0), ("dt/dt_crit", "dt/dt_crit", 1), ("node mass", "node mass", 1)]
+    columns = [("viscosity", "viscosity", None), ("cylinder R mm", "cylinder R mm", 2), ("segments in a spacing", "segments in a spacing", 0), ("dt/dt_crit", "dt/dt_crit", 1), ("node mass", "node mass", 1)]
     columns += [("Smith m/s", "Smith m/s", 1)]
     for name in ("first damage m/s", "first failure m/s"):
         columns += [(name, name, 0), ("over Smith", lambda row, name=name: row[name] / row["Smith m/s"], 2)]
+    return table(rows, columns)
+
+
+def viscosity(folder, rows):
+    columns = [("case", "case", None), ("viscosity", "viscosity", None), ("runs", "runs", 0), ("absorbed J", "absorbed J", 2), ("deviation %", "absorbed J: deviation %", 1)]
+    columns += same(["velocity m/s"], 1) + same(["peak N"], 0) + same(["failed %", "taken by viscosity %", "residual %"], 2)
     return table(rows, columns)
 
 
@@ -242,6 +248,7 @@ def coupling(folder, rows):
 PARTS = {
     "smooth": ("Smooth phase", smooth),
     "overshoot_strain": ("Overshoot: strains of a strip struck across its middle", overshoot_strain),
+    "viscosity": ("Viscosity in whole impacts", viscosity),
     "overshoot_breaking": ("Overshoot: velocities that break the strip", overshoot_breaking),
     "pointwise": ("Point by point before the first failure", pointwise),
     "quarter": ("Quarter against whole sheet, before the first failure", quarter),

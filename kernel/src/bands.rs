@@ -48,13 +48,14 @@ use crate::error::{Code, Error, Failure};
 use crate::lanes::CacheLine;
 use crate::layout::MAX_BANDS;
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
 use crate::system::System;
+use crate::viscosity;
 use crate::watch::OutcomeSet;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
@@ -116,6 +117,8 @@ struct Pointers {
     yarn: *const Chunk<YARN_PLANES>,
     strength: *const Chunk<STRENGTH_PLANES>,
     marks: *const Chunk<MARK_PLANES>,
+    pushes: *const Chunk<PUSH_PLANES>,
+    taken: *mut f64,
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
@@ -278,14 +281,19 @@ impl Plan {
         let found = step::look_ahead(system, end);
         let rows = system.rows_to_step();
         step::place_images_above(system, rows[1]);
+        if system.layout.viscous && found.is_ok() {
+            viscosity::find_pushes(system, rows);
+        }
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
             marks: marks.as_ptr(),
+            pushes: pushes.as_ptr(),
+            taken: taken.as_mut_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             scratch,
@@ -372,6 +380,8 @@ impl Plan {
                 yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
                 strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
                 marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
+                pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
+                taken: if layout.viscous { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
                 carry,
@@ -392,6 +402,7 @@ impl Plan {
     unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
         system.awake = self.rows;
+        step::book_viscosity(system, self.rows);
         if self.track_support {
             for j in self.rows[0]..self.rows[1] {
                 // SAFETY: the sweep of row j has written its pulls.

@@ -4,7 +4,8 @@ use crate::error::{Code, Error};
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, Layout};
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
+    VISCOUS_PLANES, YARN_PLANES,
 };
 
 /// Refuses memory that is too short for a scene of these sizes.
@@ -28,6 +29,12 @@ pub(crate) struct Blocks<'a> {
     /// The theta rule's rows (`theta.rs` names their planes).
     #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
+    /// Rows of what viscosity changes of the velocities.
+    pub pushes: &'a mut [Chunk<PUSH_PLANES>],
+    /// Work row of viscosity.
+    pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
+    /// Energy that viscosity has taken of each row in the present pass, in units of m (h/dt)^2.
+    pub taken: &'a mut [f64],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest y displacement of each row.
@@ -52,6 +59,9 @@ impl<'a> Blocks<'a> {
             strength: &mut [],
             marks: &mut [],
             iterate: &mut [],
+            pushes: &mut [],
+            viscous: &mut [],
+            taken: &mut [],
             carry: &mut [],
             kept: &mut [],
             ranges: &mut [],
@@ -72,6 +82,7 @@ impl<'a> Blocks<'a> {
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
+        let viscous = |count: usize| if layout.viscous { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
                 hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
@@ -80,9 +91,12 @@ impl<'a> Blocks<'a> {
                 strength: chunked(reals.take(if layout.strength { ny * STRENGTH_PLANES * row } else { 0 })?),
                 marks: chunked(reals.take(if layout.toe { ny * MARK_PLANES * row } else { 0 })?),
                 iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
+                pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
+                viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
+                taken: reals.take(viscous(ny))?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,

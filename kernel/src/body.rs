@@ -21,7 +21,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     ];
     let finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()))
         && body.orientation.coords.iter().all(|x| x.is_finite())
-        && [sums.work, sums.loss, sums.external_work, sums.halving_energy].iter().all(|x| x.is_finite());
+        && [sums.work, sums.loss, sums.external_work, sums.halving_energy, sums.viscous].iter().all(|x| x.is_finite());
     let (v, w) = (body.velocity, body.angular_velocity);
     let lost = system.model.loses_body(math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }

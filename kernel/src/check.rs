@@ -32,30 +32,12 @@ impl Scene {
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
         let moduli = self.stiffest()?;
-        let k = |axis: Axis| {
-            let length = self.spacing(axis) / self.rest_stretch(axis);
-            let [x, y] = moduli;
-            let modulus = if axis == Axis::Vertical { y } else { x };
-            modulus * self.yarn_area(axis) / length
-        };
         let strongest = self.strongest()?;
-        let u2 = |axis: Axis| {
-            let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
-            critical * critical
-        };
-        let (x, y) = (Axis::Horizontal, Axis::Vertical);
-        let largest = math::max(k(x), k(y));
-        // Shares of the larger stiffness, so that nothing overflows before the result does.
-        let omega2 = |along: Axis, across: Axis| {
-            let (own, other) = (2.0 * (3.0 * u2(along) - 1.0), 2.0 * (u2(across) - 1.0));
-            largest / self.sheet.node_mass * (k(along) / largest * own + k(across) / largest * other)
-        };
-        let omega2 = math::max(omega2(x, y), omega2(y, x));
-        let dt_crit = 2.0 / math::sqrt(omega2);
+        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest));
         if !dt_crit.is_normal() {
             return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
         }
-        let step_max = self.step_max_fraction() * dt_crit;
+        let step_max = self.largest_fraction(moduli, strongest)? * dt_crit;
         let TimeStep { fraction, seconds } = self.time_step;
         let dt = if seconds != 0.0 { seconds } else { fraction * dt_crit };
         if self.step_check == StepCheck::Refuse && dt > step_max {
@@ -63,7 +45,7 @@ impl Scene {
         }
         let speed = self.sheet.spacing / dt;
         let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
-        let stiffnesses = [x, y].map(|axis| dt * dt * k(axis) / self.sheet.node_mass);
+        let stiffnesses = self.stiffnesses(moduli).map(|k| dt * dt * k / self.sheet.node_mass);
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
             && stiffnesses.iter().all(|stiffness| stiffness.is_normal() && *stiffness <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
@@ -71,6 +53,63 @@ impl Scene {
             return Err(Error::new(Code::StepLimitUnusable, "time_step.seconds", dt, step_max));
         }
         Ok(StepLimits { dt, dt_crit, step_max })
+    }
+
+    /// k = E A_0/l of segments along x and along y with these moduli, N/m.
+    fn stiffnesses(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [(Axis::Horizontal, x), (Axis::Vertical, y)].map(|(axis, modulus)| {
+            let length = self.spacing(axis) / self.rest_stretch(axis);
+            modulus * self.yarn_area(axis) / length
+        })
+    }
+
+    /// U_c^2 along x and along y; of drawn strength that of the strongest segment, if it is known.
+    fn critical_squares(&self, strongest: Option<f64>) -> [f64; 2] {
+        [Axis::Horizontal, Axis::Vertical].map(|axis| {
+            let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
+            critical * critical
+        })
+    }
+
+    /// (M11) omega^2 with these moduli along x and along y, 1/s^2.
+    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>) -> f64 {
+        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli), self.critical_squares(strongest));
+        let largest = math::max(kx, ky);
+        // Shares of the larger stiffness, so that nothing overflows before the result does.
+        let omega2 = |along: f64, u_along: f64, across: f64, u_across: f64| {
+            let (own, other) = (2.0 * (3.0 * u_along - 1.0), 2.0 * (u_across - 1.0));
+            largest / self.sheet.node_mass * (along / largest * own + across / largest * other)
+        };
+        math::max(omega2(kx, ux, ky, uy), omega2(ky, uy, kx, ux))
+    }
+
+    /// Largest accepted part of dt_crit with segments as stiff as these moduli along x and along y.
+    ///
+    /// (M16) Viscosity makes of a mode x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n + K (x_n - x_{n-1}) = 0, which is stable while
+    /// Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean = s at most,
+    /// K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than q_c within a pass. So Omega^2 + 4 xi Omega
+    /// + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
+    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<f64, Error> {
+        let without = if self.slack_toe > 0.0 { STEP_WITH_TOE } else { 1.0 };
+        let [linear, quadratic, bending] = self.viscosity();
+        if [linear, quadratic, bending] == [0.0; 3] {
+            return Ok(without * STEP_MAX_FRACTION);
+        }
+        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
+        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli), self.stiffnesses(means));
+        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest));
+        let squared = math::max(ux, uy);
+        // c/(h omega)
+        let sound =
+            math::sqrt(math::max(mean_x, mean_y) / self.sheet.node_mass / self.largest_omega2(moduli, strongest));
+        let pulled = scatter * squared;
+        let xi = sound * (2.0 * linear * pulled + 16.0 * bending);
+        let eta = quadratic * (pulled * (squared - 1.0));
+        if eta >= 1.0 {
+            return Err(Error::new(Code::OutOfRange, "yarn.viscosity_quadratic", quadratic, quadratic / eta));
+        }
+        let stable = math::sqrt(1.0 - eta + xi * xi) - xi;
+        Ok(without * math::min(stable, STEP_MAX_FRACTION))
     }
 
     /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
@@ -129,15 +168,19 @@ impl Scene {
 
     fn check_step(&self) -> Result<(), Error> {
         let TimeStep { fraction, seconds } = self.time_step;
-        if seconds == 0.0 && self.step_check == StepCheck::Refuse && fraction > self.step_max_fraction() {
-            return Err(Error::new(Code::OutOfRange, "time_step.fraction", fraction, self.step_max_fraction()));
+        let largest = self.step_max_fraction()?;
+        if seconds == 0.0 && self.step_check == StepCheck::Refuse && fraction > largest {
+            return Err(Error::new(Code::OutOfRange, "time_step.fraction", fraction, largest));
         }
         Ok(())
     }
 
-    /// Largest accepted fraction of dt_crit.
-    pub fn step_max_fraction(&self) -> f64 {
-        if self.slack_toe > 0.0 { STEP_WITH_TOE * STEP_MAX_FRACTION } else { STEP_MAX_FRACTION }
+    /// Largest accepted fraction of dt_crit; of drawn viscous yarn that of the mean segments, which is a little more.
+    ///
+    /// # Errors
+    /// A quadratic viscosity that no step allows.
+    pub fn step_max_fraction(&self) -> Result<f64, Error> {
+        self.largest_fraction([Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus), None)
     }
 
     fn check_toe(&self) -> Result<(), Error> {
@@ -172,6 +215,14 @@ impl Scene {
             built("integrator.kind")?;
             if self.step_after_failure != StepAfterFailure::Keep {
                 return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
+            }
+            let viscosity = [
+                ("yarn.viscosity_linear", self.yarn.viscosity_linear),
+                ("yarn.viscosity_quadratic", self.yarn.viscosity_quadratic),
+                ("yarn.viscosity_bending", self.yarn.viscosity_bending),
+            ];
+            if let Some((field, value)) = viscosity.into_iter().find(|(_, value)| *value != 0.0) {
+                return Err(Error::new(Code::OutOfRange, field, value, 0.0));
             }
         }
         if self.rotation_rule.kind == RotationKind::Theta {

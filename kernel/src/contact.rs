@@ -579,6 +579,13 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             normal.dot(&Vector::from(v)) * system.model.unit_speed
         };
         loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
+        if system.layout.viscous {
+            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
+            let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
+            let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
+            let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
+            system.state.sums.viscous -= crossed * system.model.unit_energy;
+        }
     }
     system.state.sums.contacts = touched;
     if touched == 0 {

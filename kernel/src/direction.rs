@@ -4,7 +4,7 @@
 
 use crate::planes::Axis;
 use crate::scene::Scene;
-use crate::yarn::{DamageLaw, Rest};
+use crate::yarn::{DamageLaw, Rest, Viscosity};
 
 /// Constants of the horizontal or of the vertical segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub struct Direction {
     pub modulus_per_stiffness: f64,
     /// Volume A_0 l of a segment over that of a horizontal one.
     pub volume: f64,
+    /// Their viscosity.
+    pub viscosity: Viscosity,
 }
 
 impl Direction {
@@ -35,6 +37,7 @@ impl Direction {
         damage_rate: 0.0,
         modulus_per_stiffness: 0.0,
         volume: 0.0,
+        viscosity: Viscosity::NONE,
     };
 
     /// Constants of the segments of one direction for passes of dt, s.
@@ -45,14 +48,16 @@ impl Direction {
         let (rest, law, mean) = (rest_of(axis), scene.damage_law(axis), scene.mean_segment(axis));
         // kk = E A_0 dt^2 / (2 m h l); plies cancel.
         let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * (h * rest.length) / (scene.yarn_area(axis) * dt * dt);
+        let (critical, stiffness) = (law.critical_twice_strain(), mean.modulus / modulus_per_stiffness);
         Direction {
             rest,
             law,
-            critical: law.critical_twice_strain(),
-            stiffness: mean.modulus / modulus_per_stiffness,
+            critical,
+            stiffness,
             damage_rate: mean.damage_rate,
             modulus_per_stiffness,
             volume: volume_of(axis) / volume_of(Axis::Horizontal),
+            viscosity: Viscosity::of(scene.viscosity(), stiffness, critical),
         }
     }
 }
@@ -89,6 +94,7 @@ impl Directions {
         for direction in [&mut self.horizontal, &mut self.vertical] {
             direction.modulus_per_stiffness /= factor;
             direction.stiffness *= factor;
+            direction.viscosity = direction.viscosity.of_pass(if halves { 0.5 } else { 2.0 });
         }
     }
 

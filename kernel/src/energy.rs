@@ -25,6 +25,8 @@ pub struct Energy {
     pub strain: f64,
     /// Energy dissipated by rupture, J.
     pub dissipated: f64,
+    /// Energy that the viscosity of the yarn has taken, J.
+    pub viscous: f64,
     /// Kinetic energy lost in impacts of nodes on the projectile, J.
     pub contact_loss: f64,
     /// Work of the projectile on the fabric: the energy absorbed, J.
@@ -44,7 +46,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let prescribed = system.scene.drive == Drive::Prescribed;
     let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let held = fabric_kinetic + strain + dissipated + sums.loss;
+    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy - sums.halving_energy
     } else {
@@ -55,6 +57,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         fabric_kinetic,
         strain,
         dissipated,
+        viscous: sums.viscous,
         contact_loss: sums.loss,
         contact_work: sums.work,
         external_work: sums.external_work,

@@ -516,6 +516,14 @@ pub const FIELDS: &[Field] = &[
     real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
         "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only")
         .read(drawn_strength).image(Image::LaterWhereRead),
+    real("yarn.viscosity_linear", |s| one(&mut s.yarn.viscosity_linear), &RATIO, Range::Within(0.0, 1.0), 640,
+        "Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity Verlet only")
+        .image(Image::Later(0x8_0000)),
+    real("yarn.viscosity_quadratic", |s| one(&mut s.yarn.viscosity_quadratic), &RATIO, Range::Within(0.0, 10.0), 641,
+        "Likewise, quadratic in the rate and only while the yarn is stretched").image(Image::Later(0x8_0001)),
+    real("yarn.viscosity_bending", |s| one(&mut s.yarn.viscosity_bending), &RATIO, Range::Within(0.0, 0.2), 642,
+        "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
+        .image(Image::Later(0x8_0002)),
     // ---- Yarn along y
     real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
         "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x").image(Image::Later(0x7_0004)),

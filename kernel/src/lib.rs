@@ -74,6 +74,7 @@ pub mod textile;
 #[cfg(feature = "implicit")]
 mod theta;
 pub mod toe;
+mod viscosity;
 pub mod watch;
 pub mod weave;
 pub mod yarn;

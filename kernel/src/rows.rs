@@ -2,10 +2,11 @@
 
 use crate::blocks::Blocks;
 use crate::direction::Directions;
-use crate::lanes::InstructionSet;
+use crate::lanes::{InstructionSet, Lane};
 use crate::layout::Layout;
 use crate::planes::{
-    self, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::sweep::{Constants, Pass, Report, YarnRow};
@@ -64,6 +65,10 @@ pub(crate) struct Rows<'r> {
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
+    /// What viscosity changes of the velocities; empty for none.
+    pub pushes: &'r [Chunk<PUSH_PLANES>],
+    /// Energy that viscosity takes, one entry a row; empty for none.
+    pub taken: &'r mut [f64],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
@@ -86,7 +91,9 @@ impl<'r> Rows<'r> {
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
             strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
-            marks: if marked { blocks.marks.get(own)? } else { &[] },
+            marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
+            pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
+            taken: if layout.viscous { blocks.taken.get_mut(first..end)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             carry: blocks.carry,
@@ -103,7 +110,7 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, marks, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, carry, kept } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -113,6 +120,12 @@ impl Rows<'_> {
             let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
+            let pushes = planes::row(pushes, chunks, k);
+            let mut taken = taken.get_mut(k);
+            if let Some(taken) = &mut taken {
+                **taken = half_taken(row, pushes, layout, j);
+                push_row(row, pushes);
+            }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k);
             let (met, reach) =
@@ -120,9 +133,47 @@ impl Rows<'_> {
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));
+            if let Some(taken) = taken {
+                *taken += half_taken(row, pushes, layout, j);
+            }
         }
         report
     }
+}
+
+/// Adds what viscosity changes of the velocities of a row.
+fn push_row(row: &mut [Chunk<HOT_PLANES>], pushes: &[Chunk<PUSH_PLANES>]) {
+    for (chunk, pushes) in row.iter_mut().zip(pushes) {
+        for (velocities, pushes) in chunk[3..6].iter_mut().zip(pushes) {
+            for (v, push) in velocities.iter_mut().zip(pushes) {
+                *v = (*v + push).or_zero_below(AT_REST);
+            }
+        }
+    }
+}
+
+/// Half the energy, in units of m (h/dt)^2, that these pushes take of nodes with the present velocities of row j: once with those
+/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none.
+fn half_taken(row: &[Chunk<HOT_PLANES>], pushes: &[Chunk<PUSH_PLANES>], layout: &Layout, j: usize) -> f64 {
+    let mut given = [0.0; CHUNK];
+    for (chunk, pushes) in row.iter().zip(pushes) {
+        for (velocities, pushes) in chunk[3..6].iter().zip(pushes) {
+            for ((v, push), given) in velocities.iter().zip(pushes).zip(&mut given) {
+                *given += v * push;
+            }
+        }
+    }
+    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
+    let mut sum = line.node_weight(0) * given.iter().sum::<f64>();
+    let less = line.node_weight(0) - line.node_weight(last);
+    if less > 0.0 {
+        // Of a node on the plane there is one, of the others there are two.
+        let at = |plane: usize| {
+            planes::get(row, 3 + plane, last).unwrap_or(0.0) * planes::get(pushes, plane, last).unwrap_or(0.0)
+        };
+        sum -= less * (0..PUSH_PLANES).map(at).sum::<f64>();
+    }
+    -0.5 * layout.y.node_weight(j) * sum
 }
 
 /// Remembers the displacements of a row's fixed nodes.
@@ -174,15 +225,18 @@ pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Lin
     }
 }
 
-/// The image row of a block: only displacements, the first three planes, are read.
+/// The image row of a block, its displacements and velocities, the first six planes.
 pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
     let place = line.modelled();
     let (node, _) = line.node(place);
     let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
     for (from, to) in planes::row(rows, chunks, node).iter().zip(planes::row_mut(images, chunks, 0)) {
-        to[0] = from[0];
-        to[1] = from[1].map(|y| -y);
-        to[2] = from[2];
+        for plane in [0, 2, 3, 5] {
+            to[plane] = from[plane];
+        }
+        for plane in [1, 4] {
+            to[plane] = from[plane].map(|y| -y);
+        }
     }
 }
 

@@ -100,6 +100,13 @@ pub struct Yarn {
     pub weibull_gauge_length: f64,
     /// Correlation of the normal scores of two segments of one woven yarn, in [0, 1] (drawn strength only).
     pub weibull_correlation: f64,
+    /// Linear viscosity of taut yarn against oscillation behind a front, dimensionless, in [0, 1]; 0.06 if in doubt, 0 = none
+    /// (velocity Verlet only). See docs/model.md, "Viscosity".
+    pub viscosity_linear: f64,
+    /// Quadratic viscosity of taut yarn, dimensionless, in [0, 10]; 1.5 if in doubt.
+    pub viscosity_quadratic: f64,
+    /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
+    pub viscosity_bending: f64,
 }
 
 /// What the critical stretch of a segment is.
@@ -465,6 +472,9 @@ impl Scene {
                 weibull_shape: 14.7,
                 weibull_gauge_length: 0.0,
                 weibull_correlation: 0.0,
+                viscosity_linear: 0.0,
+                viscosity_quadratic: 0.0,
+                viscosity_bending: 0.0,
             },
             weft: Weft {
                 modulus_mean: 0.0,
@@ -524,6 +534,11 @@ impl Scene {
             },
             ..small
         }
+    }
+
+    /// Linear, quadratic and bending viscosity.
+    pub fn viscosity(&self) -> [f64; 3] {
+        [self.yarn.viscosity_linear, self.yarn.viscosity_quadratic, self.yarn.viscosity_bending]
     }
 
     /// Mass of one node of all plies together, kg.

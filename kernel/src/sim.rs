@@ -22,6 +22,7 @@ use crate::start;
 use crate::state::{COUNT_MAX, State};
 use crate::step;
 use crate::system::{SegmentView, System};
+use crate::viscosity;
 use crate::watch::{FirstContact, Latch, OutcomeSet};
 use crate::yarn;
 use core::mem::MaybeUninit;
@@ -536,8 +537,9 @@ impl<'a> Sim<'a> {
             let (_, v) = sim.system.node(i, j);
             let stored = sim.system.layout.implicit || sim.system.is_fixed(i, j);
             let a = if stored { [0.0; 3] } else { sim.system.acceleration(i, j) };
+            let b = if stored || !sim.system.layout.viscous { [0.0; 3] } else { viscosity::push(&sim.system, i, j) };
             let unit = sim.system.model.unit_speed;
-            let v = [(v[0] + 0.5 * a[0]) * unit, (v[1] + 0.5 * a[1]) * unit, (v[2] + 0.5 * a[2]) * unit];
+            let v = [0, 1, 2].map(|k| (v[k] + 0.5 * (a[k] + b[k])) * unit);
             sim.system.model.pose.vector_out(v)
         })
     }

@@ -403,8 +403,10 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for (implicit, halving) in [(false, false), (true, false), (false, true)] {
-            let parts = Parts { implicit, halving };
+        for (implicit, halving, viscous) in
+            [(false, false, false), (true, false, false), (false, true, false), (false, false, true)]
+        {
+            let parts = Parts { implicit, halving, viscous };
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
@@ -515,6 +517,9 @@ mod tests {
             print(&|s| s.step_after_failure = StepAfterFailure::Half),
             print(&|s| s.slack_toe = 0.01),
             print(&|s| s.slack_toe = 0.02),
+            print(&|s| s.yarn.viscosity_linear = 0.02),
+            print(&|s| s.yarn.viscosity_quadratic = 0.02),
+            print(&|s| s.yarn.viscosity_bending = 0.02),
             print(&|s| s.rotation_rule = RotationRule::theta(0.5)),
             print(&|s| s.rotation_rule = RotationRule::theta(1.0)),
             print(&|s| s.track_detachment = !s.track_detachment),
@@ -555,6 +560,9 @@ mod tests {
         check(&|s| s.rotation_rule = RotationRule::theta(1.0), &[0x4_0000, 1.0_f64.to_bits()]);
         check(&|s| s.step_after_failure = StepAfterFailure::Half, &[0x5_0001]);
         check(&|s| s.slack_toe = 0.02, &[0x6_0000, 0.02_f64.to_bits()]);
+        check(&|s| s.yarn.viscosity_linear = 0.06, &[0x8_0000, 0.06_f64.to_bits()]);
+        check(&|s| s.yarn.viscosity_quadratic = 1.5, &[0x8_0001, 1.5_f64.to_bits()]);
+        check(&|s| s.yarn.viscosity_bending = 0.06, &[0x8_0002, 0.06_f64.to_bits()]);
         // Several at once, in the order in which they came.
         check(
             &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),
@@ -670,6 +678,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.projectile.velocity) = (21, 21, [0.0, 0.0, 150.0]);
         (scene.yarn.stochastic, scene.track_detachment, scene.track_support) = (true, true, true);
         (scene.slack_toe, scene.step_after_failure) = (0.02, StepAfterFailure::Half);
+        (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
         scene
     }
 

@@ -48,6 +48,8 @@ pub struct Sums {
     pub most_iterations: u64,
     /// Change of the audited energy when the step was halved, J.
     pub halving_energy: f64,
+    /// Energy that viscosity has taken, J.
+    pub viscous: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -75,6 +77,7 @@ impl Sums {
         iterations: 0,
         most_iterations: 0,
         halving_energy: 0.0,
+        viscous: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -92,6 +95,8 @@ pub struct Parts {
     pub implicit: bool,
     /// What only a step that is halved after failure has.
     pub halving: bool,
+    /// What only viscous yarn has.
+    pub viscous: bool,
 }
 
 /// Scalar state at step count n.
@@ -150,6 +155,9 @@ impl State {
             visitor.flag(&mut flag);
             self.halved = flag == 1;
             visitor.real(&mut self.sums.halving_energy);
+        }
+        if parts.viscous {
+            visitor.real(&mut self.sums.viscous);
         }
         visit_watch(&mut self.watch, visitor);
     }

@@ -23,6 +23,7 @@ use crate::system::System;
 #[cfg(feature = "implicit")]
 use crate::theta;
 use crate::toe::MARK_INTERVAL;
+use crate::viscosity;
 use crate::weave;
 
 /// One step. A projectile that is too fast and too many candidates are found before anything is changed.
@@ -170,6 +171,9 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
 fn sweep(system: &mut System<'_>) -> Report {
     let [first, end] = system.rows_to_step();
     place_images_above(system, end);
+    if system.layout.viscous {
+        viscosity::find_pushes(system, [first, end]);
+    }
     let terms = terms(system);
     let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
@@ -182,8 +186,16 @@ fn sweep(system: &mut System<'_>) -> Report {
             book_pulls(sums, scene, j, &pulls);
         }
     });
+    book_viscosity(system, [first, end]);
     system.awake = [first, end];
     report
+}
+
+/// Books the energy that viscosity has taken of rows [first, end), lowest row first.
+pub(crate) fn book_viscosity(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let unit = system.model.unit_energy;
+    let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);
+    taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
 /// The row of images above a sweep that reaches the plane.

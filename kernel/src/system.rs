@@ -8,7 +8,9 @@ use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
-use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES, YARN_PLANES};
+use crate::planes::{
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows;
@@ -189,7 +191,7 @@ impl System<'_> {
         YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
     }
 
-    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n; nothing is committed.
+    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
@@ -285,6 +287,8 @@ impl System<'_> {
     /// whether a history of the row has changed; if not, its stiffnesses are still right.
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
+        // Rows at rest have none until they are swept, and contact reads them.
+        self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {

@@ -129,6 +129,82 @@ impl Rest {
     pub fn force<L: Lane>(&self, stress: L, d: [L; 3]) -> [L; 3] {
         [stress.mul(d[0].add(L::splat(self.spacing))), stress.mul(d[1]), stress.mul(d[2])]
     }
+
+    /// Rate of twice the strain at the present place of the ends: 2 [(rho + d_0) v_0 + d_1 v_1 + d_2 v_2]/l^2. `v`: relative
+    /// velocity of the ends.
+    #[inline(always)]
+    pub fn twice_strain_rate<L: Lane>(&self, d: [L; 3], v: [L; 3]) -> L {
+        let along = d[0].add(L::splat(self.spacing)).mul(v[0]);
+        let approach = along.add(d[1].mul(v[1])).add(d[2].mul(v[2]));
+        approach.mul(L::splat(2.0 * self.inverse_square))
+    }
+}
+
+/// Part of the tension at the critical stretch up to which the bending viscosity grows with the tension.
+const FULL_BENDING: f64 = 0.1;
+
+/// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per pass, velocities in h/dt.
+///
+/// Method: with the speed c of sound along the yarn and its mass mu per length, a segment that is stretched at the rate dU/dt = r
+/// pulls by mu c b_1 (h r) + mu b_2 (h r)^2 more than the law says, the second part only while it is stretched (von Neumann and
+/// Richtmyer). Along a yarn the moment mu c b_3 (v_{i-1} - 2 v_i + v_{i+1}) acts on three neighbours as -1, 2, -1.
+/// Limits: taut yarn only. A segment that has just become taut counts as stretched from its natural length, so that no force jumps,
+/// and none pushes.
+/// Reference: J. von Neumann, R. D. Richtmyer, J. Appl. Phys. 21 (1950) 232; docs/model.md, "Viscosity".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viscosity {
+    /// Time of the linear part, passes: b_1 over c dt/h.
+    linear: f64,
+    /// Of the quadratic part, passes squared: b_2 over 2 (c dt/h)^2.
+    quadratic: f64,
+    /// Of the moment: b_3 c dt/h.
+    bending: f64,
+    /// 1 over the tension from which on the moment is whole.
+    per_tension: f64,
+}
+
+impl Viscosity {
+    /// None.
+    pub const NONE: Viscosity = Viscosity { linear: 0.0, quadratic: 0.0, bending: 0.0, per_tension: 0.0 };
+
+    /// The parts b_1, b_2 and b_3 of yarn with this mean stiffness kk, in the stepper's units, and twice the critical strain.
+    /// (c dt/h)^2 = 2 kk.
+    pub fn of([linear, quadratic, bending]: [f64; 3], stiffness: f64, critical: f64) -> Viscosity {
+        let sound = math::sqrt(2.0 * stiffness);
+        Viscosity {
+            linear: linear / sound,
+            quadratic: quadratic / (4.0 * stiffness),
+            bending: bending * sound,
+            per_tension: 1.0 / (FULL_BENDING * critical * stiffness),
+        }
+    }
+
+    /// The same for passes of another length, in parts of the present one.
+    pub fn of_pass(self, factor: f64) -> Viscosity {
+        Viscosity {
+            linear: self.linear / factor,
+            quadratic: self.quadratic / (factor * factor),
+            bending: self.bending * factor,
+            per_tension: self.per_tension / (factor * factor),
+        }
+    }
+
+    /// Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
+    #[inline(always)]
+    pub fn stress<L: Lane>(&self, stiffness: L, twice_strain: L, rate: L) -> L {
+        let zero = L::splat(0.0);
+        let rate = rate.min(twice_strain);
+        let growing = rate.max(zero).mul(L::splat(self.quadratic)).add(L::splat(self.linear));
+        let slackening = zero.sub(twice_strain.max(zero));
+        stiffness.mul(rate.mul(growing).max(slackening))
+    }
+
+    /// Factor of the moment between two segments with these stresses: whole where both are taut.
+    #[inline(always)]
+    pub fn bending<L: Lane>(&self, before: L, behind: L) -> L {
+        let share = before.min(behind).mul(L::splat(self.per_tension)).min(L::splat(1.0));
+        share.mul(L::splat(self.bending))
+    }
 }
 
 /// Strain energy, the integral of stress over strain: alpha E e^2/2 in tension. `stiffness`: half of alpha E.
@@ -377,5 +453,76 @@ mod tests {
             assert_eq!((stress_at(1.0, stretch), stored_at(1.0, stretch)), (0.0, 0.0));
         }
         assert_eq!(LAW.dissipated(&YARN, 1.0), 0.0);
+    }
+
+    /// Viscosity in SI units: mass per length mu and speed of sound c give the stiffness kk for a spacing h and a step dt.
+    const MASS_PER_LENGTH: f64 = 8.984e-5;
+    const H: f64 = 0.0254 / 35.0;
+    const DT: f64 = 2e-8;
+
+    fn sound() -> f64 {
+        (YARN.modulus * AREA / MASS_PER_LENGTH).sqrt()
+    }
+
+    /// Viscous pull, N, of the law with these coefficients on a whole segment at this stretch and rate, 1/s.
+    fn viscous_pull(coefficients: [f64; 3], stretch: f64, rate: f64) -> f64 {
+        let unit = MASS_PER_LENGTH * H * H / (DT * DT);
+        let kk = 0.5 * (sound() * DT / H).powi(2);
+        let viscosity = Viscosity::of(coefficients, kk, LAW.critical_twice_strain());
+        let (d, v) = ([stretch - 1.0, 0.0, 0.0], [rate * DT, 0.0, 0.0]);
+        let stress = viscosity.stress(kk, twice_strain(d), Rest::PLAIN.twice_strain_rate(d, v));
+        unit * force(stress, d)[0]
+    }
+
+    #[test]
+    fn viscous_pull_of_a_segment_is_that_of_the_formula() {
+        // N = mu c b_1 (h r) U^2 + mu b_2 (h r)^2 U^3: U^2 and U^3 are 1 in the small.
+        for (stretch, rate) in [(1.01_f64, 1e5_f64), (1.02, 3e4), (1.001, 2e4)] {
+            let u2 = stretch * stretch;
+            close(
+                viscous_pull([0.06, 0.0, 0.0], stretch, rate),
+                MASS_PER_LENGTH * sound() * 0.06 * H * rate * u2,
+                1e-10,
+            );
+            close(
+                viscous_pull([0.0, 1.5, 0.0], stretch, rate),
+                MASS_PER_LENGTH * 1.5 * (H * rate).powi(2) * u2 * stretch,
+                1e-10,
+            );
+            assert_eq!(viscous_pull([0.0, 1.5, 0.0], stretch, -rate), 0.0);
+            close(
+                -viscous_pull([0.06, 0.0, 0.0], stretch, -rate),
+                viscous_pull([0.06, 0.0, 0.0], stretch, rate),
+                1e-12,
+            );
+        }
+    }
+
+    /// At any stretch and rate: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
+    /// where the segment becomes taut.
+    #[test]
+    fn viscosity_only_takes() {
+        let viscosity = Viscosity::of([0.5, 3.0, 0.1], 0.07, LAW.critical_twice_strain());
+        for k in -400..400 {
+            let q = 1e-4 * f64::from(k);
+            for n in -300..300 {
+                let rate = 2e-3 * f64::from(n);
+                let (elastic, viscous) = (stress(0.07, q), viscosity.stress(0.07, q, rate));
+                assert!(viscous * rate >= 0.0 && elastic + viscous >= -1e-17, "{q} {rate}");
+                assert!(q > 0.0 || viscous == 0.0, "{q} {rate}");
+                assert!(viscous.abs() <= 0.07 * q.max(0.0) * 20.0);
+            }
+        }
+    }
+
+    #[test]
+    fn the_moment_is_whole_from_a_tenth_of_the_critical_tension_on() {
+        let (kk, critical) = (0.07, LAW.critical_twice_strain());
+        let viscosity = Viscosity::of([0.0, 0.0, 0.06], kk, critical);
+        let whole = 0.06 * (2.0 * kk).sqrt();
+        let at = |part: f64, other: f64| viscosity.bending(kk * critical * part, kk * critical * other);
+        close(at(0.1001, 0.9), whole, 1e-15);
+        close(at(0.9, 0.05), 0.5 * whole, 1e-12);
+        assert_eq!((at(0.0, 0.5), at(0.5, 0.0)), (0.0, 0.0));
     }
 }

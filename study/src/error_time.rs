@@ -14,7 +14,8 @@
 //! | part | file |
 //! |---|---|
 //! | smooth phase: position and energy, the order | `smooth.rs` |
-//! | overshoot of the undamped network: a strip under sudden impact | `overshoot.rs` |
+//! | overshoot of the undamped network, and viscosity against it: a strip under sudden impact | `overshoot.rs` |
+//! | viscosity in whole impacts | `viscosity.rs` |
 //! | how far two runs stay together before the first failure | `pointwise.rs` |
 //! | whole impacts: integrators, steps, quarter, coarser networks | `impact.rs`, `coarse.rs`, `quarter.rs` |
 //! | a projectile moved by its host | `coupling.rs` |
@@ -30,6 +31,7 @@ mod pointwise;
 mod quarter;
 mod runs;
 mod smooth;
+mod viscosity;
 
 use crate::machine;
 use crate::table::{Cell, Table};
@@ -61,6 +63,7 @@ pub struct Options {
 enum Part {
     Smooth,
     Overshoot,
+    Viscosity,
     Pointwise,
     Impact,
     Quarter,
@@ -104,6 +107,9 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if wanted(Part::Overshoot) {
         sound &= overshoot::run(effort, out)?;
+    }
+    if wanted(Part::Viscosity) {
+        viscosity::run(effort, out)?;
     }
     if wanted(Part::Pointwise) {
         sound &= pointwise::run(effort, out)?;

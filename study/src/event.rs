@@ -81,6 +81,8 @@ pub struct Summary {
     pub strain: f64,
     /// Energy dissipated by rupture, J.
     pub dissipated: f64,
+    /// Energy that the viscosity of the yarn took, J.
+    pub viscous: f64,
     /// Kinetic energy lost in impacts of nodes, J.
     pub contact_loss: f64,
     /// What the energy balance does not close by, J.
@@ -144,6 +146,7 @@ impl Summary {
             fabric_kinetic: energy.fabric_kinetic,
             strain: energy.strain,
             dissipated: energy.dissipated,
+            viscous: energy.viscous,
             contact_loss: energy.contact_loss,
             energy_residual: energy.residual,
             energy_residual_relative: if start > 0.0 { energy.residual / start } else { 0.0 },

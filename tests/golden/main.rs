@@ -54,6 +54,11 @@ fn sphere_on_drawn_strength() {
 }
 
 #[test]
+fn sphere_on_viscous_yarn() {
+    assert_pin(digest_after(&scenes::sphere_on_viscous_yarn(), 3000, true), pins::SPHERE_ON_VISCOUS_YARN);
+}
+
+#[test]
 fn taut_warp_and_crimped_weft() {
     assert_pin(digest_after(&scenes::taut_warp_and_crimped_weft(), 3000, true), pins::TAUT_WARP_AND_CRIMPED_WEFT);
 }

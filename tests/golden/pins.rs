@@ -18,3 +18,4 @@ pub const SPHERE_ON_SOFTENED_YARN: u64 = 0xd309_7f4a_9f95_9f30;
 pub const UNIFORM_SPHERE_IN_HALVES: u64 = 0xf1e9_5f19_75ba_062c;
 pub const SPHERE_ON_DRAWN_STRENGTH: u64 = 0x5659_d82a_f343_603f;
 pub const TAUT_WARP_AND_CRIMPED_WEFT: u64 = 0xcfc3_cd1f_4149_1736;
+pub const SPHERE_ON_VISCOUS_YARN: u64 = 0x1efa_f777_c06b_edcf;

@@ -21,6 +21,15 @@ pub fn sphere_on_softened_yarn() -> Scene {
     scene
 }
 
+/// The same of drawn viscous yarn.
+pub fn sphere_on_viscous_yarn() -> Scene {
+    let mut scene = uniform_sphere();
+    let yarn = &mut scene.yarn;
+    yarn.stochastic = true;
+    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    scene
+}
+
 /// The same with the step halved after the first failure.
 pub fn uniform_sphere_in_halves() -> Scene {
     let mut scene = uniform_sphere();

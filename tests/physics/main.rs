@@ -25,3 +25,4 @@ mod supports;
 mod symmetry;
 mod theta;
 mod toe;
+mod viscosity;

@@ -44,8 +44,12 @@ fn without_contact_every_bit_is_that_of_the_whole_sheet() {
         for kind in
             [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::FourCorners, AttachmentKind::Free]
         {
-            for symmetry in PLANES {
+            for (symmetry, viscous) in PLANES.into_iter().flat_map(|symmetry| [(symmetry, false), (symmetry, true)]) {
                 let mut scene = small_sheet(nx, 0.0);
+                if viscous {
+                    (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
+                    scene.yarn.viscosity_bending = 0.06;
+                }
                 scene.sheet.nodes_y = ny;
                 scene.attachment.kind = kind;
                 (scene.attachment.disc_inset, scene.attachment.disc_radius) = (1.6e-3, 1.5e-3);
@@ -67,6 +71,7 @@ fn without_contact_every_bit_is_that_of_the_whole_sheet() {
                     close(a.fabric_kinetic, b.fabric_kinetic, 1e-12);
                     close(a.strain, b.strain, 1e-12);
                     close(a.dissipated, b.dissipated, 1e-12);
+                    close(a.viscous, b.viscous, 1e-12);
                     let (a, b) = (part.support().unwrap(), whole.support().unwrap());
                     let scale = b.attachments.iter().flatten().fold(1e-9, |m: f64, x| m.max(x.abs()));
                     for (a, b) in a.attachments.iter().flatten().zip(b.attachments.iter().flatten()) {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 5] {
+fn scenes() -> [Scene; 6] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -22,7 +22,10 @@ fn scenes() -> [Scene; 5] {
     let softened = Scene { slack_toe: 0.02, ..small_sheet(21, 250.0) };
     let mut drawn = small_sheet(21, 250.0);
     drawn.yarn.strength_draw = StrengthDraw::Weibull;
-    [small_sheet(21, 250.0), corners, oblong, softened, drawn]
+    let mut viscous = small_sheet(21, 250.0);
+    let yarn = &mut viscous.yarn;
+    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous]
 }
 
 /// Digest of a plain run.

@@ -45,6 +45,8 @@ fn a_poisoned_state_is_refused() {
     let mut stochastic = between_supports(small_sheet(13, 250.0), 3.0);
     stochastic.yarn.stochastic = true;
     let toe = Scene { slack_toe: 0.02, ..between_supports(small_sheet(13, 200.0), 3.0) };
+    let mut viscous = toe;
+    (viscous.slack_toe, viscous.yarn.viscosity_linear, viscous.yarn.viscosity_bending) = (0.0, 0.06, 0.06);
     let mut theta = golden::drawn_yarns_by_the_theta_rule();
     (theta.sheet.nodes_x, theta.sheet.nodes_y) = (17, 13);
     // Small enough to pass between the supports.
@@ -54,9 +56,13 @@ fn a_poisoned_state_is_refused() {
     let mut taken = Vec::new();
     let mut strength = stochastic;
     strength.yarn.strength_draw = StrengthDraw::Weibull;
-    for (name, scene, steps) in
-        [("stochastic", stochastic, 60), ("strength", strength, 60), ("toe", toe, 400), ("theta", theta, 60)]
-    {
+    for (name, scene, steps) in [
+        ("stochastic", stochastic, 60),
+        ("strength", strength, 60),
+        ("toe", toe, 400),
+        ("viscous", viscous, 60),
+        ("theta", theta, 60),
+    ] {
         let mut memory = Buffers::of(&scene);
         let mut sim = memory.sim(&scene);
         sim.advance(steps).unwrap();

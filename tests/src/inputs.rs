@@ -235,6 +235,7 @@ fn rows() -> Vec<Row> {
         not_read("sphere", &["yarn.weibull_shape", "yarn.weibull_gauge_length", "yarn.weibull_correlation"]),
         real("strength", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
         real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("theta", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
     ];
     // What is good or bad by itself.
     for field in FIELDS {

@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use fabric::InstructionSet;
 use std::process::Command;
 
-const CASES: [&str; 4] = ["sweep", "fabric", "run", "strength"];
+const CASES: [&str; 5] = ["sweep", "fabric", "viscous", "run", "strength"];
 const SIZE: u32 = 105;
 /// Steps before the counted ones: enough for the sphere to be in contact.
 const BEFORE: u64 = 100;
@@ -66,6 +66,7 @@ pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
         "run" => sheets::whole_run(SIZE),
         "fabric" => sheets::fabric(SIZE),
         "strength" => sheets::strength(SIZE),
+        "viscous" => sheets::viscous(SIZE),
         _ => sheets::sweep(SIZE),
     };
     case.before = BEFORE;

@@ -85,6 +85,15 @@ pub fn strength(size: u32) -> Case {
     case
 }
 
+/// The hot pass of viscous yarn.
+pub fn viscous(size: u32) -> Case {
+    let mut case = sweep(size);
+    case.name = "viscous";
+    let yarn = &mut case.scene.yarn;
+    (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    case
+}
+
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
 pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
