@@ -189,7 +189,7 @@ impl Viscosity {
         }
     }
 
-    /// Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
+    /// (M16) Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
     #[inline(always)]
     pub fn stress<L: Lane>(&self, stiffness: L, twice_strain: L, rate: L) -> L {
         let zero = L::splat(0.0);
@@ -199,7 +199,7 @@ impl Viscosity {
         stiffness.mul(rate.mul(growing).max(slackening))
     }
 
-    /// Factor of the moment between two segments with these stresses: whole where both are taut.
+    /// (M17) Factor of the moment between two segments with these stresses: whole where both are taut.
     #[inline(always)]
     pub fn bending<L: Lane>(&self, before: L, behind: L) -> L {
         let share = before.min(behind).mul(L::splat(self.per_tension)).min(L::splat(1.0));
