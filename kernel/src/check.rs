@@ -69,7 +69,7 @@ impl Scene {
         })
     }
 
-    /// (M11) omega^2 with these moduli along x and along y, 1/s^2.
+    /// omega^2 of (M11) with these moduli along x and along y, 1/s^2.
     fn largest_omega2(&self, moduli: [f64; 2]) -> f64 {
         let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli), self.critical_squares());
         let largest = math::max(kx, ky);
