@@ -103,6 +103,7 @@ def overshoot_strain(folder, rows):
     smith = "Smith: U - 1 %"
     columns += [(smith, smith, 4), ("mean behind the front %", "mean behind the front %", 4)]
     columns += [(near, near, 4), ("over Smith", lambda row: row[near] / row[smith], 2), (anywhere, anywhere, 4), ("over Smith", lambda row: row[anywhere] / row[smith], 2)]
+    columns += [("front, 10 to 90 %, spacings", "front, spacings", 1)]
     return table(rows, columns)
 
 

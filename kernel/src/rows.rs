@@ -2,7 +2,7 @@
 
 use crate::blocks::Blocks;
 use crate::direction::Directions;
-use crate::lanes::{InstructionSet, Lane};
+use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::Layout;
 use crate::planes::{
     self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
@@ -123,8 +123,7 @@ impl Rows<'_> {
             let pushes = planes::row(pushes, chunks, k);
             let mut taken = taken.get_mut(k);
             if let Some(taken) = &mut taken {
-                **taken = half_taken(row, pushes, layout, j);
-                push_row(row, pushes);
+                **taken = half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, k);
@@ -134,46 +133,73 @@ impl Rows<'_> {
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, j));
             if let Some(taken) = taken {
-                *taken += half_taken(row, pushes, layout, j);
+                *taken += half_taken::<false>(row, pushes, terms, j);
             }
         }
         report
     }
 }
 
-/// Adds what viscosity changes of the velocities of a row.
-fn push_row(row: &mut [Chunk<HOT_PLANES>], pushes: &[Chunk<PUSH_PLANES>]) {
-    for (chunk, pushes) in row.iter_mut().zip(pushes) {
-        for (velocities, pushes) in chunk[3..6].iter_mut().zip(pushes) {
-            for (v, push) in velocities.iter_mut().zip(pushes) {
-                *v = (*v + push).or_zero_below(AT_REST);
-            }
-        }
-    }
-}
-
 /// Half the energy, in units of m (h/dt)^2, that these pushes take of nodes with the present velocities of row j: once with those
-/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none.
-fn half_taken(row: &[Chunk<HOT_PLANES>], pushes: &[Chunk<PUSH_PLANES>], layout: &Layout, j: usize) -> f64 {
-    let mut given = [0.0; CHUNK];
-    for (chunk, pushes) in row.iter().zip(pushes) {
-        for (velocities, pushes) in chunk[3..6].iter().zip(pushes) {
-            for ((v, push), given) in velocities.iter().zip(pushes).zip(&mut given) {
-                *given += v * push;
-            }
-        }
-    }
+/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none. PUSH: whether the pushes
+/// then act.
+fn half_taken<const PUSH: bool>(
+    row: &mut [Chunk<HOT_PLANES>],
+    pushes: &[Chunk<PUSH_PLANES>],
+    terms: &Terms,
+    j: usize,
+) -> f64 {
+    let layout = &terms.layout;
     let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
-    let mut sum = line.node_weight(0) * given.iter().sum::<f64>();
     let less = line.node_weight(0) - line.node_weight(last);
-    if less > 0.0 {
+    let on_plane = if less > 0.0 {
         // Of a node on the plane there is one, of the others there are two.
         let at = |plane: usize| {
             planes::get(row, 3 + plane, last).unwrap_or(0.0) * planes::get(pushes, plane, last).unwrap_or(0.0)
         };
-        sum -= less * (0..PUSH_PLANES).map(at).sum::<f64>();
+        less * (0..PUSH_PLANES).map(at).sum::<f64>()
+    } else {
+        0.0
+    };
+    let given = lanes::dispatch(terms.instructions, PushJob::<PUSH> { row, pushes });
+    -0.5 * layout.y.node_weight(j) * (line.node_weight(0) * given.iter().sum::<f64>() - on_plane)
+}
+
+/// Velocities times pushes, summed over the chunks of a row; then the pushes act, if they are to.
+struct PushJob<'a, const PUSH: bool> {
+    row: &'a mut [Chunk<HOT_PLANES>],
+    pushes: &'a [Chunk<PUSH_PLANES>],
+}
+
+impl<const PUSH: bool> Job for PushJob<'_, PUSH> {
+    type Output = [f64; CHUNK];
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> [f64; CHUNK] {
+        let mut given = [0.0; CHUNK];
+        for (chunk, pushes) in self.row.iter_mut().zip(self.pushes) {
+            let [_, _, _, vx, vy, vz, ..] = chunk;
+            let [px, py, pz] = pushes;
+            for g in 0..CHUNK / L::WIDTH {
+                let sum = &mut L::groups_mut(&mut given)[g];
+                let x = product::<L, PUSH>(&mut L::groups_mut(vx)[g], &L::groups(px)[g]);
+                let y = product::<L, PUSH>(&mut L::groups_mut(vy)[g], &L::groups(py)[g]);
+                let z = product::<L, PUSH>(&mut L::groups_mut(vz)[g], &L::groups(pz)[g]);
+                L::load(sum).add(x.add(y).add(z)).store(sum);
+            }
+        }
+        given
     }
-    -0.5 * layout.y.node_weight(j) * sum
+}
+
+/// Velocity times push; then the push acts, if it is to.
+#[inline(always)]
+fn product<L: Lane, const PUSH: bool>(velocity: &mut L::Group, push: &L::Group) -> L {
+    let (v, push) = (L::load(velocity), L::load(push));
+    if PUSH {
+        v.add(push).or_zero_below(L::splat(AT_REST)).store(velocity);
+    }
+    v.mul(push)
 }
 
 /// Remembers the displacements of a row's fixed nodes.

@@ -217,12 +217,12 @@ impl Job for SecondLoop<'_> {
         for (c, (chunk, here)) in work.iter().zip(here).enumerate() {
             let next = work.get(c + 1).unwrap_or(&NO_WORK);
             for g in 0..CHUNK / L::WIDTH {
-                for k in 0..3 {
+                for (k, left_force) in left_force.iter_mut().enumerate() {
                     let moment: L = at(chunk, OWN_MOMENT + k, g);
                     let right = right_of(moment, chunk, next, OWN_MOMENT + k, g);
                     let force = at::<L, VISCOUS_PLANES>(chunk, OWN_PULL + k, g).add(moment.sub(right));
-                    put(here, k, g, force.sub(force.left_of(left_force[k])));
-                    left_force[k] = force;
+                    put(here, k, g, force.sub(force.left_of(*left_force)));
+                    *left_force = force;
                 }
             }
         }

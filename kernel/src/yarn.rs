@@ -189,7 +189,7 @@ impl Viscosity {
         }
     }
 
-    /// Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
+    /// (M16) Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
     #[inline(always)]
     pub fn stress<L: Lane>(&self, stiffness: L, twice_strain: L, rate: L) -> L {
         let zero = L::splat(0.0);
@@ -199,7 +199,7 @@ impl Viscosity {
         stiffness.mul(rate.mul(growing).max(slackening))
     }
 
-    /// Factor of the moment between two segments with these stresses: whole where both are taut.
+    /// (M17) Factor of the moment between two segments with these stresses: whole where both are taut.
     #[inline(always)]
     pub fn bending<L: Lane>(&self, before: L, behind: L) -> L {
         let share = before.min(behind).mul(L::splat(self.per_tension)).min(L::splat(1.0));
@@ -461,13 +461,14 @@ mod tests {
     const DT: f64 = 2e-8;
 
     fn sound() -> f64 {
-        (YARN.modulus * AREA / MASS_PER_LENGTH).sqrt()
+        math::sqrt(YARN.modulus * AREA / MASS_PER_LENGTH)
     }
 
     /// Viscous pull, N, of the law with these coefficients on a whole segment at this stretch and rate, 1/s.
     fn viscous_pull(coefficients: [f64; 3], stretch: f64, rate: f64) -> f64 {
         let unit = MASS_PER_LENGTH * H * H / (DT * DT);
-        let kk = 0.5 * (sound() * DT / H).powi(2);
+        let courant = sound() * DT / H;
+        let kk = 0.5 * courant * courant;
         let viscosity = Viscosity::of(coefficients, kk, LAW.critical_twice_strain());
         let (d, v) = ([stretch - 1.0, 0.0, 0.0], [rate * DT, 0.0, 0.0]);
         let stress = viscosity.stress(kk, twice_strain(d), Rest::PLAIN.twice_strain_rate(d, v));
@@ -486,7 +487,7 @@ mod tests {
             );
             close(
                 viscous_pull([0.0, 1.5, 0.0], stretch, rate),
-                MASS_PER_LENGTH * 1.5 * (H * rate).powi(2) * u2 * stretch,
+                MASS_PER_LENGTH * 1.5 * (H * rate) * (H * rate) * u2 * stretch,
                 1e-10,
             );
             assert_eq!(viscous_pull([0.0, 1.5, 0.0], stretch, -rate), 0.0);
@@ -519,7 +520,7 @@ mod tests {
     fn the_moment_is_whole_from_a_tenth_of_the_critical_tension_on() {
         let (kk, critical) = (0.07, LAW.critical_twice_strain());
         let viscosity = Viscosity::of([0.0, 0.0, 0.06], kk, critical);
-        let whole = 0.06 * (2.0 * kk).sqrt();
+        let whole = 0.06 * math::sqrt(2.0 * kk);
         let at = |part: f64, other: f64| viscosity.bending(kk * critical * part, kk * critical * other);
         close(at(0.1001, 0.9), whole, 1e-15);
         close(at(0.9, 0.05), 0.5 * whole, 1e-12);

@@ -157,6 +157,8 @@ struct Strains {
     near: f64,
     /// Largest at any time anywhere.
     anywhere: f64,
+    /// Between the last segments with 90 % and with 10 % of the closed form's strain, at the end, in yarn spacings.
+    front: f64,
     /// Strain over the distance from the middle at the end, mm and %.
     profile: Vec<(f64, f64)>,
 }
@@ -179,11 +181,14 @@ fn strains(strip: &Strip, speed: f64) -> Result<Strains> {
     }
     let yarn = &stretches[half..2 * half];
     let [from, to] = PLATEAU.map(|part| (part * TRAVEL * half as f64) as usize);
+    let exact = stretch_at(&scene, speed) - 1.0;
+    let last = |part: f64| yarn.iter().rposition(|stretch| stretch - 1.0 > part * exact).unwrap_or(0) as f64;
     let place = |k: usize| 1e3 * (k as f64 + 0.5) * scene.sheet.spacing;
     Ok(Strains {
         mean: yarn[from..to].iter().map(|stretch| stretch - 1.0).sum::<f64>() / (to - from) as f64,
         near: largest_near - 1.0,
         anywhere: largest - 1.0,
+        front: (last(0.1) - last(0.9)) / f64::from(strip.refinement),
         profile: yarn.iter().enumerate().map(|(k, stretch)| (place(k), 100.0 * (stretch - 1.0))).collect(),
     })
 }
@@ -265,6 +270,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
         "mean behind the front %",
         "largest near the contact %",
         "largest anywhere %",
+        "front, spacings",
     ]);
     let mut profiles = Table::new(&["viscosity", "segments in a spacing", "distance mm", "strain %"]);
     for ((strip, speed), strains) in jobs.iter().zip(&measured) {
@@ -278,6 +284,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
         for largest in [strains.near, strains.anywhere] {
             row.push(Cell::Number(100.0 * largest));
         }
+        row.push(Cell::Number(strains.front));
         table.add(row);
         let wanted = match strip.viscosity {
             [0.0, 0.0, 0.0] => [refinements[0], 4].contains(&strip.refinement),
