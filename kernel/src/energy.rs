@@ -2,7 +2,7 @@
 //!
 //! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
-//! accumulated but contact loss, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
+//! accumulated but contact loss, what viscosity takes, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
@@ -25,8 +25,6 @@ pub struct Energy {
     pub strain: f64,
     /// Energy dissipated by rupture, J.
     pub dissipated: f64,
-    /// Energy that the viscosity of the yarn has taken, J.
-    pub viscous: f64,
     /// Kinetic energy lost in impacts of nodes on the projectile, J.
     pub contact_loss: f64,
     /// Work of the projectile on the fabric: the energy absorbed, J.
@@ -37,6 +35,8 @@ pub struct Energy {
     pub halving: f64,
     /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
+    /// Energy that the viscosity of the yarn has taken, J.
+    pub viscous: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -57,12 +57,12 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         fabric_kinetic,
         strain,
         dissipated,
-        viscous: sums.viscous,
         contact_loss: sums.loss,
         contact_work: sums.work,
         external_work: sums.external_work,
         halving: sums.halving_energy,
         residual,
+        viscous: sums.viscous,
     })
 }
 

@@ -669,8 +669,6 @@ typedef struct fk_energy {
     double strain;
     // Energy dissipated by rupture, J.
     double dissipated;
-    // Energy that the viscosity of the yarn has taken, J.
-    double viscous;
     // Kinetic energy lost in impacts of nodes on the projectile, J.
     double contact_loss;
     // Work of the projectile on the fabric: the energy absorbed, J.
@@ -681,6 +679,8 @@ typedef struct fk_energy {
     double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
+    // Energy that the viscosity of the yarn has taken, J.
+    double viscous;
 } fk_energy;
 
 // Extremes of the fabric at the present time.
