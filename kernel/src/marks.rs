@@ -105,3 +105,43 @@ fn displacement<L: Lane>(chunk: Option<&Chunk<HOT_PLANES>>, g: usize) -> [L; 3] 
         None => [L::splat(0.0); 3],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toe::MARK_INTERVAL;
+    use crate::{CacheLine, Layout, Scene, Sim};
+
+    /// Just after the search every segment that is slack has its mark, whatever its natural length; so do some that are not.
+    #[test]
+    fn every_slack_segment_is_found() {
+        for (crimp, pre_strain, spacing_y) in
+            [([0.0; 2], [0.0; 2], 0.0), ([0.004, 0.0], [0.0, 0.004], 9e-4), ([0.0, 0.01], [0.003, 0.0], 6e-4)]
+        {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.slack_toe) = (37, 35, 0.02);
+            (scene.sheet.crimp, scene.sheet.pre_strain, scene.sheet.spacing_y) = (crimp, pre_strain, spacing_y);
+            (scene.yarn.stochastic, scene.projectile.velocity) = (false, [0.0, 0.0, 150.0]);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            while sim.counters().failed_segments == 0 {
+                sim.advance(MARK_INTERVAL).unwrap();
+            }
+            for _ in 0..4 {
+                sim.advance(MARK_INTERVAL).unwrap();
+                let (mut slack, mut taut) = (0, 0);
+                for (i, j) in sim.system.nodes() {
+                    for axis in [Axis::Horizontal, Axis::Vertical] {
+                        let Some(segment) = sim.system.segment(axis, i, j) else { continue };
+                        let marked = segment.alpha_when_marked().is_some();
+                        assert!(marked || !segment.is_slack(), "{i} {j}");
+                        slack += usize::from(marked);
+                        taut += usize::from(!marked);
+                    }
+                }
+                assert!(slack > 10 && taut > 50, "{slack} {taut}");
+            }
+        }
+    }
+}

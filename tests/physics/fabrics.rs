@@ -240,7 +240,7 @@ fn the_ledger_of_a_crimped_cell_closes_with_second_order() {
     assert!(coarse < 1e-6 && fine < coarse / 8.0, "{coarse:e} {fine:e}");
 }
 
-/// Taut sheets as they are placed: uniform, with yarns drawn one by one, plies, two sides and four.
+/// Taut sheets as they are placed: uniform, with yarns drawn one by one, plies, two sides and four, a quarter.
 fn taut() -> Vec<Scene> {
     let mut scene = unlike(without_projectile(small_sheet(15, 0.0)));
     (scene.sheet.nodes_y, scene.sheet.plies) = (12, 2);
@@ -251,7 +251,9 @@ fn taut() -> Vec<Scene> {
     strip.attachment.kind = AttachmentKind::TwoSides;
     (strip.sheet.pre_strain, strip.sheet.crimp) = ([0.01, 0.0], [0.0, 0.003]);
     let theta = Scene { integrator: Integrator::THETA, ..drawn };
-    vec![scene, drawn, strip, theta]
+    let symmetry = Symmetry { mirror_x: true, mirror_y: true };
+    let quarter = Scene { symmetry, drive: fabric::Drive::Free, ..scene };
+    vec![scene, drawn, strip, theta, quarter]
 }
 
 /// A sheet under pre-tension rests to the bit, its strain energy is that of its segments, and its supports feel N = A_0 U S of
@@ -274,7 +276,7 @@ fn a_taut_sheet_rests() {
         };
         close(energy.strain, (0..scene.segments() as usize).map(stored).sum(), 1e-12);
         // Forces on the free nodes vanish, those on the fixed ones are what the supports take.
-        let pulls = forces(&scene, &rest(&scene), &damage(&sim));
+        let pulls = forces(&scene, &rest(&scene), &vec![1.0; scene.segments() as usize]);
         let (fixed, duration) = (fixed_nodes(&scene), steps as f64 * sim.step_limits().dt);
         let strongest = pulls.iter().map(|f| length(*f)).fold(0.0, f64::max);
         for (pull, fixed) in pulls.iter().zip(&fixed) {
@@ -538,6 +540,59 @@ fn mirror_planes_leave_every_bit_of_a_fabric() {
             }
         }
     }
+}
+
+/// Numbers of the weft that are those of the warp leave every bit of the motion.
+#[test]
+fn a_weft_with_the_numbers_of_the_warp_changes_nothing() {
+    let mut plain = small_sheet(31, 150.0);
+    plain.yarn.stochastic = true;
+    let mut said = plain;
+    (said.sheet.spacing_y, said.sheet.yarn_area_y) = (plain.sheet.spacing, plain.sheet.yarn_area);
+    said.weft = Weft {
+        modulus_mean: plain.yarn.modulus_mean,
+        modulus_sd: plain.yarn.modulus_sd,
+        damage_slope: plain.yarn.damage_slope,
+        damage_intercept: plain.yarn.damage_intercept,
+        damage_sd: plain.yarn.damage_sd,
+        critical_stretch: plain.yarn.critical_stretch,
+    };
+    // The step limit takes the stiffest segment of each direction where they are said to be two.
+    let limits = [plain, said].map(|scene| scene.step_limits().unwrap().dt_crit);
+    close(limits[1], limits[0], 1e-3);
+    for scene in [&mut plain, &mut said] {
+        scene.time_step = TimeStep::seconds(2e-8);
+    }
+    let run = |scene: &Scene| {
+        let mut buffers = Buffers::of(scene);
+        let mut sim = buffers.sim(scene);
+        sim.advance(1500).unwrap();
+        assert!(sim.counters().failed_segments > 10);
+        (positions(&sim), velocities(&sim), damage(&sim), sim.energy().unwrap())
+    };
+    assert_eq!(run(&plain), run(&said));
+}
+
+/// The theta rule steps a crimped sheet to the same motion as velocity Verlet, as far as its jumps of stiffness allow.
+#[test]
+fn the_theta_rule_steps_a_crimped_fabric() {
+    let mut scene = unlike(without_projectile(small_sheet(15, 0.0)));
+    (scene.sheet.nodes_y, scene.sheet.crimp) = (12, [0.002, 0.004]);
+    scene.time_step = TimeStep::fraction(0.02);
+    let theta = Scene { integrator: Integrator { tolerance: 1e-13, ..Integrator::THETA }, ..scene };
+    let (mut buffers, mut theta_buffers) = (Buffers::of(&scene), Buffers::of(&theta));
+    let mut verlet = with_wave(&mut buffers, &scene, 300.0);
+    let mut theta = with_wave(&mut theta_buffers, &theta, 300.0);
+    let x = positions(&verlet);
+    for sim in [&mut verlet, &mut theta] {
+        sim.advance(2000).unwrap();
+        assert!(sim.energy().unwrap().strain > 0.05 * sim.energy().unwrap().fabric_kinetic);
+        assert!(sim.energy().unwrap().residual.abs() < 1e-3 * sim.energy().unwrap().fabric_kinetic);
+    }
+    let h = scene.sheet.spacing;
+    assert!(largest_distance(&x, &positions(&verlet)) > 0.3 * h);
+    let apart = largest_distance(&positions(&verlet), &positions(&theta));
+    assert!(apart < 1e-3 * h, "{:e}", apart / h);
 }
 
 /// The theta rule and velocity Verlet come to the same motion of a fabric as the step falls, with second order.
