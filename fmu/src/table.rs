@@ -45,6 +45,7 @@ pub enum Id {
     EnergyStrain,
     EnergyDissipated,
     EnergyContactLoss,
+    EnergyViscous,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -432,6 +433,7 @@ const OWN: &[Variable] = &[
         &ENERGY,
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
+    output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that the viscosity of the yarn has taken"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

@@ -103,6 +103,7 @@ fn outputs(sim: &mut Sim<'_>) -> Result<Map<String, Value>> {
         "energy.kinetic": energy.fabric_kinetic,
         "energy.strain": energy.strain,
         "energy.dissipated": energy.dissipated,
+        "energy.viscous": energy.viscous,
         "energy.residual": energy.residual,
         "momentum.residual": math::length(sim.momentum_residual()?),
         "step.fraction": limits.dt / limits.dt_crit,
