@@ -111,7 +111,7 @@ pub struct Outcomes {
     pub mask: OutcomeSet,
     /// First contact: step count at whose start the first impulse acted; None before.
     pub first_contact: Option<u64>,
-    /// Step and work of each latched outcome, by [`Outcome`] number.
+    /// Step and work of each latched outcome, by its number in [`crate::watch::Outcome::ALL`].
     pub latched: [Option<Latch>; 4],
 }
 
