@@ -149,7 +149,7 @@ def main():
         "failure. One run is one draw; residual velocity, absorbed energy and failed segments are to be compared as "
         "ensembles, over seeds or over slightly changed speeds. The same run on another machine gives the same FMU bits for the same "
         "inputs.</li>"
-        "<li>Not modelled: friction between yarns and on the fragment, bending, slip of yarns at crossings and clamps, crimp, "
+        "<li>Not modelled: friction between yarns and on the fragment, bending, slip of yarns at crossings and clamps, interchange of crimp, "
         "dependence on strain rate, contact between plies, deformation of the fragment.</li>"
         "<li>The yarn area of the source paper is about 3.7 times too large for its mass: calibrate the area before "
         "using absolute numbers.</li>"
