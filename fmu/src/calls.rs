@@ -7,6 +7,7 @@ use crate::kept::Saved;
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Owned;
 use crate::parameters::Parameters;
+use crate::starts::NAME;
 use crate::table::{self, Kind, MOST_ELEMENTS, TIME_REFERENCE, Variable};
 use crate::token;
 use core::ffi::{CStr, c_char};
@@ -85,7 +86,7 @@ pub(crate) fn create(log: Log, name: Text, token: Text) -> Option<Owned<Instance
         log.say(Category::Error, "instanceName: missing");
         return None;
     }
-    if token.get().is_none_or(|token| token.to_bytes() != token::text(Parameters::default())) {
+    if token.get().is_none_or(|token| token.to_bytes() != token::text(NAME, Parameters::default())) {
         log.say(Category::Error, "token: the model description and the library are of different builds");
         return None;
     }

@@ -146,12 +146,26 @@ impl Instance {
     }
 
     fn refuse_error(&self, category: Category, error: &Error) -> Status {
-        self.refuse_as(category, &error.text())
+        // The end of the kernel's path is where the host's motion leads.
+        let field = match error.field {
+            "path.position" => "projectile.position",
+            "path.velocity" => "projectile.velocity",
+            "path.orientation" => "projectile.orientation",
+            "path.angular_velocity" => "projectile.angular_velocity",
+            field => field,
+        };
+        self.refuse_as(category, &Error { field, ..*error }.text())
     }
 
     /// Refuses a scene: the field by the name that its variable has here.
     fn refuse_scene(&self, error: Error) -> Status {
         let known = VARIABLES.iter().find(|variable| variable.field().is_some_and(|field| field.name == error.field));
+        if let Some(variable) = known
+            && error.code == Code::OutOfRange
+            && !variable.contains(error.value)
+        {
+            return self.refuse_range(variable, error.value);
+        }
         let field = known.map_or(error.field, |variable| variable.name);
         let mut line = Line::new();
         let _ = write!(line, "{}", Error { field, ..error }.text());

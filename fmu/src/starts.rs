@@ -1,11 +1,17 @@
 //! The start values: the scene that an instance has if its host sets nothing.
 //!
 //! It is the 10 in sheet, or the scene that `cargo xtask fmu --scene FILE` was given. That command hands the scene over when the
-//! library is compiled, in the environment variable `FABRIC_FMU_SCENE`: 16 hexadecimal digits for each number of the kernel's table
+//! library is compiled, in the environment variables `FABRIC_FMU_NAME` and `FABRIC_FMU_SCENE`, the second 16 hexadecimal digits for each number of the kernel's table
 //! ([`fabric::fields::FIELDS`]), in its order.
 
 use fabric::Scene;
 use fabric::fields::{FIELDS, SLOTS};
+
+/// Name of the model: FabricShield, or that of a scene of its own.
+pub const NAME: &str = match option_env!("FABRIC_FMU_NAME") {
+    None => crate::MODEL_IDENTIFIER,
+    Some(name) => name,
+};
 
 /// The scene as words; None for the 10 in sheet.
 const WORDS: Option<[u64; SLOTS]> = match option_env!("FABRIC_FMU_SCENE") {

@@ -7,6 +7,7 @@ use crate::instance::{Instance, Running, Trouble};
 use crate::kept::{Kept, Phase, Saved};
 use crate::log::Status;
 use crate::parameters::Parameters;
+use crate::starts::NAME;
 use crate::table::EVENTS;
 use crate::token;
 use fabric::Sim;
@@ -113,7 +114,7 @@ impl Instance {
             }
             word
         };
-        for word in [MAGIC, FORMAT, token::hash(Parameters::default()), total as u64] {
+        for word in [MAGIC, FORMAT, token::hash(NAME, Parameters::default()), total as u64] {
             write(word);
         }
         visit(&mut kept, &mut write);
@@ -140,7 +141,7 @@ impl Instance {
         if header[0] != Some(MAGIC) || header[3] != Some(bytes.len() as u64) {
             return Err(self.refuse(malformed));
         }
-        if header[1] != Some(FORMAT) || header[2] != Some(token::hash(Parameters::default())) {
+        if header[1] != Some(FORMAT) || header[2] != Some(token::hash(NAME, Parameters::default())) {
             return Err(self.refuse("serialized state: of another version"));
         }
         let mut hash = Hash::default();

@@ -154,6 +154,12 @@ impl Variable {
         }
     }
 
+    /// Whether a number lies within the limits.
+    pub fn contains(&self, value: f64) -> bool {
+        let [least, greatest] = self.limits();
+        least <= value && value <= greatest
+    }
+
     const fn shaped(mut self, shape: &'static [usize]) -> Variable {
         self.shape = shape;
         self

@@ -3,11 +3,12 @@
 use crate::parameters::Parameters;
 use crate::table::{Kind, MOST_ELEMENTS, VARIABLES};
 
-/// A hash of the table (names, references, types, roles, sizes), of the start values and of the kernel's version and image format.
-pub fn hash(mut starts: Parameters) -> u64 {
+/// A hash of the model's name, of the table (names, references, types, roles, sizes), of the start values and of the kernel's version and image format.
+pub fn hash(name: &str, mut starts: Parameters) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     let mut take =
         |bytes: &[u8]| bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
+    take(name.as_bytes());
     take(fabric::VERSION.as_bytes());
     take(&fabric::snapshot::FORMAT.to_le_bytes());
     for variable in &VARIABLES {
@@ -34,8 +35,8 @@ pub fn hash(mut starts: Parameters) -> u64 {
 }
 
 /// The token as a text: guid of FMI 2.0, instantiationToken of FMI 3.0.
-pub fn text(starts: Parameters) -> [u8; 28] {
-    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", hash(starts));
+pub fn text(name: &str, starts: Parameters) -> [u8; 28] {
+    let (mut token, mut rest) = (*b"{FabricShield-0000000000000}", hash(name, starts));
     for place in token.iter_mut().skip(14).take(13).rev() {
         let digit = (rest & 15) as u8;
         *place = if digit < 10 { b'0' + digit } else { b'a' + digit - 10 };
@@ -47,10 +48,11 @@ pub fn text(starts: Parameters) -> [u8; 28] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::starts::NAME;
 
     #[test]
     fn it_is_readable() {
-        let (hash, text) = (hash(Parameters::default()), text(Parameters::default()));
+        let (hash, text) = (hash(NAME, Parameters::default()), text(NAME, Parameters::default()));
         assert!(std::format!("{hash:016x}").ends_with(core::str::from_utf8(&text[14..27]).unwrap()));
         assert!(core::str::from_utf8(&text).unwrap().starts_with("{FabricShield-"));
     }

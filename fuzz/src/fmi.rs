@@ -166,7 +166,7 @@ impl Player<'_> {
     /// A new instance, with a small sheet.
     fn instantiate(&mut self) {
         let odd = self.bytes.below(32);
-        let mut token = fabric_fmu::token::text(Parameters::default()).to_vec();
+        let mut token = fabric_fmu::token::text(fabric_fmu::starts::NAME, Parameters::default()).to_vec();
         if odd == 28 {
             token[20] ^= 1;
         }
@@ -177,7 +177,8 @@ impl Player<'_> {
         for attempt in [true, false].into_iter().filter(|&attempt| refused || !attempt) {
             let odd = if attempt { odd } else { 0 };
             let name = if attempt { name } else { c"fuzz".as_ptr() };
-            let sound = CString::new(fabric_fmu::token::text(Parameters::default())).unwrap_or_default();
+            let sound = CString::new(fabric_fmu::token::text(fabric_fmu::starts::NAME, Parameters::default()))
+                .unwrap_or_default();
             let token = if attempt { token.as_ptr() } else { sound.as_ptr() };
             // FMI 2.0's functions: no logger, whose arguments vary, and nothing else that is used.
             let callbacks = [null_mut::<c_void>(); 5];

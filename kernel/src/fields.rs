@@ -371,8 +371,10 @@ impl Field {
             _ => u32::MAX as f64,
         };
         match self.range {
-            // What no scene reads may be 0 although what is read must be greater.
-            Range::Positive | Range::NotNegative => [0.0, f64::INFINITY],
+            // Only a polyhedron has moments of its own: else they stay at 0.
+            Range::Positive if self.name == "projectile.moments" => [0.0, f64::INFINITY],
+            Range::Positive => [0.0_f64.next_up(), f64::INFINITY],
+            Range::NotNegative => [0.0, f64::INFINITY],
             Range::Within(least, greatest) => [least, greatest],
             Range::Above(least, greatest) => [least.next_up(), greatest],
             Range::Below(least, greatest) => [least, greatest.next_down()],
@@ -550,7 +552,7 @@ pub const FIELDS: &[Field] = &[
     vector("projectile.size", |s| &mut s.projectile.size, &LENGTH, Range::Positive, 214,
         "Edge lengths of a box along the body's axes, each at least 2 sheet.spacing. Read for a box only")
         .read(|s| if_so(s.projectile.shape == Shape::Box)).image(Image::WhereRead),
-    count("projectile.faces.count", |s| &mut s.projectile.faces.count, Range::Any, 264,
+    count("projectile.faces.count", |s| &mut s.projectile.faces.count, Range::Within(0.0, 16.0), 264,
         "Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only")
         .read(|s| if_so(s.projectile.shape == Shape::Polyhedron)).image(Image::WhereRead),
     shaped("projectile.faces.planes", Place::Reals(|s| s.projectile.faces.planes.as_flattened_mut(), &[MAX_FACES, 4]), &RATIO, Range::Any, 500,

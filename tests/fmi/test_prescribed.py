@@ -142,8 +142,7 @@ class Prescribed(unittest.TestCase):
                             usual = host.get(name)
                             host.try_set(name, value)
                             self.assertEqual(host.step(k * 1e-6, 1e-6), DISCARD, (name, value, host.log))
-                            said = "path.velocity" if value == [0.0, 0.0, 1e6] else name
-                            self.assertIn(said, host.log[-1][2])
+                            self.assertIn(name, host.log[-1][2])
                             host.try_set(name, usual)
                     for name, value in here.items():
                         host.try_set(name, value)

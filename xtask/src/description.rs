@@ -36,7 +36,7 @@ fn number(kind: Kind, value: f64) -> String {
 }
 
 fn token(model: &Model) -> String {
-    String::from_utf8_lossy(&fabric_fmu::token::text(model.starts)).into_owned()
+    String::from_utf8_lossy(&fabric_fmu::token::text(&model.name, model.starts)).into_owned()
 }
 
 /// Start values of an input or parameter, one text per element; none of an output.

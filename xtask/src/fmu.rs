@@ -85,7 +85,7 @@ pub fn of_scene(name: &str, file: &Path, targets: Targets) -> Result<[PathBuf; 2
     let folder = out.join(name);
     write(&folder, &files(&model))?;
     // Its library has another folder than the usual one: neither is built again because of the other.
-    let libraries = platforms::build(&tools::top(), &tools::target().join("scenes"), targets, model.words.as_deref())?;
+    let libraries = platforms::build(&tools::top(), &tools::target().join("scenes"), targets, model.compiled())?;
     archives(&model, &tools::top(), &folder, &libraries, &out)
 }
 

@@ -9,7 +9,9 @@ use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS
 /// The whole page.
 pub fn page(model: &Model) -> String {
     let text = include_str!("page.html");
-    text.replace("{name}", &model.name)
+    let sets = "<code>documentation/parameters</code> in the archive of FMI 2.0 has other scenes as parameter sets (SSP 1.0).\n";
+    text.replace("{sets}", if model.words.is_none() { sets } else { "" })
+        .replace("{name}", &model.name)
         .replace("{version}", env!("CARGO_PKG_VERSION"))
         .replace("{stop_time}", &format!("{DEFAULT_STOP_TIME:?}"))
         .replace("{step_size}", &format!("{DEFAULT_STEP_SIZE:?}"))

@@ -91,8 +91,8 @@ pub struct Library {
 }
 
 /// Builds the wanted libraries from the checkout in `source` into `target`, checks each, and says what was left out and why.
-/// `scene`: the words of the start values (`fmu/src/starts.rs`).
-pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<&str>) -> Result<Vec<Library>, String> {
+/// `scene`: name and start values of a model of its own (`fmu/src/starts.rs`).
+pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str; 2]>) -> Result<Vec<Library>, String> {
     let host = host()?;
     compile(source, target, &own(), &[], scene)?;
     let mut built = vec![Library { platform: host, path: target.join("ship").join(host.built) }];
@@ -242,11 +242,17 @@ fn version(text: &str) -> Option<(u32, u32)> {
 }
 
 /// Builds the library in its shipped form into `target`, for this platform if `others` names none.
-fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Platform], scene: Option<&str>) -> Outcome {
+fn compile(
+    source: &Path,
+    target: &Path,
+    compiler: &Compiler,
+    others: &[&Platform],
+    scene: Option<[&str; 2]>,
+) -> Outcome {
     let mut command = compiler.command();
     match scene {
-        Some(words) => command.env("FABRIC_FMU_SCENE", words),
-        None => command.env_remove("FABRIC_FMU_SCENE"),
+        Some([name, words]) => command.env("FABRIC_FMU_NAME", name).env("FABRIC_FMU_SCENE", words),
+        None => command.env_remove("FABRIC_FMU_NAME").env_remove("FABRIC_FMU_SCENE"),
     };
     command
         .args(["build", "--quiet", "--locked", "--profile", "ship", "-p", "fmu-lib", "--features", "bare"])

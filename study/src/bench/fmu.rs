@@ -80,7 +80,10 @@ fn ok(status: Status, what: &str) -> Result<()> {
 impl Fmu {
     /// A running instance; `nodes` per side, or the default scene.
     fn new(version: Version, nodes: Option<i32>, prescribed: bool) -> Result<Fmu> {
-        let token = CString::new(fabric_fmu::token::text(fabric_fmu::parameters::Parameters::default()))?;
+        let token = CString::new(fabric_fmu::token::text(
+            fabric_fmu::starts::NAME,
+            fabric_fmu::parameters::Parameters::default(),
+        ))?;
         let name = c"bench";
         // SAFETY: texts end with a zero and live through the call; the callbacks are five null pointers, as the struct has.
         let place = unsafe {

@@ -236,7 +236,7 @@
 
 // Faces of a polyhedron, in body axes: a part of fk_scene.
 typedef struct fk_scene_projectile_faces {
-    // Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only. Default 0.
+    // Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only. 0 to 16. Default 0.
     uint64_t count;
     // Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least
     // sheet.spacing. Beyond the count not read. Default 0 each.
