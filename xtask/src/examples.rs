@@ -69,10 +69,16 @@ fn cost() -> Outcome {
         command(compiler, &[standard, "-O2", "-DNDEBUG", "-Iinclude", source, &library, "-o", &program])?;
         let counts = format!("{program}.counts");
         let file = format!("--callgrind-out-file={counts}");
-        output("valgrind", &["--quiet", "--tool=callgrind", "--toggle-collect=measured", &file, &program])?;
-        let counts = read(&counts)?;
-        let total = counts.lines().find_map(|line| line.strip_prefix("totals: "));
-        total.and_then(|total| total.trim().parse().ok()).ok_or("callgrind prints no totals".into())
+        let mut least = u64::MAX;
+        // Where the stack begins depends on the length of arguments and environment, and on it what copies cost: 32 bytes apart or not.
+        for shift in ["x", "xxxxxxxxxxxxxxxxx"] {
+            output("valgrind", &["--quiet", "--tool=callgrind", "--toggle-collect=measured", &file, &program, shift])?;
+            let counts = read(&counts)?;
+            let total = counts.lines().find_map(|line| line.strip_prefix("totals: "));
+            let total = total.and_then(|total| total.trim().parse().ok()).ok_or("callgrind prints no totals")?;
+            least = least.min(total);
+        }
+        Ok(least)
     };
     let c = count("gcc", "-std=c11", "tests/cpp/cost.c")?;
     let cpp = count("g++", "-std=c++17", "tests/cpp/cost.cpp")?;
