@@ -85,20 +85,19 @@ impl Parameters {
     /// Whether a value may be set: one of the choices; of an Integer not below 0. The scene's numbers are checked when
     /// initialisation ends, by the kernel, whose words say more, and then by [`Parameters::out_of_range`].
     pub fn acceptable(variable: &Variable, value: f64) -> bool {
-        let [least, greatest] = variable.limits();
         match (variable.kind, variable.field()) {
             (Kind::Real, _) => true,
             (Kind::Integer, Some(_)) => value >= 0.0,
-            _ => least <= value && value <= greatest,
+            _ => variable.contains(value),
         }
     }
 
     /// The first parameter of the scene that is not a number within its range, though the scene may not read it, and the number.
     pub fn out_of_range(&mut self) -> Option<(&'static Variable, f64)> {
         VARIABLES.iter().filter(|variable| variable.role == Role::Fixed).find_map(|variable| {
-            let ([least, greatest], mut values) = (variable.limits(), [0.0; MOST_ELEMENTS]);
+            let mut values = [0.0; MOST_ELEMENTS];
             self.get(variable, &mut values);
-            let within = |value: f64| value.is_finite() && least <= value && value <= greatest;
+            let within = |value: f64| value.is_finite() && variable.contains(value);
             values.into_iter().take(variable.size()).find(|value| !within(*value)).map(|value| (variable, value))
         })
     }

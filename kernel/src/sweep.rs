@@ -113,7 +113,7 @@ struct RowJob<'a, const PLAIN: bool, const TOE: bool>(Row<'a>);
 const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
-const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
 impl Pass<'_> {
     /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
@@ -367,7 +367,7 @@ impl<L: Lane> Along<L> {
 
 /// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
 #[inline(always)]
-fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
+pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
     if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }
 }
 

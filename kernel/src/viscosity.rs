@@ -2,10 +2,10 @@
 //!
 //! Method: v_{n-1/2} becomes v_{n-1/2} + b(u_n, v_{n-1/2}), and the pass goes on from there. So the viscous forces belong to t_n and
 //! their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with the spacing. By itself this change only lowers
-//! the kinetic energy; the ledger counts it as the others: impulse times the mean of the velocities at t_{n-1/2} and t_{n+1/2}. Each segment pulls its ends equally by the viscous part of its force
-//! (`yarn.rs`); along each yarn a moment at every node with taut segments on both sides acts on the node and its two neighbours. As
-//! a force of the segment between nodes i and i + 1 that is M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in
-//! the sweep.
+//! the kinetic energy; the ledger counts it as the others: impulse times the mean of the velocities at t_{n-1/2} and t_{n+1/2}.
+//! Each segment pulls its ends equally by the viscous part of its force (`yarn.rs`); along each yarn a moment at every node with taut
+//! segments on both sides acts on the node and its two neighbours. As a force of the segment between nodes i and i + 1 that is
+//! M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in the sweep.
 //! All changes are found before one is made, in rows of their own, because a node's depends on the velocities of nodes two away.
 //! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
@@ -14,7 +14,7 @@ use crate::direction::Directions;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
 use crate::rows::place_image_column;
-use crate::sweep::node_sum;
+use crate::sweep::{NOTHING, node_sum, right_of};
 use crate::symmetry::Line;
 use crate::system::System;
 use crate::toe::Toe;
@@ -144,9 +144,6 @@ struct SecondLoop<'a> {
     here: &'a mut [Chunk<PUSH_PLANES>],
 }
 
-/// What stands above the top row and to the right of the last chunk.
-const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
-
 impl Job for FirstLoop<'_> {
     type Output = ();
 
@@ -219,7 +216,7 @@ impl Job for SecondLoop<'_> {
             for g in 0..CHUNK / L::WIDTH {
                 for (k, left_force) in left_force.iter_mut().enumerate() {
                     let moment: L = at(chunk, OWN_MOMENT + k, g);
-                    let right = right_of(moment, chunk, next, OWN_MOMENT + k, g);
+                    let right = right_of(moment, &chunk[OWN_MOMENT + k], &next[OWN_MOMENT + k], g);
                     let force = at::<L, VISCOUS_PLANES>(chunk, OWN_PULL + k, g).add(moment.sub(right));
                     put(here, k, g, force.sub(force.left_of(*left_force)));
                     *left_force = force;
@@ -244,20 +241,14 @@ fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, la
     lanes.store(&mut L::groups_mut(&mut chunk[plane])[g]);
 }
 
-/// The right-hand neighbours of group g, which is `here`: from the same plane, or with the first of the chunk behind.
-#[inline(always)]
-fn right_of<L: Lane, const P: usize>(here: L, chunk: &Chunk<P>, next: &Chunk<P>, plane: usize, g: usize) -> L {
-    if g + 1 < CHUNK / L::WIDTH { L::load_right(&chunk[plane], g) } else { here.right_of(at(next, plane, 0)) }
-}
-
 /// Three planes from `first` on: those of the right-hand neighbours less those of group g.
 #[inline(always)]
 fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
     let here: [L; 3] = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
     [
-        right_of(here[0], chunk, next, first, g).sub(here[0]),
-        right_of(here[1], chunk, next, first + 1, g).sub(here[1]),
-        right_of(here[2], chunk, next, first + 2, g).sub(here[2]),
+        right_of(here[0], &chunk[first], &next[first], g).sub(here[0]),
+        right_of(here[1], &chunk[first + 1], &next[first + 1], g).sub(here[1]),
+        right_of(here[2], &chunk[first + 2], &next[first + 2], g).sub(here[2]),
     ]
 }
 

@@ -8,8 +8,8 @@ import ctypes
 import os
 import pathlib
 import shutil
+import sys
 import tempfile
-from xml.etree import ElementTree
 
 import fmpy
 from fmpy import fmi2, fmi3
@@ -23,15 +23,9 @@ EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", pathlib.Path(__file__).parents[2] / "target"))
 ARCHIVES = {version: TARGET / "fmu" / f"FabricShield-fmi{version}.fmu" for version in (2, 3)}
+sys.path.insert(0, str(EXAMPLES / "coupling"))
 
-
-
-def parameter_set(name):
-    """The values of a parameter set of the examples."""
-    read = {"Real": float, "Integer": int, "Boolean": lambda text: text == "true"}
-    found = ElementTree.parse(EXAMPLES / "parameters" / f"{name}.ssv").getroot().find("{*}Parameters")
-    return {parameter.get("name"): read[parameter[0].tag.split("}")[1]](parameter[0].get("value")) for parameter in found}
-
+from driven_shield import parameter_set  # noqa: E402
 
 # The 3 in sheet and the sphere, 1 mm before it.
 SPHERE = parameter_set("sheet_3in_sphere")

@@ -2,14 +2,11 @@
 
 import math
 import pathlib
-import sys
 import unittest
 
 from host import ARCHIVES, PRESCRIBED, OK, RADIUS, SPHERE, Host
 
 TOP = pathlib.Path(__file__).parents[2]
-sys.path.insert(0, str(TOP / "examples" / "coupling"))
-
 import rollback  # noqa: E402
 import two_shields  # noqa: E402
 from sphere import MASS, Body  # noqa: E402
