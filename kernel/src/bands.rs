@@ -45,6 +45,7 @@
 use crate::blocks::Blocks;
 use crate::contact::Gathered;
 use crate::error::{Code, Error, Failure};
+use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::CacheLine;
 use crate::layout::MAX_BANDS;
 use crate::planes::{
@@ -119,6 +120,8 @@ struct Pointers {
     marks: *const Chunk<MARK_PLANES>,
     pushes: *const Chunk<PUSH_PLANES>,
     taken: *mut f64,
+    columns: *const Chunk<LINE_PLANES>,
+    lines: *const Chunk<LINE_PLANES>,
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
@@ -285,7 +288,7 @@ impl Plan {
             viscosity::find_pushes(system, rows);
         }
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, marks, pushes, taken, columns, lines, ranges, runs, .. } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
@@ -294,6 +297,8 @@ impl Plan {
             marks: marks.as_ptr(),
             pushes: pushes.as_ptr(),
             taken: taken.as_mut_ptr(),
+            columns: columns.as_ptr(),
+            lines: lines.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             scratch,
@@ -342,7 +347,8 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                self.terms.pass().lift(below, history, here, carry, &self.terms.yarn_row(yarn, strength, 0), marks);
+                let yarn = self.terms.yarn_row(self.net(), first - 1, yarn, strength, 0);
+                self.terms.pass().lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -384,6 +390,7 @@ impl Plan {
                 taken: if layout.viscous { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
+                net: self.net(),
                 carry,
                 kept,
             };
@@ -407,7 +414,8 @@ impl Plan {
             for j in self.rows[0]..self.rows[1] {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
-                step::book_pulls(&mut system.state.sums, &system.scene, j, &pulls.map(Vector::from));
+                let pulls = pulls.map(Vector::from);
+                step::book_pulls(&mut system.state.sums, &system.scene, &self.terms.layout, j, &pulls);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;
@@ -415,6 +423,24 @@ impl Plan {
             step::end_step(system, self.failed_before)?;
         }
         Ok(())
+    }
+
+    /// Bars and widths of a graded network.
+    ///
+    /// # Safety
+    /// The simulation's blocks are there.
+    unsafe fn net<'r>(&self) -> Net<'r> {
+        let layout = &self.terms.layout;
+        if !layout.graded {
+            return Net { columns: &[], lines: &[] };
+        }
+        // SAFETY: they are as long, and nothing changes them.
+        unsafe {
+            Net {
+                columns: rows(self.memory.columns, 1, 0, layout.chunks),
+                lines: rows(self.memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)),
+            }
+        }
     }
 
     /// A band's own numbers.

@@ -1,6 +1,7 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
 use crate::error::{Code, Error};
+use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, Layout};
 use crate::planes::{
@@ -35,6 +36,10 @@ pub(crate) struct Blocks<'a> {
     pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
     /// Energy that viscosity has taken of each row in the present pass, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
+    /// Constants of a row of nodes of a graded network, chunk by chunk of its columns (`grading.rs`).
+    pub columns: &'a mut [Chunk<LINE_PLANES>],
+    /// The same of a column of nodes.
+    pub lines: &'a mut [Chunk<LINE_PLANES>],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest y displacement of each row.
@@ -62,6 +67,8 @@ impl<'a> Blocks<'a> {
             pushes: &mut [],
             viscous: &mut [],
             taken: &mut [],
+            columns: &mut [],
+            lines: &mut [],
             carry: &mut [],
             kept: &mut [],
             ranges: &mut [],
@@ -82,6 +89,7 @@ impl<'a> Blocks<'a> {
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
+        let graded = |count: usize| if layout.graded { count * CHUNK * LINE_PLANES } else { 0 };
         let viscous = |count: usize| if layout.viscous { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
@@ -93,6 +101,8 @@ impl<'a> Blocks<'a> {
                 iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
                 pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
                 viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
+                columns: chunked(reals.take(graded(layout.chunks))?),
+                lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,

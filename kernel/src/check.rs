@@ -158,6 +158,7 @@ impl Scene {
         fields::check(self)?;
         self.check_yarn()?;
         self.check_rest()?;
+        self.check_grading()?;
         self.check_projectile()?;
         self.check_attachment()?;
         self.check_symmetry()?;
@@ -283,6 +284,28 @@ impl Scene {
             // Segments of one line at one stretch pull alike only if their moduli are alike.
             if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
                 return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The sizes of bars, and what a graded network does not have.
+    fn check_grading(&self) -> Result<(), Error> {
+        let grading = &self.sheet.grading;
+        if !grading.largest.is_power_of_two() && grading.largest != 0 {
+            let size = grading.largest.next_power_of_two();
+            return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), size.into()));
+        }
+        if !self.is_graded() {
+            return Ok(());
+        }
+        if self.viscosity() != [0.0; 3] {
+            return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), 0.0));
+        }
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        for (mirrored, centre) in [(mirror_x, grading.centre[0]), (mirror_y, grading.centre[1])] {
+            if mirrored && centre != 0.0 {
+                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0));
             }
         }
         Ok(())

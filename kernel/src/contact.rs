@@ -13,6 +13,7 @@
 
 use crate::blocks::Blocks;
 use crate::error::Failure;
+use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::CANDIDATE_REALS;
 use crate::math;
@@ -44,7 +45,7 @@ pub struct Candidate {
     pub normal: Vector,
     /// r x n in body axes, m: the arm of the impulse.
     pub arm: Vector,
-    /// How often the node appears in the whole sheet: 1 without mirror planes. For a fixed node the negative of it.
+    /// How many nodes of the whole fabric it stands for: 1 without mirror planes and grading. For a fixed node the negative of it.
     pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
@@ -98,7 +99,7 @@ impl Candidate {
         self.weight < 0.0
     }
 
-    /// How often the node appears in the whole sheet.
+    /// How many nodes of the whole fabric it stands for.
     pub fn images(&self) -> f64 {
         if self.is_fixed() { -self.weight } else { self.weight }
     }
@@ -156,12 +157,24 @@ impl<'s> Search<'s> {
         high >= self.body.position.y - self.half[1] && low <= self.body.position.y + self.half[1]
     }
 
-    /// The first chunk of a row, from number `from` on, with a node in the body's box. `first`: rest place of the row's first
-    /// node in spacings `h`, m.
-    pub fn next_near(&self, row: &[Chunk<HOT_PLANES>], from: usize, first: [f64; 2], h: f64) -> Option<usize> {
+    /// The first chunk of a row, from number `from` on, with a node in the body's box. `columns`: those of a graded network;
+    /// `first`: rest place of the row's first node in spacings `h`, m.
+    pub fn next_near(
+        &self,
+        row: &[Chunk<HOT_PLANES>],
+        columns: &[Chunk<LINE_PLANES>],
+        from: usize,
+        first: [f64; 2],
+        h: f64,
+    ) -> Option<usize> {
         let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
-        let centre = [centre.x - first[0], centre.y - first[1], centre.z];
-        lanes::dispatch(self.instructions, Near { row, from, centre, half })
+        let across = if columns.is_empty() { centre.x - first[0] } else { centre.x };
+        let centre = [across, centre.y - first[1], centre.z];
+        if columns.is_empty() {
+            lanes::dispatch(self.instructions, Near::<false> { row, columns, from, centre, half })
+        } else {
+            lanes::dispatch(self.instructions, Near::<true> { row, columns, from, centre, half })
+        }
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
@@ -184,15 +197,16 @@ impl<'s> Search<'s> {
     }
 }
 
-/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node.
-struct Near<'a> {
+/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
+struct Near<'a, const GRADED: bool> {
+    columns: &'a [Chunk<LINE_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
     from: usize,
     centre: [f64; 3],
     half: [f64; 3],
 }
 
-impl Job for Near<'_> {
+impl<const GRADED: bool> Job for Near<'_, GRADED> {
     type Output = Option<usize>;
 
     #[inline(always)]
@@ -202,8 +216,12 @@ impl Job for Near<'_> {
         let [hx, hy, hz] = self.half.map(L::splat);
         let zero = L::splat(0.0);
         for (c, [x, y, z, ..]) in self.row.iter().enumerate().skip(self.from) {
-            let column = L::splat((c * CHUNK) as f64).sub(cx);
-            let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(&COLUMNS));
+            let (columns, column) = if GRADED {
+                (self.columns.get(c).map_or(&COLUMNS, |columns| &columns[PLACE]), zero.sub(cx))
+            } else {
+                (&COLUMNS, L::splat((c * CHUNK) as f64).sub(cx))
+            };
+            let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(columns));
             for (((x, y), z), columns) in groups {
                 let rx = L::load(columns).add(L::load(x)).add(column);
                 let (ry, rz) = (L::load(y).sub(cy), L::load(z).sub(cz));
@@ -282,6 +300,7 @@ pub struct Solved {
 }
 
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
+/// A node of a graded network stands for several of this mass, which move alike: its impulse is that on one of them.
 /// `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
 /// times the part of one that the planes leave.
@@ -311,9 +330,9 @@ pub fn solve(
         let [.., effective_mass, impulse] = slot;
         (*effective_mass, *impulse) = (plain_mass, 0.0);
         supported |= c.is_fixed();
-        if turns || !whole || c.is_fixed() {
+        if turns || !whole || c.weight != 1.0 {
             let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
-            let moving = if whole { 1.0 } else { c.normal.dot(&push(&c)) };
+            let moving = if whole { c.images() } else { c.normal.dot(&push(&c)) };
             let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
             *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
@@ -385,14 +404,15 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.drive == Drive::Free;
-    let Blocks { hot, ranges, candidates, candidate_nodes, runs, .. } = &mut system.blocks;
+    let Blocks { hot, ranges, candidates, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
+    let net = Net { columns, lines };
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let mut count = 0;
     let mut deepest = 0.0;
     // Offsets are exact: those of a row follow from its first.
     let x0 = weave::rest_offset(0, nodes_x);
     for j in 0..ny {
-        let y0 = weave::rest_offset(j, nodes_y) * rise;
+        let y0 = planes::get(net.lines, PLACE, j).unwrap_or_else(|| weave::rest_offset(j, nodes_y) * rise);
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
             continue;
@@ -401,14 +421,16 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0];
         let mut from = 0;
-        while let Some(near) = search.next_near(row, from, first, h) {
+        while let Some(near) = search.next_near(row, net.columns, from, first, h) {
             from = near + 1;
             let Some(chunk) = row.get(near) else { break };
+            let places = net.columns.get(near).map(|columns| &columns[PLACE]);
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
                 let i = near * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((x0 + i as f64 + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                let place = places.map_or(x0 + i as f64, |places| places[lane]);
+                let x = Vector::new((place + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;
@@ -420,7 +442,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                let weight = layout.node_weight(i, j);
+                let weight = layout.node_weight(i, j) * net.share(i, j);
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
                     displacement: u,
@@ -800,7 +822,7 @@ mod tests {
                 }
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
-                    assert_eq!(search.next_near(&row, from, first, h), expected, "{set:?}");
+                    assert_eq!(search.next_near(&row, &[], from, first, h), expected, "{set:?}");
                 }
             }
         }

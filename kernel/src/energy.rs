@@ -98,7 +98,7 @@ fn momentum(system: &System<'_>) -> Vector {
     let mut total = Vector::zeros();
     for j in 0..ny {
         let row = planes::row(system.blocks.hot, chunks, j);
-        let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.layout.node_weight(i, j));
+        let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.share(i, j));
         let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
         total += Vector::new(sum(3), sum(4), sum(5));
     }
@@ -119,7 +119,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
         for plane in 3..6 {
             let weighted = |i: usize| {
                 let v = planes::get(row, plane, i)?;
-                Some(v * v * system.layout.node_weight(i, j))
+                Some(v * v * system.share(i, j))
             };
             sum += (0..nx).filter_map(weighted).sum::<f64>();
         }
@@ -131,10 +131,10 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 if let Some(segment) = system.segment(axis, i, j) {
                     let (stored, lost) = segment_energy(system, &segment);
-                    let weight = system.layout.segment_weight(axis, i, j);
-                    let direction = system.directions.along(axis);
-                    row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
-                    row_dissipated += weight * (lost * direction.volume);
+                    let [segments, yarns] = segment.bar;
+                    let weight = system.layout.segment_weight(axis, i, j) * yarns;
+                    row_strain += weight * (stored * (segment.rest.length * segment.rest.length));
+                    row_dissipated += weight * (lost * (system.directions.along(axis).volume * segments));
                 }
             }
         }
@@ -160,8 +160,9 @@ fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
         return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
     }
     let law = system.law_of(segment);
-    let material =
-        Segment { modulus: segment.undamaged * direction.modulus_per_stiffness, damage_rate: segment.damage_rate };
+    let [segments, _] = segment.bar;
+    let modulus = segment.undamaged * (direction.modulus_per_stiffness * segments);
+    let material = Segment { modulus, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
     let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
     let stored_before = stored(segment.stiffness, before);
@@ -447,6 +448,7 @@ mod tests {
                             let view = SegmentView {
                                 axis: Axis::Horizontal,
                                 rest: direction.rest,
+                                bar: [1.0; 2],
                                 stiffness: alpha(largest) * direction.stiffness,
                                 undamaged: direction.stiffness,
                                 damage_rate: yarn.damage_rate,
@@ -486,6 +488,7 @@ mod tests {
             SegmentView {
                 axis,
                 rest,
+                bar: [1.0; 2],
                 stiffness,
                 undamaged: 1.0,
                 damage_rate: 9.0,

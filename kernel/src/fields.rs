@@ -10,7 +10,7 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
+    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, GRADING_LARGEST, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
     Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
@@ -180,6 +180,7 @@ pub const CHOICES: &[&Choice] =
 /// What a group of parameters is, by the first part of its name.
 pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
+    ("sheet.grading", "Graded network: bars that stand for several yarns, away from the hit"),
     ("attachment", "How the sheet is held"),
     ("yarn", "The yarn law and its scatter"),
     ("weft", "The yarn along y, where it is unlike that along x"),
@@ -478,6 +479,17 @@ pub const FIELDS: &[Field] = &[
     vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
+    count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,
+        "Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow by factors of two away from the fine part. Not with viscosity")
+        .image(Image::Later(0x6a_0000)),
+    count("sheet.grading.run", |s| &mut s.sheet.grading.run, Range::Within(1.0, 1e6), 741,
+        "Bars of each size before the next. Read with grading only").read(graded).image(Image::LaterWhereRead),
+    shaped("sheet.grading.centre", Place::Reals(|s| &mut s.sheet.grading.centre, &[2]), &POSITION, Range::Any, 742,
+        "Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror plane. Read with grading only")
+        .read(graded).image(Image::LaterWhereRead),
+    shaped("sheet.grading.half_width", Place::Reals(|s| &mut s.sheet.grading.half_width, &[2]), &LENGTH, Range::NotNegative, 744,
+        "Half the width of the fine part along x and along y. Read with grading only")
+        .read(graded).image(Image::LaterWhereRead),
     // ---- Attachment
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
@@ -631,6 +643,10 @@ fn one(number: &mut f64) -> &mut [f64] {
 
 fn four_corners(scene: &Scene) -> usize {
     if_so(scene.attachment.kind == AttachmentKind::FourCorners)
+}
+
+fn graded(scene: &Scene) -> usize {
+    if_so(scene.is_graded())
 }
 
 fn own_weft(scene: &Scene) -> usize {

@@ -2,6 +2,7 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
+use crate::grading::{LINE_PLANES, Places};
 use crate::lanes::CacheLine;
 use crate::planes::{
     Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
@@ -36,7 +37,7 @@ pub fn frame_words(parts: Parts) -> usize {
 /// Sizes of a scene's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Nodes modelled along x: of a mirrored sheet only its half.
+    /// Nodes modelled along x: of a mirrored sheet only its half, of a graded network its own.
     pub nodes_x: usize,
     /// Nodes modelled along y.
     pub nodes_y: usize,
@@ -44,9 +45,11 @@ pub struct Layout {
     pub x: Line,
     /// A column of nodes.
     pub y: Line,
+    /// The first row of nodes beyond the middle of the sheet.
+    pub upper: usize,
     /// Chunks in a row.
     pub chunks: usize,
-    /// true if segments have their own constants.
+    /// true if segments have their own constants: of drawn yarn, or of a graded network.
     pub stochastic: bool,
     /// true if segments have their own critical stretch.
     pub strength: bool,
@@ -60,6 +63,8 @@ pub struct Layout {
     pub toe: bool,
     /// true if the yarn is viscous.
     pub viscous: bool,
+    /// true if bars stand for several yarns anywhere.
+    pub graded: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -74,6 +79,7 @@ impl Layout {
         nodes_y: 0,
         x: Line { nodes: 0, mirrored: false },
         y: Line { nodes: 0, mirrored: false },
+        upper: 0,
         chunks: 0,
         stochastic: false,
         strength: false,
@@ -82,6 +88,7 @@ impl Layout {
         halving: false,
         toe: false,
         viscous: false,
+        graded: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -102,12 +109,14 @@ impl Layout {
     }
 
     fn compute(scene: &Scene) -> Option<Layout> {
-        let x = Line { nodes: scene.sheet.nodes_x, mirrored: scene.symmetry.mirror_x };
-        let y = Line { nodes: scene.sheet.nodes_y, mirrored: scene.symmetry.mirror_y };
+        let [across, up] = scene.network();
+        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
+        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled());
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let stochastic = scene.yarn.stochastic;
+        let graded = scene.is_graded();
+        let stochastic = scene.yarn.stochastic || graded;
         let strength = scene.yarn.strength_draw != StrengthDraw::None;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
@@ -129,6 +138,7 @@ impl Layout {
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
             .checked_add(nodes_y.checked_mul(2 + usize::from(viscous))?)?
+            .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
         let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
         let reals = rows.checked_add(scratch)?;
@@ -158,6 +168,7 @@ impl Layout {
             nodes_y,
             x,
             y,
+            upper: Places::of(scene, Axis::Vertical).upper(),
             chunks,
             stochastic,
             strength,
@@ -166,6 +177,7 @@ impl Layout {
             halving,
             toe,
             viscous,
+            graded,
             candidates,
             reals,
             words,
@@ -236,7 +248,7 @@ impl Layout {
         Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous }
     }
 
-    /// How often node (i, j) appears in the whole sheet.
+    /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
     pub fn node_weight(&self, i: usize, j: usize) -> f64 {
         self.x.node_weight(i) * self.y.node_weight(j)
     }

@@ -46,6 +46,7 @@ pub mod error;
 #[cfg(feature = "micro")]
 pub mod fibril;
 pub mod fields;
+pub mod grading;
 pub mod lanes;
 pub mod layout;
 mod marks;
@@ -87,7 +88,7 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
     RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
     TimeStep, Weft, Yarn,
 };

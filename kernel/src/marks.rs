@@ -1,6 +1,7 @@
 //! The search for slack segments, which get a toe (`toe.rs`).
 
 use crate::direction::Directions;
+use crate::grading::NetRow;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, vertical_axes};
 use crate::rows::place_image_column;
@@ -39,6 +40,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
             directions: &system.directions,
+            net: system.net().row(j),
             from,
         },
     )
@@ -61,6 +63,7 @@ struct NextSlack<'a> {
     above: &'a [Chunk<HOT_PLANES>],
     marks: &'a [Chunk<MARK_PLANES>],
     directions: &'a Directions,
+    net: NetRow<'a>,
     from: usize,
 }
 
@@ -70,7 +73,8 @@ impl Job for NextSlack<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         let one = L::splat(1.0);
-        let (rest_h, rest_v) = (&self.directions.horizontal.rest, &self.directions.vertical.rest);
+        let Directions { horizontal, vertical, .. } = self.directions;
+        let rest_v = self.net.upwards(&vertical.rest);
         for (c, (chunk, [mark_h, mark_v])) in self.row.iter().zip(self.marks).enumerate().skip(self.from) {
             let behind = displacement::<L>(self.row.get(c + 1), 0);
             for g in 0..CHUNK / L::WIDTH {
@@ -81,6 +85,7 @@ impl Job for NextSlack<'_> {
                     here[1].right_of(next[1]).sub(here[1]),
                     here[2].right_of(next[2]).sub(here[2]),
                 ];
+                let rest_h = self.net.along(c, g, &horizontal.rest);
                 // A mark is 1 or at most 0: U^2 is below it where a segment is slack that has none.
                 if L::load(&L::groups(mark_h)[g]).any_above(rest_h.twice_strain(d).add(one)) {
                     return Some(c);

@@ -2,6 +2,7 @@
 
 use crate::blocks::Blocks;
 use crate::direction::Directions;
+use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::Layout;
 use crate::planes::{
@@ -35,9 +36,11 @@ impl Terms {
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    /// Constants of the segments of row j: the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
     pub fn yarn_row<'y>(
         &'y self,
+        net: Net<'y>,
+        j: usize,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
         k: usize,
@@ -47,7 +50,7 @@ impl Terms {
         } else {
             Constants::Uniform(&self.directions)
         };
-        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
+        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k), net: net.row(j) }
     }
 }
 
@@ -73,6 +76,8 @@ pub(crate) struct Rows<'r> {
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
     pub runs: &'r [[u32; 4]],
+    /// Bars and widths of a graded network.
+    pub net: Net<'r>,
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
     pub kept: &'r mut [[f64; 3]],
@@ -96,6 +101,7 @@ impl<'r> Rows<'r> {
             taken: if layout.viscous { blocks.taken.get_mut(first..end)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
+            net: Net { columns: blocks.columns, lines: blocks.lines },
             carry: blocks.carry,
             kept: blocks.kept,
         })
@@ -110,7 +116,7 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, net, carry, kept } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -126,12 +132,12 @@ impl Rows<'_> {
                 **taken = half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, k);
+            let yarn = terms.yarn_row(net, j, yarn, strength, k);
             let (met, reach) =
                 pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
             *range = reach;
-            book(j, restore_fixed(row, kept, run, layout, j));
+            book(j, restore_fixed(row, kept, run, layout, &net, j));
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
             }
@@ -219,6 +225,7 @@ fn restore_fixed(
     kept: &[[f64; 3]],
     run: &[u32; 4],
     layout: &Layout,
+    net: &Net<'_>,
     j: usize,
 ) -> [Vector; 2] {
     let mut pulls = [Vector::zeros(); 2];
@@ -226,7 +233,8 @@ fn restore_fixed(
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * layout.node_weight(i, j);
+            let weight = layout.node_weight(i, j) * net.share(i, j);
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight;
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;

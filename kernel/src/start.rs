@@ -3,6 +3,7 @@
 use crate::contact::Search;
 use crate::energy;
 use crate::error::{Code, Error};
+use crate::grading::Places;
 use crate::lanes::InstructionSet;
 use crate::model::{Model, start_motion};
 use crate::path;
@@ -48,16 +49,17 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Resul
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
+    let [columns, rows] = [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(scene, axis));
     let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
-    for j in 0..scene.sheet.nodes_y as usize {
-        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h_y;
+    for j in 0..rows.nodes() as usize {
+        let y = rows.offset(j) * h_y;
         if !search.meets_row(y, y) {
             continue;
         }
         let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
-        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
+        for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+            let x = Vector::new(columns.offset(i) * h_x, y, 0.0);
             if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
                 return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
             }

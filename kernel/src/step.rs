@@ -9,6 +9,7 @@ use crate::body;
 use crate::contact::{self, Gathered};
 use crate::energy;
 use crate::error::Failure;
+use crate::layout::Layout;
 use crate::marks;
 use crate::math;
 use crate::outcome::{self, TEST_INTERVAL};
@@ -183,7 +184,7 @@ fn sweep(system: &mut System<'_>) -> Report {
     let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, j, &pulls);
+            book_pulls(sums, scene, &terms.layout, j, &pulls);
         }
     });
     book_viscosity(system, [first, end]);
@@ -228,10 +229,10 @@ fn close_window(system: &mut System<'_>) {
 }
 
 /// Books the pulls of the sheet on the two runs of fixed nodes of row j, in units of m h/dt.
-pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2]) {
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, layout: &Layout, j: usize, pulls: &[Vector; 2]) {
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {
-        let at = weave::attachment_of(kind, scene.sheet.nodes_y, j, side);
+        let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, j, side);
         sums.add_to_support(kind, at, &(pull * symmetry.share()), symmetry);
     }
 }

@@ -6,11 +6,13 @@
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
 //! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart; so has a fabric that is not plain
-//! (`direction.rs`): directions unlike each other, crimp or pre-tension.
+//! (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network (`grading.rs`), whose bars and nodes
+//! differ by column and row.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::direction::Directions;
+use crate::grading::{self, INVERSE_WIDTH, LINE_PLANES, NetRow};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
@@ -36,6 +38,8 @@ pub struct YarnRow<'a> {
     pub constants: Constants<'a>,
     /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
     pub strength: &'a [Chunk<STRENGTH_PLANES>],
+    /// Bars and widths of a graded network.
+    pub net: NetRow<'a>,
 }
 
 /// Stiffness and damage rate of a row's segments.
@@ -89,7 +93,19 @@ pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
     with_vertical(right, left, up.sub(down))
 }
 
+/// Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
+#[inline(always)]
+pub fn graded_sum<L: Lane>(right: L, left: L, up: L, down: L, inverse_widths: [L; 2]) -> L {
+    graded_with_vertical(right, left, up.sub(down), inverse_widths)
+}
+
 /// The same where up - down is known.
+#[inline(always)]
+fn graded_with_vertical<L: Lane>(right: L, left: L, vertical: L, [column, row]: [L; 2]) -> L {
+    right.sub(left).mul(column).add(vertical.mul(row))
+}
+
+/// [`node_sum`] where up - down is known.
 #[inline(always)]
 fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
@@ -106,14 +122,17 @@ struct Row<'a> {
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
-/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`]; TOE: whether there are marks.
-struct RowJob<'a, const PLAIN: bool, const TOE: bool>(Row<'a>);
+/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; TOE: whether there are marks.
+struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const TOE: bool>(Row<'a>);
 
 /// Marks of no toe.
 const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+
+/// Columns of no grading.
+const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 
 impl Pass<'_> {
     /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
@@ -130,11 +149,13 @@ impl Pass<'_> {
     ) -> (Report, [f64; 2]) {
         let set = self.instructions;
         let job = Row { pass: self, row, history, above, carry, yarn, marks };
-        match (self.directions.plain, marks.is_empty()) {
-            (true, true) => lanes::dispatch(set, RowJob::<true, false>(job)),
-            (true, false) => lanes::dispatch(set, RowJob::<true, true>(job)),
-            (false, true) => lanes::dispatch(set, RowJob::<false, false>(job)),
-            (false, false) => lanes::dispatch(set, RowJob::<false, true>(job)),
+        match (self.directions.plain, yarn.net.columns.is_empty(), marks.is_empty()) {
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, false>(job)),
+            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, true>(job)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, false>(job)),
+            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, true>(job)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, false>(job)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, true>(job)),
         }
     }
 
@@ -172,6 +193,7 @@ impl Job for LiftJob<'_> {
         let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
         let upwards = &pass.directions.vertical;
         let limit = L::splat(upwards.critical);
+        let rest = yarn.net.upwards(&upwards.rest);
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
@@ -185,7 +207,7 @@ impl Job for LiftJob<'_> {
                     L::load(&L::groups(az)[g]).sub(L::load(&L::groups(uz)[g])),
                 ];
                 // Of a plain segment these are the bits of its own functions.
-                let q = upwards.rest.twice_strain(vertical_axes(d));
+                let q = rest.twice_strain(vertical_axes(d));
                 let mut stiffness = L::load(&L::groups(kv)[g]);
                 let largest = L::load(&L::groups(history)[g]);
                 if q.any_not_below(limit) && q.any_above(largest) {
@@ -199,7 +221,7 @@ impl Job for LiftJob<'_> {
                 if let Some([_, mark]) = marks.get(c) {
                     stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
-                let lift = vertical_axes(upwards.rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
+                let lift = vertical_axes(rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
                 lift[2].store(&mut L::groups_mut(cz)[g]);
@@ -208,7 +230,7 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
+impl<const PLAIN: bool, const GRADED: bool, const TOE: bool> Job for RowJob<'_, PLAIN, GRADED, TOE> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
@@ -231,20 +253,21 @@ impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
             let above = above.get(c).unwrap_or(&NOTHING);
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
+            let net = if GRADED { yarn.net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
-            let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
+            let mut planes = Planes { chunk, history, above, carry, marks, net, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -260,6 +283,7 @@ struct Planes<'a> {
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
     marks: &'a Chunk<MARK_PLANES>,
+    net: &'a Chunk<LINE_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -292,7 +316,12 @@ impl<L: Lane> Along<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const TOE: bool>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
+    fn group<const PLAIN: bool, const GRADED: bool, const TOE: bool>(
+        &mut self,
+        planes: &mut Planes<'_>,
+        g: usize,
+        cold: &mut Cold<'_>,
+    ) {
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -313,7 +342,11 @@ impl<L: Lane> Along<L> {
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
         let Directions { horizontal, vertical, .. } = cold.pass.directions;
-        let (rest_h, rest_v) = (&horizontal.rest, &vertical.rest);
+        let (rest_h, rest_v) = if GRADED {
+            (grading::bars_along(planes.net, g, &horizontal.rest), cold.yarn.net.upwards(&vertical.rest))
+        } else {
+            (horizontal.rest.lanes(), vertical.rest.lanes())
+        };
         let (q_v, q_h) = if PLAIN {
             (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))
         } else {
@@ -355,10 +388,24 @@ impl<L: Lane> Along<L> {
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
-        let y =
-            move_along(here[1], with_vertical(force[1], left[1], vertical[1]), &mut vy[g], &mut L::groups_mut(uy)[g]);
-        move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+        let sum = if GRADED {
+            let column = L::load(&L::groups(&planes.net[INVERSE_WIDTH])[g]);
+            let widths = [column, L::splat(cold.yarn.net.inverse_width)];
+            [
+                graded_with_vertical(force[0], left[0], vertical[0], widths),
+                graded_with_vertical(force[1], left[1], vertical[1], widths),
+                graded_with_vertical(force[2], left[2], vertical[2], widths),
+            ]
+        } else {
+            [
+                with_vertical(force[0], left[0], vertical[0]),
+                with_vertical(force[1], left[1], vertical[1]),
+                with_vertical(force[2], left[2], vertical[2]),
+            ]
+        };
+        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_force = force;

@@ -4,6 +4,7 @@
 use crate::blocks::Blocks;
 use crate::direction::Directions;
 use crate::error::{Error, Failure};
+use crate::grading::{Net, PLACE, Places};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::math;
@@ -61,6 +62,8 @@ pub(crate) struct SegmentView {
     pub axis: Axis,
     /// How it lies in the flat sheet.
     pub rest: Rest,
+    /// Segments of the fabric in series and yarns in parallel that it stands for: 1 and 1 without grading.
+    pub bar: [f64; 2],
     /// Stiffness kk with the stored damage.
     pub stiffness: f64,
     /// kk without damage.
@@ -109,8 +112,22 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
+        let Blocks { columns, lines, .. } = &self.blocks;
+        if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
+            return [x, y];
+        }
         let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
         [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
+    }
+
+    /// Bars and widths of a graded network.
+    pub fn net(&self) -> Net<'_> {
+        Net { columns: self.blocks.columns, lines: self.blocks.lines }
+    }
+
+    /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
+    pub fn share(&self, i: usize, j: usize) -> f64 {
+        self.layout.node_weight(i, j) * self.net().share(i, j)
     }
 
     /// Position at t_n in the sheet's frame, m.
@@ -161,9 +178,11 @@ impl System<'_> {
         let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
         let yarn = self.yarn_row(j);
         let (undamaged, damage_rate) = yarn.constants(axis, i);
+        let (rest, bar) = (self.directions.along(axis).rest, self.net().bar(axis, i, j));
         Some(SegmentView {
             axis,
-            rest: self.directions.along(axis).rest,
+            rest: bar.map_or(rest, |[segments, _]| rest.in_series(segments)),
+            bar: bar.unwrap_or([1.0; 2]),
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged,
             damage_rate,
@@ -188,7 +207,8 @@ impl System<'_> {
         } else {
             Constants::Uniform(&self.directions)
         };
-        YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
+        let strength = planes::row(self.blocks.strength, self.layout.chunks, j);
+        YarnRow { constants, strength, net: self.net().row(j) }
     }
 
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
@@ -210,11 +230,8 @@ impl System<'_> {
         let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
         let up = force(Axis::Vertical, Some(i), Some(j));
         let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
-        [
-            sweep::node_sum(right[0], left[0], up[0], down[0]),
-            sweep::node_sum(right[1], left[1], up[1], down[1]),
-            sweep::node_sum(right[2], left[2], up[2], down[2]),
-        ]
+        let inverse_widths = self.net().inverse_widths(i, j);
+        [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths))
     }
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
@@ -227,7 +244,12 @@ impl System<'_> {
         if !stochastic && !strength {
             return Ok(());
         }
-        let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        let places = [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(&self.scene, axis));
+        if self.layout.graded {
+            places[0].fill(self.blocks.columns, &self.directions.horizontal.rest);
+            places[1].fill(self.blocks.lines, &self.directions.vertical.rest);
+        }
+        let (whole_x, whole_y) = (places[0].nodes() as usize, places[1].nodes() as usize);
         let mut weakest = CRITICAL_STRETCH_MAX;
         self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
         self.blocks.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
@@ -235,22 +257,21 @@ impl System<'_> {
             let row = planes::row_mut(self.blocks.yarn, chunks, j);
             let strengths = planes::row_mut(self.blocks.strength, chunks, j);
             for i in 0..nx {
-                let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
-                let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
-                for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
-                    let Some(number) = number else { continue };
-                    if stochastic {
-                        let direction = self.directions.along(axis);
-                        let segment = self.scene.draw_segment(number)?;
-                        if let Some(slot) = planes::get_mut(row, axis as usize, i) {
-                            *slot = segment.modulus / direction.modulus_per_stiffness;
-                        }
-                        if let Some(slot) = planes::get_mut(row, axis as usize + 2, i) {
-                            *slot = segment.damage_rate;
+                for (axis, exists) in [(Axis::Horizontal, i + 1 < whole_x), (Axis::Vertical, j + 1 < whole_y)] {
+                    if !exists {
+                        continue;
+                    }
+                    let direction = self.directions.along(axis);
+                    let bar = self.scene.draw_bar(&places, axis, i, j)?;
+                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * bar.segments);
+                    let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
+                    for (plane, constant) in constants {
+                        if let Some(slot) = planes::get_mut(row, plane, i) {
+                            *slot = constant;
                         }
                     }
                     if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
-                        *slot = self.scene.draw_critical_stretch(number);
+                        *slot = bar.critical_stretch;
                         weakest = math::min(*slot, weakest);
                     }
                 }
@@ -398,8 +419,8 @@ impl System<'_> {
         }
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
         let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
-        let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
-        let pull = impulse * (self.layout.node_weight(i, j) * symmetry.share());
+        let at = weave::attachment_of(kind, self.layout.y.nodes, self.layout.upper, j, side);
+        let pull = impulse * (self.share(i, j) * symmetry.share());
         self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
 

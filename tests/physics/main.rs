@@ -9,6 +9,7 @@ mod edges;
 mod fabrics;
 mod force_window;
 mod frames;
+mod grading;
 mod free_flight;
 mod halving;
 mod ledger;

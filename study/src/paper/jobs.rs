@@ -422,7 +422,7 @@ impl Connection {
         for j in 0..sim.scene().sheet.nodes_y as usize {
             for (run, columns) in fabric::weave::fixed_runs(sim.scene(), j).iter().enumerate() {
                 if columns[1] > columns[0] && kind == AttachmentKind::FourCorners {
-                    let corner = fabric::weave::attachment_of(kind, sim.scene().sheet.nodes_y, j, run);
+                    let corner = fabric::weave::attachment_of(kind, layout.y.nodes, layout.upper, j, run);
                     corners[corner] = j * layout.nodes_x + columns[0] as usize;
                 }
             }

@@ -1,0 +1,312 @@
+//! Graded networks: far from the hit one bar stands for 2, 4, 8 ... yarns and as many crossings.
+//!
+//! Method: rows and columns keep only some of the crossings of the fabric, so the network stays a grid, the product of two lines of
+//! nodes at unlike distances. A bar from one kept crossing to the next has the natural length of a segments in series and the
+//! section of w yarns in parallel, where w is the node's width: half the sum of the bars on both sides. A node has the
+//! mass of w_x w_y nodes of the fabric. In units of a node of the fabric the change of its velocity is
+//! (right - left)/w_x + (up - down)/w_y with the forces of one yarn: the width of a row does not enter those along it.
+//! Beyond the last node half a segment is added, so that all widths of a line together are its crossings: no mass is lost.
+//! A bar's draws follow from those of its segments: the compliance is the mean along a yarn, the modulus that over the yarns;
+//! damage rates are means; a yarn is as strong as its weakest segment, a bar as its yarns on average. The damage rate is
+//! multiplied by a, because one segment of the a fails: the dissipated energy is then that of one segment of each yarn.
+//! Limits: waves shorter than some bars are reflected where the bars grow. A body that strikes coarse parts of the sheet may slip
+//! through between their nodes.
+//! Reference: docs/model.md, "Graded networks".
+
+use crate::error::Error;
+use crate::lanes::Lane;
+use crate::math;
+use crate::planes::{self, Axis, CHUNK, Chunk};
+use crate::scene::Scene;
+use crate::weave;
+use crate::yarn::{Rest, RestLanes};
+
+/// Planes of the constants of a line of nodes.
+pub const LINE_PLANES: usize = 6;
+// Planes of a line of nodes and the bars that begin at them.
+/// Rest place, spacings along x, from the middle of the sheet.
+pub const PLACE: usize = 0;
+/// Width of the node, yarns.
+pub const WIDTH: usize = 1;
+/// 1 over the width.
+pub const INVERSE_WIDTH: usize = 2;
+/// Segments in series of which the bar from the node to the next is made.
+pub const SEGMENTS: usize = 3;
+/// Distance of the bar's ends in the flat sheet, spacings along x.
+pub const SPACING: usize = 4;
+/// 1 over the square of the bar's natural length.
+pub const INVERSE_SQUARE: usize = 5;
+
+/// Which crossings of one line of the fabric are nodes of the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// Crossings of the fabric along the line, at least 2.
+    pub crossings: u32,
+    /// First and last crossing of the fine part, in which every crossing is a node.
+    pub fine: [u32; 2],
+    /// Bars of one size before the next.
+    run: u32,
+    /// Segments of the longest bar; at most 1: no grading.
+    largest: u32,
+}
+
+/// The constants of a graded network's lines; empty without grading.
+#[derive(Clone, Copy)]
+pub struct Net<'a> {
+    /// Of a row of nodes, chunk by chunk of its columns.
+    pub columns: &'a [Chunk<LINE_PLANES>],
+    /// Of a column of nodes.
+    pub lines: &'a [Chunk<LINE_PLANES>],
+}
+
+/// What the sweep of one row needs of them.
+#[derive(Clone, Copy)]
+pub struct NetRow<'a> {
+    /// Constants of the columns; empty without grading.
+    pub columns: &'a [Chunk<LINE_PLANES>],
+    /// Distance of the ends of the bars upwards, spacings along x.
+    pub spacing: f64,
+    /// 1 over the square of their natural length.
+    pub inverse_square: f64,
+    /// 1 over the width of the row.
+    pub inverse_width: f64,
+}
+
+impl<'a> Net<'a> {
+    /// The part of row j.
+    #[inline]
+    pub fn row(&self, j: usize) -> NetRow<'a> {
+        let at = |plane: usize| planes::get(self.lines, plane, j).unwrap_or(1.0);
+        NetRow {
+            columns: self.columns,
+            spacing: at(SPACING),
+            inverse_square: at(INVERSE_SQUARE),
+            inverse_width: at(INVERSE_WIDTH),
+        }
+    }
+
+    /// How many nodes of the fabric node (i, j) stands for.
+    #[inline]
+    pub fn share(&self, i: usize, j: usize) -> f64 {
+        if self.columns.is_empty() {
+            return 1.0;
+        }
+        planes::get(self.columns, WIDTH, i).unwrap_or(1.0) * planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
+    }
+
+    /// 1 over the widths of column i and of row j.
+    pub fn inverse_widths(&self, i: usize, j: usize) -> [f64; 2] {
+        [(self.columns, i), (self.lines, j)].map(|(line, k)| planes::get(line, INVERSE_WIDTH, k).unwrap_or(1.0))
+    }
+
+    /// Of the bar from node (i, j): segments in series, and yarns in parallel. None without grading.
+    pub fn bar(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
+        let (along, k, across, line) = match axis {
+            Axis::Horizontal => (self.columns, i, self.lines, j),
+            Axis::Vertical => (self.lines, j, self.columns, i),
+        };
+        Some([planes::get(along, SEGMENTS, k)?, planes::get(across, WIDTH, line)?])
+    }
+}
+
+impl NetRow<'_> {
+    /// How the row's vertical bars lie in the flat sheet. `rest`: a segment of the fabric.
+    #[inline(always)]
+    pub fn upwards<L: Lane>(&self, rest: &Rest) -> RestLanes<L> {
+        if self.columns.is_empty() {
+            return rest.lanes();
+        }
+        bars(L::splat(self.spacing), L::splat(self.inverse_square), rest)
+    }
+
+    /// The same of its horizontal bars in lane group g of chunk c.
+    #[inline(always)]
+    pub fn along<L: Lane>(&self, c: usize, g: usize, rest: &Rest) -> RestLanes<L> {
+        self.columns.get(c).map_or_else(|| rest.lanes(), |columns| bars_along(columns, g, rest))
+    }
+}
+
+/// How the bars of lane group g lie in the flat sheet. `rest`: a segment of the fabric.
+#[inline(always)]
+pub(crate) fn bars_along<L: Lane>(columns: &Chunk<LINE_PLANES>, g: usize, rest: &Rest) -> RestLanes<L> {
+    bars(L::load(&L::groups(&columns[SPACING])[g]), L::load(&L::groups(&columns[INVERSE_SQUARE])[g]), rest)
+}
+
+#[inline(always)]
+fn bars<L: Lane>(spacing: L, inverse_square: L, rest: &Rest) -> RestLanes<L> {
+    let twice_strain = L::splat(rest.twice_strain);
+    RestLanes { spacing, twice_spacing: spacing.add(spacing), inverse_square, twice_strain }
+}
+
+/// What a bar is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bar {
+    /// Segments of the fabric in series.
+    pub segments: f64,
+    /// Young's modulus, Pa.
+    pub modulus: f64,
+    /// Damage rate, dimensionless.
+    pub damage_rate: f64,
+    /// Critical stretch.
+    pub critical_stretch: f64,
+}
+
+impl Places {
+    /// Nodes along a direction: a row of them, or a column.
+    pub fn of(scene: &Scene, axis: Axis) -> Places {
+        let (grading, h, direction) = (&scene.sheet.grading, scene.spacing(axis), axis as usize);
+        let crossings = match axis {
+            Axis::Horizontal => scene.sheet.nodes_x,
+            Axis::Vertical => scene.sheet.nodes_y,
+        };
+        let last = crossings.saturating_sub(1);
+        let (centre, half) = (grading.centre[direction], grading.half_width[direction]);
+        // Counted from both ends by one formula, so that a fine part in the middle is symmetric to the bit.
+        let before = |centre: f64| (math::max(0.5 * f64::from(last) + (centre - half) / h, 0.0) as u32).min(last);
+        let first = before(centre);
+        let end = last - before(-centre);
+        Places { crossings, fine: [first, end], run: grading.run, largest: grading.largest }
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> u32 {
+        let [first, last] = self.fine;
+        if self.largest <= 1 {
+            return self.crossings;
+        }
+        let bars = self.outwards(first, u32::MAX).0 + self.outwards(self.crossings.saturating_sub(1 + last), u32::MAX).0;
+        bars + (last - first) + 1
+    }
+
+    /// The crossing at which node k lies.
+    pub fn crossing(&self, k: u32) -> u32 {
+        let [first, last] = self.fine;
+        if self.largest <= 1 {
+            return k;
+        }
+        let before = self.outwards(first, u32::MAX).0;
+        if k < before {
+            first - self.outwards(first, before - k).1
+        } else if k - before <= last - first {
+            first + (k - before)
+        } else {
+            last + self.outwards(self.crossings.saturating_sub(1 + last), k - before - (last - first)).1
+        }
+    }
+
+    /// The number of bars from the fine part outwards to an edge `distance` segments away, at most `most`, and how far they reach.
+    /// Bars of 2, 4, ... segments; the last takes what is left, if that is less than one and a half.
+    fn outwards(&self, distance: u32, most: u32) -> (u32, u32) {
+        let (mut left, mut bars, mut size) = (distance, 0, 2);
+        while bars < most && 2 * left >= 3 * size {
+            let fit = (2 * left - 3 * size) / (2 * size).max(1) + 1;
+            let wanted = if size < self.largest { fit.min(self.run) } else { fit };
+            let taken = wanted.min(most - bars);
+            (bars, left) = (bars + taken, left - taken * size);
+            size = if size < self.largest { 2 * size } else { size };
+        }
+        if bars < most && left > 0 {
+            (bars, left) = (bars + 1, 0);
+        }
+        (bars, distance - left)
+    }
+
+    /// Offset of node k from the middle of the line, in node spacings of the fabric; exactly antisymmetric.
+    pub fn offset(&self, k: usize) -> f64 {
+        weave::rest_offset(self.crossing(k as u32) as usize, self.crossings)
+    }
+
+    /// The first node beyond the middle of the line.
+    pub fn upper(&self) -> usize {
+        if self.largest <= 1 {
+            return self.crossings.div_ceil(2) as usize;
+        }
+        (0..self.nodes()).take_while(|&k| 2 * self.crossing(k) < self.crossings).count()
+    }
+
+    /// Segments before and behind node k; 1 beyond the ends of the line.
+    fn around(&self, k: usize) -> [u32; 2] {
+        let (k, here) = (k as u32, self.crossing(k as u32));
+        let before = k.checked_sub(1).map_or(1, |k| here - self.crossing(k));
+        let behind = if here + 1 < self.crossings { self.crossing(k + 1) - here } else { 1 };
+        [before, behind]
+    }
+
+    /// The yarns that run across node k, and the share of each in it: 1, or 1/2 for one midway to the next node.
+    fn yarns(&self, k: usize) -> impl Iterator<Item = (u32, f64)> + use<> {
+        let (here, [before, behind]) = (self.crossing(k as u32), self.around(k));
+        (here - before / 2..=here + behind / 2).map(move |yarn| {
+            let midway = 2 * here == 2 * yarn + before || 2 * yarn == 2 * here + behind;
+            (yarn, if midway { 0.5 } else { 1.0 })
+        })
+    }
+
+    /// Fills the constants of a line of nodes. `rest`: of a segment of the fabric along it. Behind the last node the places hold
+    /// numbers of no consequence.
+    pub(crate) fn fill(&self, line: &mut [Chunk<LINE_PLANES>], rest: &Rest) {
+        let nodes = self.nodes() as usize;
+        for k in 0..line.len() * CHUNK {
+            let k_in_line = k.min(nodes.saturating_sub(1));
+            let [before, behind] = self.around(k_in_line).map(f64::from);
+            let (width, bar) = (0.5 * (before + behind), rest.in_series(behind));
+            let place = self.offset(k_in_line) * rest.spacing;
+            let constants = [place, width, 1.0 / width, behind, bar.spacing, bar.inverse_square];
+            for (plane, constant) in constants.into_iter().enumerate() {
+                if let Some(slot) = planes::get_mut(line, plane, k) {
+                    *slot = constant;
+                }
+            }
+        }
+    }
+}
+
+impl Scene {
+    /// Whether bars stand for several yarns anywhere.
+    pub fn is_graded(&self) -> bool {
+        self.sheet.grading.largest > 1
+    }
+
+    /// Nodes of the network along x and y: those of the fabric, without grading.
+    pub fn network(&self) -> [u32; 2] {
+        [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(self, axis).nodes())
+    }
+
+    /// What the bar from node (i, j) of the network is made of. `places`: along x and y.
+    ///
+    /// # Errors
+    /// Those of [`Scene::draw_segment`].
+    pub(crate) fn draw_bar(&self, [x, y]: &[Places; 2], axis: Axis, i: usize, j: usize) -> Result<Bar, Error> {
+        let (nodes_x, nodes_y) = (self.sheet.nodes_x, self.sheet.nodes_y);
+        let (along, across, from, line) = match axis {
+            Axis::Horizontal => (x, y, i, j),
+            Axis::Vertical => (y, x, j, i),
+        };
+        let first = along.crossing(from as u32);
+        let [_, segments] = along.around(from);
+        let number = |yarn: u32, segment: u32| match axis {
+            Axis::Horizontal => weave::horizontal_number(nodes_x, segment as usize, yarn as usize),
+            Axis::Vertical => weave::vertical_number(nodes_x, nodes_y, yarn as usize, segment as usize),
+        };
+        let count = f64::from(segments);
+        let (mut width, mut modulus, mut damage_rate, mut critical_stretch) = (0.0, 0.0, 0.0, 0.0);
+        for (yarn, share) in across.yarns(line) {
+            let mut weakest = self.draw_critical_stretch(number(yarn, first));
+            let segment = self.draw_segment(number(yarn, first))?;
+            // Relative to the first, so that a bar of one segment is that segment to the bit.
+            let (mut compliance, mut rates) = (1.0, segment.damage_rate);
+            for k in 1..segments {
+                let next = self.draw_segment(number(yarn, first + k))?;
+                compliance += segment.modulus / next.modulus;
+                rates += next.damage_rate;
+                weakest = math::min(self.draw_critical_stretch(number(yarn, first + k)), weakest);
+            }
+            width += share;
+            modulus += share * (segment.modulus * (count / compliance));
+            // The mean rate times the segments.
+            damage_rate += share * rates;
+            critical_stretch += share * weakest;
+        }
+        let (damage_rate, critical_stretch) = (damage_rate / width, critical_stretch / width);
+        Ok(Bar { segments: count, modulus: modulus / width, damage_rate, critical_stretch })
+    }
+}
