@@ -44,10 +44,11 @@
 
 use crate::blocks::Blocks;
 use crate::contact::Gathered;
+use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
 use crate::grading::{LINE_PLANES, Net};
-use crate::lanes::CacheLine;
-use crate::layout::MAX_BANDS;
+use crate::lanes::{CacheLine, InstructionSet};
+use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
@@ -56,6 +57,7 @@ use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
 use crate::system::System;
+use crate::toe::Toe;
 use crate::viscosity;
 use crate::watch::OutcomeSet;
 use core::cell::UnsafeCell;
@@ -103,7 +105,10 @@ struct Plan {
     found: Result<Gathered, Failure>,
     /// Rows to sweep [first, end).
     rows: [usize; 2],
-    terms: Terms,
+    layout: Layout,
+    directions: Directions,
+    toe: Toe,
+    instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
     track_support: bool,
@@ -304,13 +309,32 @@ impl Plan {
             scratch,
         };
         let track_support = system.scene.track_support;
-        let terms = step::terms(system);
-        let plan = Plan { end, second_half, failed_before, found, rows, terms, marked, track_support, memory };
+        let System { layout, directions, instructions, .. } = *system;
+        let toe = system.model.toe;
+        let plan = Plan {
+            end,
+            second_half,
+            failed_before,
+            found,
+            rows,
+            layout,
+            directions,
+            toe,
+            instructions,
+            marked,
+            track_support,
+            memory,
+        };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
         }
         plan
+    }
+
+    /// The constants of the sweep.
+    fn terms(&self) -> Terms<'_> {
+        Terms { layout: &self.layout, directions: &self.directions, toe: self.toe, instructions: self.instructions }
     }
 
     /// Rows [first, end) of a band.
@@ -330,7 +354,7 @@ impl Plan {
         if self.found.is_err() || first == end {
             return;
         }
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
         unsafe {
             let Scratch { above, carry, .. } = self.scratch(band);
@@ -347,8 +371,8 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let yarn = self.terms.yarn_row(self.net(), first - 1, yarn, strength, 0);
-                self.terms.pass().lift(below, history, here, carry, &yarn, marks);
+                let yarn = self.terms().yarn_row(self.net(), first - 1, yarn, strength, 0);
+                self.terms().pass().lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -364,7 +388,7 @@ impl Plan {
         if self.found.is_err() || first == end {
             return Report::default();
         }
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         let count = end - first;
         // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
         // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
@@ -394,7 +418,7 @@ impl Plan {
                 carry,
                 kept,
             };
-            rows.sweep(&self.terms, |j, pulled| {
+            rows.sweep(&self.terms(), |j, pulled| {
                 if self.track_support {
                     pulls.add(j).write(pulled.map(|pull| pull.into()));
                 }
@@ -415,7 +439,7 @@ impl Plan {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
                 let pulls = pulls.map(Vector::from);
-                step::book_pulls(&mut system.state.sums, &system.scene, &self.terms.layout, j, &pulls);
+                step::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j, &pulls);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;
@@ -430,7 +454,7 @@ impl Plan {
     /// # Safety
     /// The simulation's blocks are there.
     unsafe fn net<'r>(&self) -> Net<'r> {
-        let layout = &self.terms.layout;
+        let layout = &self.layout;
         if !layout.graded {
             return Net { columns: &[], lines: &[] };
         }
@@ -448,7 +472,7 @@ impl Plan {
     /// # Safety
     /// Nothing else uses them while they are held.
     unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
-        let layout = &self.terms.layout;
+        let layout = &self.layout;
         let chunks = layout.chunks;
         // SAFETY: Bands::of has found room for as many bands, one behind the other, each in this order.
         unsafe {
@@ -465,7 +489,7 @@ impl Plan {
 
     /// Where the pulls of row 0's two runs are, behind the bands' own numbers.
     fn pulls(&self, of: u32) -> *mut [[f64; 3]; 2] {
-        self.memory.scratch.wrapping_add(of as usize * self.terms.layout.reals_of_a_band()).cast()
+        self.memory.scratch.wrapping_add(of as usize * self.layout.reals_of_a_band()).cast()
     }
 }
 

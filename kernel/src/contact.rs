@@ -13,14 +13,14 @@
 
 use crate::blocks::Blocks;
 use crate::error::Failure;
-use crate::grading::{LINE_PLANES, Net, PLACE};
+use crate::grading::{LINE_PLANES, Net, PLACE, Places};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::CANDIDATE_REALS;
 use crate::math;
-use crate::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
-use crate::scene::{Drive, Symmetry};
+use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
 use crate::weave::{self, in_runs};
@@ -155,6 +155,22 @@ impl<'s> Search<'s> {
     /// Whether any of the y values from `low` to `high`, m, lies in the body's box.
     pub fn meets_row(&self, low: f64, high: f64) -> bool {
         high >= self.body.position.y - self.half[1] && low <= self.body.position.y + self.half[1]
+    }
+
+    /// Whether the plane of the flat sheet cuts the body's box.
+    fn meets_plane(&self) -> bool {
+        math::abs(self.body.position.z) <= self.half[2]
+    }
+
+    /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet nothing is coarse.
+    fn is_beyond_fine(&self, scene: &Scene) -> bool {
+        let axes = [(0, Axis::Horizontal), (1, Axis::Vertical)];
+        axes.into_iter().zip(Places::both(scene)).any(|((k, axis), places)| {
+            let ([first, last], h) = (places.fine, scene.spacing(axis));
+            let (x, reach) = (self.body.position[k], self.half[k] - self.margin);
+            let place = |crossing: u32| weave::rest_offset(crossing as usize, places.crossings) * h;
+            (first > 0 && x - reach < place(first)) || (last + 1 < places.crossings && x + reach > place(last))
+        })
     }
 
     /// The first chunk of a row, from number `from` on, with a node in the body's box. `columns`: those of a graded network;
@@ -391,6 +407,8 @@ pub(crate) struct Gathered {
     pub count: usize,
     /// Deepest penetration of any, m; 0 if none is inside.
     pub deepest: f64,
+    /// Whether the body meets the sheet beyond the fine part of a graded network.
+    pub is_beyond_fine: bool,
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
@@ -460,7 +478,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             }
         }
     }
-    Ok(Gathered { count, deepest })
+    let is_beyond_fine = layout.graded && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
+    Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.

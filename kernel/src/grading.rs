@@ -168,6 +168,11 @@ impl Places {
         Places { crossings, fine: [first, end], run: grading.run, largest: grading.largest }
     }
 
+    /// Along x and along y.
+    pub fn both(scene: &Scene) -> [Places; 2] {
+        [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(scene, axis))
+    }
+
     /// Number of nodes.
     pub fn nodes(&self) -> u32 {
         let [first, last] = self.fine;
@@ -268,7 +273,7 @@ impl Scene {
 
     /// Nodes of the network along x and y: those of the fabric, without grading.
     pub fn network(&self) -> [u32; 2] {
-        [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(self, axis).nodes())
+        Places::both(self).map(|places| places.nodes())
     }
 
     /// What the bar from node (i, j) of the network is made of. `places`: along x and y.

@@ -27,11 +27,15 @@ pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 
 const PART_WORDS: usize = 2;
 /// Words of the scalar state that only viscous yarn has.
 const VISCOUS_WORDS: usize = 1;
+/// Words of the scalar state that only a graded network has.
+const GRADED_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
     let viscous = if parts.viscous { VISCOUS_WORDS } else { 0 };
-    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + viscous + 1
+    let graded = if parts.graded { GRADED_WORDS } else { 0 };
+    let pairs = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
+    HEADER_WORDS + STATE_WORDS + pairs + viscous + graded + 1
 }
 
 /// Sizes of a scene's memory.
@@ -154,7 +158,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, graded }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -245,7 +249,7 @@ impl Layout {
 
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous }
+        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous, graded: self.graded }
     }
 
     /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.

@@ -16,21 +16,21 @@ use crate::toe::Toe;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
-pub(crate) struct Terms {
-    pub layout: Layout,
-    pub directions: Directions,
+pub(crate) struct Terms<'t> {
+    pub layout: &'t Layout,
+    pub directions: &'t Directions,
     /// The toe of marked segments.
     pub toe: Toe,
     pub instructions: InstructionSet,
 }
 
-impl Terms {
+impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass(&self) -> Pass<'_> {
+    pub fn pass(&self) -> Pass<'t> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            directions: &self.directions,
+            directions: self.directions,
             toe: self.toe,
             instructions: self.instructions,
         }
@@ -38,17 +38,20 @@ impl Terms {
 
     /// Constants of the segments of row j: the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
     pub fn yarn_row<'y>(
-        &'y self,
+        &self,
         net: Net<'y>,
         j: usize,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
         k: usize,
-    ) -> YarnRow<'y> {
+    ) -> YarnRow<'y>
+    where
+        't: 'y,
+    {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform(&self.directions)
+            Constants::Uniform(self.directions)
         };
         YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k), net: net.row(j) }
     }
@@ -112,8 +115,8 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
-        let layout = &terms.layout;
+    pub fn sweep(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let layout = terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
         let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, net, carry, kept } = self;
@@ -152,10 +155,10 @@ impl Rows<'_> {
 fn half_taken<const PUSH: bool>(
     row: &mut [Chunk<HOT_PLANES>],
     pushes: &[Chunk<PUSH_PLANES>],
-    terms: &Terms,
+    terms: &Terms<'_>,
     j: usize,
 ) -> f64 {
-    let layout = &terms.layout;
+    let layout = terms.layout;
     let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
     let less = line.node_weight(0) - line.node_weight(last);
     let on_plane = if less > 0.0 {

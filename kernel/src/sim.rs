@@ -88,6 +88,9 @@ pub struct Counters {
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
+    /// Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    /// too far apart to feel it: 0 in a run that is to be trusted.
+    pub beyond_fine: u64,
 }
 
 /// What is true now, whatever has happened before.
@@ -477,6 +480,7 @@ impl<'a> Sim<'a> {
             worst_penetration: sums.worst_penetration,
             iterations: sums.iterations,
             most_iterations: sums.most_iterations,
+            beyond_fine: sums.beyond_fine,
         }
     }
 

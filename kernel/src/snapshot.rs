@@ -403,10 +403,9 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for (implicit, halving, viscous) in
-            [(false, false, false), (true, false, false), (false, true, false), (false, false, true)]
-        {
-            let parts = Parts { implicit, halving, viscous };
+        for one in 0..5 {
+            let [_, implicit, halving, viscous, graded] = core::array::from_fn(|part| part == one);
+            let parts = Parts { implicit, halving, viscous, graded };
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));

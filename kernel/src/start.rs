@@ -49,7 +49,8 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Resul
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
-    let [columns, rows] = [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(scene, axis));
+    let places = Places::both(scene);
+    let [columns, rows] = &places;
     let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
     for j in 0..rows.nodes() as usize {
@@ -57,7 +58,7 @@ fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error
         if !search.meets_row(y, y) {
             continue;
         }
-        let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
+        let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);
         for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
             let x = Vector::new(columns.offset(i) * h_x, y, 0.0);
             if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {

@@ -42,6 +42,8 @@ pub struct Sums {
     pub most_sweeps: u64,
     /// Most candidates of one step.
     pub most_candidates: u64,
+    /// Passes in which the body met the sheet beyond the fine part of a graded network.
+    pub beyond_fine: u64,
     /// Iterations of the theta rule, all steps together.
     pub iterations: u64,
     /// Most iterations of one step.
@@ -74,6 +76,7 @@ impl Sums {
         unconverged: 0,
         most_sweeps: 0,
         most_candidates: 0,
+        beyond_fine: 0,
         iterations: 0,
         most_iterations: 0,
         halving_energy: 0.0,
@@ -97,6 +100,8 @@ pub struct Parts {
     pub halving: bool,
     /// What only viscous yarn has.
     pub viscous: bool,
+    /// What only a graded network has.
+    pub graded: bool,
 }
 
 /// Scalar state at step count n.
@@ -158,6 +163,9 @@ impl State {
         }
         if parts.viscous {
             visitor.real(&mut self.sums.viscous);
+        }
+        if parts.graded {
+            visitor.count(&mut self.sums.beyond_fine);
         }
         visit_watch(&mut self.watch, visitor);
     }

@@ -90,6 +90,7 @@ fn end_pass(
     body::move_body(system, target);
     let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
     sums.worst_penetration = math::max(deepest, sums.worst_penetration);
+    sums.beyond_fine += u64::from(gathered.is_beyond_fine);
     sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
     body::refuse_lost_body(system)
 }
@@ -175,16 +176,17 @@ fn sweep(system: &mut System<'_>) -> Report {
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
-    let terms = terms(system);
-    let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
+    let System { scene, layout, model, directions, state, blocks, failed_segments, instructions, .. } = &mut *system;
+    let terms = Terms { layout, directions, toe: model.toe, instructions: *instructions };
+    let sums = &mut state.sums;
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.
-    let marked = system.layout.toe && system.failed_segments > 0;
+    let marked = layout.toe && *failed_segments > 0;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
+    let Some(rows) = Rows::of(blocks, layout, [first, end], marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, &terms.layout, j, &pulls);
+            book_pulls(sums, scene, layout, j, &pulls);
         }
     });
     book_viscosity(system, [first, end]);
@@ -203,16 +205,6 @@ pub(crate) fn book_viscosity(system: &mut System<'_>, [first, end]: [usize; 2]) 
 pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
     if system.layout.y.mirrored && end == system.layout.nodes_y {
         system.place_image_row();
-    }
-}
-
-/// The constants of a sweep.
-pub(crate) fn terms(system: &System<'_>) -> Terms {
-    Terms {
-        layout: system.layout,
-        directions: system.directions,
-        toe: system.model.toe,
-        instructions: system.instructions,
     }
 }
 

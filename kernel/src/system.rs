@@ -236,15 +236,15 @@ impl System<'_> {
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
+        let places = Places::both(&self.scene);
         for (j, run) in self.blocks.runs.iter_mut().enumerate() {
-            let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
+            let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, j);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
         let Layout { nodes_x: nx, nodes_y: ny, chunks, stochastic, strength, .. } = self.layout;
         if !stochastic && !strength {
             return Ok(());
         }
-        let places = [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(&self.scene, axis));
         if self.layout.graded {
             places[0].fill(self.blocks.columns, &self.directions.horizontal.rest);
             places[1].fill(self.blocks.lines, &self.directions.vertical.rest);

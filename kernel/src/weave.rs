@@ -52,7 +52,12 @@ pub fn yarn_of_segment(nodes_x: u32, nodes_y: u32, number: u64) -> u64 {
 
 /// The fixed nodes of row j, left run first.
 pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
-    let [nx, ny] = scene.network();
+    runs_among(scene, &Places::both(scene), j)
+}
+
+/// The same among nodes at these places.
+pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> FixedRuns {
+    let [nx, ny] = places.each_ref().map(Places::nodes);
     let last_row = ny as usize - 1;
     let sides = [[0, 1], [nx - 1, nx]];
     match scene.attachment.kind {
@@ -60,7 +65,7 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
         AttachmentKind::TwoSides => sides,
         AttachmentKind::FourSides if j == 0 || j == last_row => [[0, nx], [0, 0]],
         AttachmentKind::FourSides => sides,
-        AttachmentKind::FourCorners => corner_runs(scene, j),
+        AttachmentKind::FourCorners => corner_runs(scene, places, j),
     }
 }
 
@@ -94,14 +99,13 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
 }
 
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
-fn corner_runs(scene: &Scene, j: usize) -> FixedRuns {
-    let [columns, rows] = [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(scene, axis));
+fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], j: usize) -> FixedRuns {
     let (nx, [h_x, h_y]) = (columns.nodes(), scene.spacings());
     let centre = disc_centre(scene);
-    let dy = from_disc_centre(j, &rows, h_y, centre[1]);
+    let dy = from_disc_centre(j, rows, h_y, centre[1]);
     let radius2 = scene.attachment.disc_radius * scene.attachment.disc_radius;
     let inside = |i: u32| {
-        let dx = from_disc_centre(i as usize, &columns, h_x, centre[0]);
+        let dx = from_disc_centre(i as usize, columns, h_x, centre[0]);
         dx * dx + dy * dy <= radius2
     };
     let mut runs = [[0, 0], [0, 0]];

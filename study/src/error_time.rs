@@ -25,6 +25,7 @@
 
 mod coarse;
 mod coupling;
+mod grading;
 mod impact;
 mod overshoot;
 mod pointwise;
@@ -66,6 +67,7 @@ enum Part {
     Viscosity,
     Pointwise,
     Impact,
+    Grading,
     Quarter,
     Coupling,
     Runs,
@@ -119,6 +121,9 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if wanted(Part::Impact) {
         impact::run(effort, out)?;
+    }
+    if wanted(Part::Grading) {
+        grading::run(effort, out)?;
     }
     if wanted(Part::Runs) {
         runs::run(effort, out)?;
