@@ -234,6 +234,20 @@
 // rotation_rule.kind: the paper's theta rule, which does not conserve.
 #define FK_ROTATION_THETA 1
 
+// Graded network: bars that stand for several yarns, away from the hit: a part of fk_scene.
+typedef struct fk_scene_sheet_grading {
+    // Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow
+    // by factors of two away from the fine part. Not with viscosity. 0 to 64. Default 0.
+    uint64_t largest;
+    // Bars of each size before the next. Read with grading only. 1 to 1000000. Default 4.
+    uint64_t run;
+    // Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror
+    // plane. Read with grading only. In m. Default 0 each.
+    double centre[2];
+    // Half the width of the fine part along x and along y. Read with grading only. In m, >= 0. Default 0 each.
+    double half_width[2];
+} fk_scene_sheet_grading;
+
 // Faces of a polyhedron, in body axes: a part of fk_scene.
 typedef struct fk_scene_projectile_faces {
     // Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only. 0 to 16. Default 0.
@@ -291,6 +305,8 @@ typedef struct fk_scene_sheet {
     // Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's. Of unit length to 1e-3.
     // Default (1, 0, 0, 0).
     double orientation[4];
+    // Graded network: bars that stand for several yarns, away from the hit.
+    fk_scene_sheet_grading grading;
 } fk_scene_sheet;
 
 // How the sheet is held: a part of fk_scene.
@@ -714,6 +730,9 @@ typedef struct fk_counters {
     uint64_t iterations;
     // Most iterations of one step.
     uint64_t most_iterations;
+    // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    // too far apart to feel it: 0 in a run that is to be trusted.
+    uint64_t beyond_fine;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -764,6 +783,16 @@ int32_t fk_scene_fill(fk_scene *scene,
 int32_t fk_scene_set_textile(fk_scene *scene,
                              const struct fk_textile *textile,
                              uint64_t textile_size,
+                             struct fk_fault *fault,
+                             uint64_t fault_size);
+
+// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
+// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
+// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
+// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
+// Errors: FK_OUT_OF_RANGE and FK_NOT_FINITE of `error`, and those of fk_scene_check.
+int32_t fk_scene_set_grading(fk_scene *scene,
+                             double error,
                              struct fk_fault *fault,
                              uint64_t fault_size);
 

@@ -13,13 +13,18 @@
 //! through between their nodes.
 //! Reference: docs/model.md, "Graded networks".
 
-use crate::error::Error;
+use crate::error::{Code, Error, finite};
 use crate::lanes::Lane;
 use crate::math;
 use crate::planes::{self, Axis, CHUNK, Chunk};
-use crate::scene::Scene;
+use crate::pose::{self, Pose};
+use crate::scene::{Grading, Scene, Symmetry};
+use crate::shape::Solid;
 use crate::weave;
 use crate::yarn::{Rest, RestLanes};
+
+/// Least and greatest error that [`Scene::set_grading`] can be asked for.
+pub const GRADING_ERRORS: [f64; 2] = [0.005, 0.1];
 
 /// Planes of the constants of a line of nodes.
 pub const LINE_PLANES: usize = 6;
@@ -274,6 +279,43 @@ impl Scene {
     /// Nodes of the network along x and y: those of the fabric, without grading.
     pub fn network(&self) -> [u32; 2] {
         Places::both(self).map(|places| places.nodes())
+    }
+
+    /// Chooses a graded network for a hit as the projectile starts: fine about the place where it meets the sheet's plane, and so far
+    /// beyond it, with bars so long, that absorbed energy and residual velocity are expected to be wrong by at most `error`, a part
+    /// of them in [0.005, 0.1]. Sets `sheet.grading`; the other numbers stay, and the choice does not follow them later.
+    ///
+    /// The rule is a summary of measurements and no bound: docs/accuracy.md, "Graded networks", says what was found. A projectile that
+    /// starts by moving away from the sheet, or along it, is taken to hit below itself.
+    ///
+    /// # Errors
+    /// An error out of range, and whatever [`Scene::check`] refuses; nothing is changed then.
+    pub fn set_grading(&mut self, error: f64) -> Result<(), Error> {
+        let [least, greatest] = GRADING_ERRORS;
+        let limit = if error < least { least } else { greatest };
+        finite("error", error)?;
+        if error < least || error > greatest {
+            return Err(Error::new(Code::OutOfRange, "error", error, limit));
+        }
+        self.check()?;
+        let (centre, extents) = self.expected_hit();
+        let beyond = if error < 0.01 { 50.0 } else if error < 0.02 { 30.0 } else { 15.0 };
+        let reach = |k: usize, axis: Axis| extents[k] + beyond * self.spacing(axis);
+        let half_width = [reach(0, Axis::Horizontal), reach(1, Axis::Vertical)];
+        self.sheet.grading = Grading { largest: 8, run: 2, centre, half_width };
+        Ok(())
+    }
+
+    /// Where the projectile's centre meets the sheet's plane, and the half extents of its box there, m, sheet's frame.
+    #[inline(never)] // The body must not add to the stack of the checks.
+    fn expected_hit(&self) -> ([f64; 2], [f64; 3]) {
+        let (pose, body) = (Pose::of_sheet(&self.sheet), &self.projectile);
+        let ([x, y, z], [vx, vy, vz]) = (pose.point_in(body.position), pose.vector_in(body.velocity));
+        let time = if z * vz < 0.0 { -z / vz } else { 0.0 };
+        let extents = Solid::of(body).half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        let across = |mirrored: bool, x: f64| if mirrored || !x.is_finite() { 0.0 } else { x };
+        ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)
     }
 
     /// What the bar from node (i, j) of the network is made of. `places`: along x and y.

@@ -16,6 +16,8 @@
 //! velocity = [0.0, 0.0, 154.3]
 //! ```
 //!
+//! `sheet.grading = "automatic"` chooses a graded network for an error of 1 %, once all other keys are read.
+//!
 //! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
@@ -29,6 +31,9 @@ use toml::{Table, Value};
 
 /// What cannot be read says why.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Error that `grading = "automatic"` asks for.
+const AUTOMATIC_GRADING: f64 = 0.01;
 
 /// A preset by name.
 pub type Preset = (&'static str, fn() -> Scene);
@@ -52,6 +57,7 @@ pub fn parse(text: &str) -> Result<Scene> {
     if let Some(table) = file.remove("fabric") {
         textile::apply(&mut scene, &table)?;
     }
+    let automatic = takes_automatic_grading(&mut file);
     let given = flat("", Value::Table(file))?;
     for (key, value) in &given {
         assign(&mut scene, key, value)?;
@@ -62,7 +68,20 @@ pub fn parse(text: &str) -> Result<Scene> {
     {
         scene.projectile.faces.count = planes.len() as u32;
     }
+    if automatic {
+        scene.set_grading(AUTOMATIC_GRADING)?;
+    }
     Ok(scene)
+}
+
+/// Whether the table of the sheet says `grading = "automatic"`; takes it out.
+fn takes_automatic_grading(file: &mut Table) -> bool {
+    let Some(Value::Table(sheet)) = file.get_mut("sheet") else { return false };
+    let automatic = sheet.get("grading").and_then(Value::as_str) == Some("automatic");
+    if automatic {
+        sheet.remove("grading");
+    }
+    automatic
 }
 
 /// The preset of this name.
@@ -221,6 +240,19 @@ mod tests {
         assert_eq!(parse("preset = \"sheet_3in_sphere\"").unwrap(), Scene::sheet_3in_sphere());
         assert_eq!(parse("preset = \"sheet_10in_cylinder\"").unwrap(), Scene::sheet_10in_cylinder());
         assert_eq!(parse("preset = \"turbine_disc_sector\"").unwrap(), Scene::turbine_disc_sector());
+    }
+
+    #[test]
+    fn an_automatic_grading_follows_the_other_keys() {
+        let text = "preset = \"sheet_10in_cylinder\"\n[sheet]\ngrading = \"automatic\"\n[projectile]\nposition = [0.01, 0.0, -0.02]\n";
+        let mut expected = Scene::sheet_10in_cylinder();
+        expected.projectile.position = [0.01, 0.0, -0.02];
+        expected.set_grading(0.01).unwrap();
+        assert_eq!(parse(text).unwrap(), expected);
+        assert_eq!(expected.sheet.grading.centre, [0.01, 0.0]);
+        assert!(parse("preset = \"sheet_3in_sphere\"\n[sheet]\ngrading = \"fine\"\n").is_err());
+        let given = parse("preset = \"sheet_3in_sphere\"\n[sheet.grading]\nlargest = 4\nhalf_width = [0.02, 0.01]\n");
+        assert_eq!(given.unwrap().sheet.grading.half_width, [0.02, 0.01]);
     }
 
     #[test]

@@ -144,11 +144,25 @@ static void prescribed(fk_scene *scene)
     scene->projectile.mass = 0.0;
 }
 
-enum { TEST_SCENES = 8 };
+/* A graded network of drawn yarn, fine beside its middle, with bars of up to four yarns. */
+static void graded(fk_scene *scene)
+{
+    sphere(scene);
+    sheet(scene, 33, 30);
+    scene->sheet.grading.largest = 4;
+    scene->sheet.grading.run = 1;
+    scene->sheet.grading.centre[0] = 3e-4;
+    scene->sheet.grading.centre[1] = -2e-4;
+    scene->sheet.grading.half_width[0] = 4e-3;
+    scene->sheet.grading.half_width[1] = 4.5e-3;
+}
+
+enum { TEST_SCENES = 9 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
     {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
+    {"graded", graded, 400},
 };
 
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */

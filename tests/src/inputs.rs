@@ -100,6 +100,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("unchecked", &[("time_step.seconds", 0.0), ("step_check", 1.0)]),
     ("theta", &[("integrator.kind", 1.0)]),
     ("turning", &[("rotation_rule.kind", 1.0)]),
+    ("graded", &[("sheet.grading.largest", 4.0)]),
 ];
 
 /// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
@@ -184,6 +185,9 @@ fn rows() -> Vec<Row> {
         count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
         choice("uniform", &["symmetry.mirror_x", "symmetry.mirror_y"], 1.0),
         count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
+        // ---- Graded networks.
+        count("sphere", &["sheet.grading.largest"], &[(To(2.0), Accepted), (To(3.0), own(OutOfRange)), (To(4.0), Accepted), (Below(64.0), own(OutOfRange)), (To(64.0), Accepted), beyond], &[]),
+        not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),
         real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),
