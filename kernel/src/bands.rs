@@ -293,7 +293,8 @@ impl Plan {
             viscosity::find_pushes(system, rows);
         }
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, pushes, taken, columns, lines, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, marks, pushes, taken, columns, lines, ranges, runs, .. } =
+            &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
@@ -371,8 +372,8 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let yarn = self.terms().yarn_row(self.net(), first - 1, yarn, strength, 0);
-                self.terms().pass().lift(below, history, here, carry, &yarn, marks);
+                let yarn = self.terms().yarn_row(yarn, strength, 0);
+                self.terms().pass(self.net()).lift(first - 1, below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }

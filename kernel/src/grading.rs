@@ -18,7 +18,7 @@ use crate::lanes::Lane;
 use crate::math;
 use crate::planes::{self, Axis, CHUNK, Chunk};
 use crate::pose::{self, Pose};
-use crate::scene::{Grading, Scene, Symmetry};
+use crate::scene::{AttachmentKind, Grading, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::weave;
 use crate::yarn::{Rest, RestLanes};
@@ -115,6 +115,9 @@ impl<'a> Net<'a> {
 }
 
 impl NetRow<'_> {
+    /// Of no grading.
+    pub const NONE: NetRow<'static> = NetRow { columns: &[], spacing: 1.0, inverse_square: 1.0, inverse_width: 1.0 };
+
     /// How the row's vertical bars lie in the flat sheet. `rest`: a segment of the fabric.
     #[inline(always)]
     pub fn upwards<L: Lane>(&self, rest: &Rest) -> RestLanes<L> {
@@ -184,7 +187,8 @@ impl Places {
         if self.largest <= 1 {
             return self.crossings;
         }
-        let bars = self.outwards(first, u32::MAX).0 + self.outwards(self.crossings.saturating_sub(1 + last), u32::MAX).0;
+        let bars =
+            self.outwards(first, u32::MAX).0 + self.outwards(self.crossings.saturating_sub(1 + last), u32::MAX).0;
         bars + (last - first) + 1
     }
 
@@ -282,8 +286,10 @@ impl Scene {
     }
 
     /// Chooses a graded network for a hit as the projectile starts: fine about the place where it meets the sheet's plane, and so far
-    /// beyond it, with bars so long, that absorbed energy and residual velocity are expected to be wrong by at most `error`, a part
-    /// of them in [0.005, 0.1]. Sets `sheet.grading`; the other numbers stay, and the choice does not follow them later.
+    /// beyond it that absorbed energy and residual velocity are expected to be wrong by at most `error`, a part of them in
+    /// [0.005, 0.1]: 80 spacings below 1 %, 50 below 3 %, else 30, then two bars each of 2 and 4 yarns, and bars of 8. No grading is
+    /// chosen where this leaves no bar, nor for four corners, whose discs need every node. Sets `sheet.grading`; the other
+    /// numbers stay, and the choice does not follow them later.
     ///
     /// The rule is a summary of measurements and no bound: docs/accuracy.md, "Graded networks", says what was found. A projectile that
     /// starts by moving away from the sheet, or along it, is taken to hit below itself.
@@ -299,10 +305,23 @@ impl Scene {
         }
         self.check()?;
         let (centre, extents) = self.expected_hit();
-        let beyond = if error < 0.01 { 50.0 } else if error < 0.02 { 30.0 } else { 15.0 };
+        // Spacings beyond the body.
+        let beyond = if error < 0.01 {
+            80.0
+        } else if error < 0.03 {
+            50.0
+        } else {
+            30.0
+        };
         let reach = |k: usize, axis: Axis| extents[k] + beyond * self.spacing(axis);
         let half_width = [reach(0, Axis::Horizontal), reach(1, Axis::Vertical)];
+        let before = self.sheet.grading;
         self.sheet.grading = Grading { largest: 8, run: 2, centre, half_width };
+        if self.attachment.kind == AttachmentKind::FourCorners
+            || self.network() == [self.sheet.nodes_x, self.sheet.nodes_y]
+        {
+            self.sheet.grading = Grading { largest: 0, ..before };
+        }
         Ok(())
     }
 

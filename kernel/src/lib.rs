@@ -88,9 +88,9 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
-    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
-    TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES, Projectile,
+    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw,
+    Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use textile::{Textile, Threads};

@@ -26,21 +26,23 @@ pub(crate) struct Terms<'t> {
 
 impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass(&self) -> Pass<'t> {
+    pub fn pass<'p>(&self, net: Net<'p>) -> Pass<'p>
+    where
+        't: 'p,
+    {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
             directions: self.directions,
             toe: self.toe,
+            net,
             instructions: self.instructions,
         }
     }
 
-    /// Constants of the segments of row j: the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
     pub fn yarn_row<'y>(
         &self,
-        net: Net<'y>,
-        j: usize,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
         k: usize,
@@ -53,7 +55,7 @@ impl<'t> Terms<'t> {
         } else {
             Constants::Uniform(self.directions)
         };
-        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k), net: net.row(j) }
+        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
 }
 
@@ -118,8 +120,9 @@ impl Rows<'_> {
     pub fn sweep(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, net, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, net, carry, kept } =
+            self;
+        let pass = terms.pass(net);
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -135,9 +138,16 @@ impl Rows<'_> {
                 **taken = half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(net, j, yarn, strength, k);
-            let (met, reach) =
-                pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
+            let yarn = terms.yarn_row(yarn, strength, k);
+            let (met, reach) = pass.row(
+                j,
+                row,
+                planes::row_mut(history, chunks, k),
+                above,
+                carry,
+                &yarn,
+                planes::row(marks, chunks, k),
+            );
             report = report.merged(met);
             *range = reach;
             book(j, restore_fixed(row, kept, run, layout, &net, j));
@@ -232,11 +242,13 @@ fn restore_fixed(
     j: usize,
 ) -> [Vector; 2] {
     let mut pulls = [Vector::zeros(); 2];
+    let of_row = layout.y.node_weight(j);
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            let weight = layout.node_weight(i, j) * net.share(i, j);
+            let weight = layout.x.node_weight(i) * of_row;
+            let weight = if layout.graded { weight * net.share(i, j) } else { weight };
             *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight;
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];

@@ -12,7 +12,7 @@
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::direction::Directions;
-use crate::grading::{self, INVERSE_WIDTH, LINE_PLANES, NetRow};
+use crate::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
@@ -38,8 +38,6 @@ pub struct YarnRow<'a> {
     pub constants: Constants<'a>,
     /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
     pub strength: &'a [Chunk<STRENGTH_PLANES>],
-    /// Bars and widths of a graded network.
-    pub net: NetRow<'a>,
 }
 
 /// Stiffness and damage rate of a row's segments.
@@ -83,6 +81,8 @@ pub struct Pass<'a> {
     pub directions: &'a Directions,
     /// The toe of marked segments.
     pub toe: Toe,
+    /// Bars and widths of a graded network.
+    pub net: Net<'a>,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
 }
@@ -105,6 +105,12 @@ fn graded_with_vertical<L: Lane>(right: L, left: L, vertical: L, [column, row]: 
     right.sub(left).mul(column).add(vertical.mul(row))
 }
 
+/// A node's sum where up - down is known. `widths`: inverse, of a graded network alone.
+#[inline(always)]
+fn sum_of<L: Lane, const GRADED: bool>(right: L, left: L, vertical: L, widths: [L; 2]) -> L {
+    if GRADED { graded_with_vertical(right, left, vertical, widths) } else { with_vertical(right, left, vertical) }
+}
+
 /// [`node_sum`] where up - down is known.
 #[inline(always)]
 fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
@@ -114,6 +120,7 @@ fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
 /// What [`Pass::row`] works on.
 struct Row<'a> {
     pass: &'a Pass<'a>,
+    j: usize,
     row: &'a mut [Chunk<HOT_PLANES>],
     history: &'a mut [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
@@ -135,11 +142,13 @@ pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 
 impl Pass<'_> {
-    /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
+    /// Steps row j. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
     /// `carry`: the vertical forces from the row below, replaced by those to the row above; `marks`: its toe's marks, empty for
     /// no toe. Returns what was met, and the least and greatest y displacement.
+    #[allow(clippy::too_many_arguments)] // What the row's blocks are.
     pub fn row(
         &self,
+        j: usize,
         row: &mut [Chunk<HOT_PLANES>],
         history: &mut [Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
@@ -148,8 +157,8 @@ impl Pass<'_> {
         marks: &[Chunk<MARK_PLANES>],
     ) -> (Report, [f64; 2]) {
         let set = self.instructions;
-        let job = Row { pass: self, row, history, above, carry, yarn, marks };
-        match (self.directions.plain, yarn.net.columns.is_empty(), marks.is_empty()) {
+        let job = Row { pass: self, j, row, history, above, carry, yarn, marks };
+        match (self.directions.plain, self.net.columns.is_empty(), marks.is_empty()) {
             (true, true, true) => lanes::dispatch(set, RowJob::<true, false, false>(job)),
             (true, true, false) => lanes::dispatch(set, RowJob::<true, false, true>(job)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, false>(job)),
@@ -159,10 +168,12 @@ impl Pass<'_> {
         }
     }
 
-    /// The vertical forces of `row` on the row `above`, as [`Pass::row`] would leave them in `carry`; nothing is stepped and
+    /// The vertical forces of row j, `row`, on the row `above`, as [`Pass::row`] would leave them in `carry`; nothing is stepped and
     /// no damage is committed. For a band that starts at `above`.
+    #[allow(clippy::too_many_arguments)] // As above.
     pub fn lift(
         &self,
+        j: usize,
         row: &[Chunk<HOT_PLANES>],
         history: &[Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
@@ -170,13 +181,14 @@ impl Pass<'_> {
         yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) {
-        lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn, marks });
+        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
     }
 }
 
 /// [`Pass::lift`] as a job for the lanes.
 struct LiftJob<'a> {
     pass: &'a Pass<'a>,
+    j: usize,
     row: &'a [Chunk<HOT_PLANES>],
     history: &'a [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
@@ -190,10 +202,10 @@ impl Job for LiftJob<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
+        let LiftJob { pass, j, row, history, above, carry, yarn, marks } = self;
         let upwards = &pass.directions.vertical;
         let limit = L::splat(upwards.critical);
-        let rest = yarn.net.upwards(&upwards.rest);
+        let rest = pass.net.row(j).upwards(&upwards.rest);
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
@@ -235,7 +247,8 @@ impl<const PLAIN: bool, const GRADED: bool, const TOE: bool> Job for RowJob<'_, 
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let Row { pass, row, history, above, carry, yarn, marks } = self.0;
+        let Row { pass, j, row, history, above, carry, yarn, marks } = self.0;
+        let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
             yarn,
@@ -253,9 +266,9 @@ impl<const PLAIN: bool, const GRADED: bool, const TOE: bool> Job for RowJob<'_, 
             let above = above.get(c).unwrap_or(&NOTHING);
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let net = if GRADED { yarn.net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
+            let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
-            let mut planes = Planes { chunk, history, above, carry, marks, net, next, column: c * CHUNK };
+            let mut planes = Planes { chunk, history, above, carry, marks, columns, net, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
                 1 => along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold),
@@ -283,7 +296,8 @@ struct Planes<'a> {
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
     marks: &'a Chunk<MARK_PLANES>,
-    net: &'a Chunk<LINE_PLANES>,
+    columns: &'a Chunk<LINE_PLANES>,
+    net: NetRow<'a>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -343,7 +357,7 @@ impl<L: Lane> Along<L> {
         ];
         let Directions { horizontal, vertical, .. } = cold.pass.directions;
         let (rest_h, rest_v) = if GRADED {
-            (grading::bars_along(planes.net, g, &horizontal.rest), cold.yarn.net.upwards(&vertical.rest))
+            (grading::bars_along(planes.columns, g, &horizontal.rest), planes.net.upwards(&vertical.rest))
         } else {
             (horizontal.rest.lanes(), vertical.rest.lanes())
         };
@@ -388,24 +402,18 @@ impl<L: Lane> Along<L> {
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        let sum = if GRADED {
-            let column = L::load(&L::groups(&planes.net[INVERSE_WIDTH])[g]);
-            let widths = [column, L::splat(cold.yarn.net.inverse_width)];
-            [
-                graded_with_vertical(force[0], left[0], vertical[0], widths),
-                graded_with_vertical(force[1], left[1], vertical[1], widths),
-                graded_with_vertical(force[2], left[2], vertical[2], widths),
-            ]
+        let widths = if GRADED {
+            let column = L::load(&L::groups(&planes.columns[INVERSE_WIDTH])[g]);
+            [column, L::splat(planes.net.inverse_width)]
         } else {
-            [
-                with_vertical(force[0], left[0], vertical[0]),
-                with_vertical(force[1], left[1], vertical[1]),
-                with_vertical(force[2], left[2], vertical[2]),
-            ]
+            [L::splat(1.0); 2]
         };
-        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
-        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
-        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+        let x = sum_of::<L, GRADED>(force[0], left[0], vertical[0], widths);
+        move_along(here[0], x, &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y = sum_of::<L, GRADED>(force[1], left[1], vertical[1], widths);
+        let y = move_along(here[1], y, &mut vy[g], &mut L::groups_mut(uy)[g]);
+        let z = sum_of::<L, GRADED>(force[2], left[2], vertical[2], widths);
+        move_along(here[2], z, &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_force = force;

@@ -207,8 +207,7 @@ impl System<'_> {
         } else {
             Constants::Uniform(&self.directions)
         };
-        let strength = planes::row(self.blocks.strength, self.layout.chunks, j);
-        YarnRow { constants, strength, net: self.net().row(j) }
+        YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
     }
 
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.

@@ -206,7 +206,8 @@ mod tests {
                     let mut held = [0; ATTACHMENTS];
                     for j in 0..ny as usize {
                         for (run, [first, end]) in fixed_runs(&scene, j).into_iter().enumerate() {
-                            held[attachment_of(AttachmentKind::FourCorners, ny, ny.div_ceil(2) as usize, j, run)] += end - first;
+                            held[attachment_of(AttachmentKind::FourCorners, ny, ny.div_ceil(2) as usize, j, run)] +=
+                                end - first;
                         }
                     }
                     assert_eq!(held.map(|nodes| nodes > 0), [holds; ATTACHMENTS], "{nx} {ny} {spacings} {radius}");

@@ -18,6 +18,7 @@
 //! | viscosity in whole impacts | `viscosity.rs` |
 //! | how far two runs stay together before the first failure | `pointwise.rs` |
 //! | whole impacts: integrators, steps, quarter, coarser networks | `impact.rs`, `coarse.rs`, `quarter.rs` |
+//! | graded networks against the whole fabric | `grading.rs` |
 //! | a projectile moved by its host | `coupling.rs` |
 //! | number of runs in a mean | `runs.rs` |
 //!

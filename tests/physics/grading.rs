@@ -51,9 +51,13 @@ fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
 /// evenly its strain energy, and no force on the nodes inside.
 #[test]
 fn mass_and_section_are_those_of_the_fabric() {
-    for (nodes, half, largest, run, centre) in
-        [(60, 5.0, 8, 2, 0.0), (61, 0.0, 64, 1, 0.0), (45, 3.0, 4, 1, 8.3e-3), (33, 40.0, 2, 1, 0.0), (50, 0.2, 2, 3, -1.0)]
-    {
+    for (nodes, half, largest, run, centre) in [
+        (60, 5.0, 8, 2, 0.0),
+        (61, 0.0, 64, 1, 0.0),
+        (45, 3.0, 4, 1, 8.3e-3),
+        (33, 40.0, 2, 1, 0.0),
+        (50, 0.2, 2, 3, -1.0),
+    ] {
         let mut whole = without_projectile(small_sheet(nodes, 0.0));
         (whole.sheet.nodes_y, whole.sheet.spacing_y) = (nodes + 7, 8e-4);
         whole.attachment.kind = AttachmentKind::Free;
@@ -297,7 +301,9 @@ fn waves_run_through_a_grading_step() {
             };
             let ((_, _), none) = measure(1);
             let ((place, height), echo) = measure(2);
-            println!("axis {axis}, sigma {sigma} h: arrives at {place} with {height:e}, echo {echo:e}, without step {none:e}");
+            println!(
+                "axis {axis}, sigma {sigma} h: arrives at {place} with {height:e}, echo {echo:e}, without step {none:e}"
+            );
             assert!((place - 150.0).abs() <= 2.0 && (height / 1e-3 - 1.0).abs() < 6e-3, "{place} {height:e}");
             assert!(none < 4e-4);
             echoes.push(echo);
@@ -365,7 +371,10 @@ fn refusals_and_a_hit_beside_the_fine_part() {
 fn the_step_limit_is_that_of_the_fabric() {
     for (half, largest, run) in [(10.0, 64, 1), (0.3, 64, 1), (0.3, 2, 1), (4.0, 16, 2)] {
         let mut scene = graded(without_projectile(small_sheet(200, 0.0)), half, largest, run);
-        let fabric = Scene { sheet: fabric::Sheet { grading: Grading { largest: 0, ..scene.sheet.grading }, ..scene.sheet }, ..scene };
+        let fabric = Scene {
+            sheet: fabric::Sheet { grading: Grading { largest: 0, ..scene.sheet.grading }, ..scene.sheet },
+            ..scene
+        };
         assert_eq!(scene.step_limits().unwrap(), fabric.step_limits().unwrap());
         scene.sheet.pre_strain = [0.02, 0.02];
         scene.time_step = fabric::TimeStep::fraction(0.5);
