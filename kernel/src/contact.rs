@@ -442,13 +442,15 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         while let Some(near) = search.next_near(row, net.columns, from, first, h) {
             from = near + 1;
             let Some(chunk) = row.get(near) else { break };
-            let places = net.columns.get(near).map(|columns| &columns[PLACE]);
+            let places = match net.columns.get(near) {
+                Some(columns) => columns[PLACE],
+                None => core::array::from_fn(|lane| x0 + (near * CHUNK + lane) as f64),
+            };
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
                 let i = near * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let place = places.map_or(x0 + i as f64, |places| places[lane]);
-                let x = Vector::new((place + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;
@@ -460,7 +462,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                let weight = layout.node_weight(i, j) * net.share(i, j);
+                let weight = layout.node_weight(i, j);
+                let weight = if layout.graded { weight * net.share(i, j) } else { weight };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
                     displacement: u,

@@ -150,7 +150,12 @@ impl Rows<'_> {
             );
             report = report.merged(met);
             *range = reach;
-            book(j, restore_fixed(row, kept, run, layout, &net, j));
+            let pulls = if layout.graded {
+                restore_fixed::<true>(row, kept, run, layout, &net, j)
+            } else {
+                restore_fixed::<false>(row, kept, run, layout, &net, j)
+            };
+            book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
             }
@@ -232,8 +237,8 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
 }
 
 /// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
-/// mirror planes that of all images together, before any is turned.
-fn restore_fixed(
+/// mirror planes that of all images together, before any is turned. GRADED: nodes stand for several.
+fn restore_fixed<const GRADED: bool>(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
@@ -242,13 +247,12 @@ fn restore_fixed(
     j: usize,
 ) -> [Vector; 2] {
     let mut pulls = [Vector::zeros(); 2];
-    let of_row = layout.y.node_weight(j);
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            let weight = layout.x.node_weight(i) * of_row;
-            let weight = if layout.graded { weight * net.share(i, j) } else { weight };
+            let weight = layout.node_weight(i, j);
+            let weight = if GRADED { weight * net.share(i, j) } else { weight };
             *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight;
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];

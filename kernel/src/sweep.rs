@@ -105,12 +105,6 @@ fn graded_with_vertical<L: Lane>(right: L, left: L, vertical: L, [column, row]: 
     right.sub(left).mul(column).add(vertical.mul(row))
 }
 
-/// A node's sum where up - down is known. `widths`: inverse, of a graded network alone.
-#[inline(always)]
-fn sum_of<L: Lane, const GRADED: bool>(right: L, left: L, vertical: L, widths: [L; 2]) -> L {
-    if GRADED { graded_with_vertical(right, left, vertical, widths) } else { with_vertical(right, left, vertical) }
-}
-
 /// [`node_sum`] where up - down is known.
 #[inline(always)]
 fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
@@ -266,21 +260,20 @@ impl<const PLAIN: bool, const GRADED: bool, const TOE: bool> Job for RowJob<'_, 
             let above = above.get(c).unwrap_or(&NOTHING);
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let columns = if GRADED { net.columns.get(c).unwrap_or(&NO_GRADING) } else { &NO_GRADING };
             let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
-            let mut planes = Planes { chunk, history, above, carry, marks, columns, net, next, column: c * CHUNK };
+            let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold, &net),
                 2 => {
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold, &net);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 2, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 3, &mut cold, &net);
                 }
             }
             rest = tail;
@@ -296,8 +289,6 @@ struct Planes<'a> {
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
     marks: &'a Chunk<MARK_PLANES>,
-    columns: &'a Chunk<LINE_PLANES>,
-    net: NetRow<'a>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -335,7 +326,9 @@ impl<L: Lane> Along<L> {
         planes: &mut Planes<'_>,
         g: usize,
         cold: &mut Cold<'_>,
+        net: &NetRow<'_>,
     ) {
+        let columns = net.columns.get(planes.column / CHUNK).unwrap_or(&NO_GRADING);
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -356,15 +349,14 @@ impl<L: Lane> Along<L> {
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
         let Directions { horizontal, vertical, .. } = cold.pass.directions;
-        let (rest_h, rest_v) = if GRADED {
-            (grading::bars_along(planes.columns, g, &horizontal.rest), planes.net.upwards(&vertical.rest))
-        } else {
-            (horizontal.rest.lanes(), vertical.rest.lanes())
-        };
         let (q_v, q_h) = if PLAIN {
             (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))
-        } else {
+        } else if GRADED {
+            let (rest_h, rest_v) =
+                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
             (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
+        } else {
+            (vertical.rest.twice_strain(vertical_axes(up)), horizontal.rest.twice_strain(along))
         };
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
@@ -391,8 +383,12 @@ impl<L: Lane> Along<L> {
         let (stress_v, stress_h) = (yarn::stress(kv, q_v), yarn::stress(kh, q_h));
         let (lift, force) = if PLAIN {
             (yarn::force(stress_v, vertical_axes(up)), yarn::force(stress_h, along))
-        } else {
+        } else if GRADED {
+            let (rest_h, rest_v) =
+                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
             (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
+        } else {
+            (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
         };
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
@@ -402,18 +398,28 @@ impl<L: Lane> Along<L> {
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        let widths = if GRADED {
-            let column = L::load(&L::groups(&planes.columns[INVERSE_WIDTH])[g]);
-            [column, L::splat(planes.net.inverse_width)]
+        let y;
+        if GRADED {
+            let column = L::load(&L::groups(&columns[INVERSE_WIDTH])[g]);
+            let widths = [column, L::splat(net.inverse_width)];
+            let sum = [
+                graded_with_vertical(force[0], left[0], vertical[0], widths),
+                graded_with_vertical(force[1], left[1], vertical[1], widths),
+                graded_with_vertical(force[2], left[2], vertical[2], widths),
+            ];
+            move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+            y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+            move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
         } else {
-            [L::splat(1.0); 2]
-        };
-        let x = sum_of::<L, GRADED>(force[0], left[0], vertical[0], widths);
-        move_along(here[0], x, &mut vx[g], &mut L::groups_mut(ux)[g]);
-        let y = sum_of::<L, GRADED>(force[1], left[1], vertical[1], widths);
-        let y = move_along(here[1], y, &mut vy[g], &mut L::groups_mut(uy)[g]);
-        let z = sum_of::<L, GRADED>(force[2], left[2], vertical[2], widths);
-        move_along(here[2], z, &mut vz[g], &mut L::groups_mut(uz)[g]);
+            move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
+            y = move_along(
+                here[1],
+                with_vertical(force[1], left[1], vertical[1]),
+                &mut vy[g],
+                &mut L::groups_mut(uy)[g],
+            );
+            move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+        }
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_force = force;
