@@ -643,9 +643,9 @@ typedef struct fk_step_limits {
 
 // What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
 typedef struct fk_grid {
-    // Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
+    // Nodes along x: sheet.nodes_x, of a graded network its own, or what symmetry.mirror_x leaves of them.
     uint64_t nodes_x;
-    // Nodes along y: sheet.nodes_y, or what symmetry.mirror_y leaves of them.
+    // Nodes along y: sheet.nodes_y, of a graded network its own, or what symmetry.mirror_y leaves of them.
     uint64_t nodes_y;
     // Segments along x, row by row, horizontal / nodes_y in each row.
     uint64_t horizontal;
