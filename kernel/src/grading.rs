@@ -331,7 +331,10 @@ impl Scene {
         let (pose, body) = (Pose::of_sheet(&self.sheet), &self.projectile);
         let ([x, y, z], [vx, vy, vz]) = (pose.point_in(body.position), pose.vector_in(body.velocity));
         let time = if z * vz < 0.0 { -z / vz } else { 0.0 };
-        let extents = Solid::of(body).half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
+        // Set in its place: a solid that is returned would take the stack of two.
+        let mut solid = Solid::NOTHING;
+        solid.set(body);
+        let extents = solid.half_extents(&pose::normalised(pose.orientation_in(body.orientation)));
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
         let across = |mirrored: bool, x: f64| if mirrored || !x.is_finite() { 0.0 } else { x };
         ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)
@@ -374,5 +377,112 @@ impl Scene {
         }
         let (damage_rate, critical_stretch) = (damage_rate / width, critical_stretch / width);
         Ok(Bar { segments: count, modulus: modulus / width, damage_rate, critical_stretch })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::StrengthDraw;
+    use std::vec;
+    use std::vec::Vec;
+
+    fn graded(nodes: u32, centre: f64, half: f64, largest: u32, run: u32) -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        let h = scene.sheet.spacing;
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
+        scene.sheet.grading = Grading { largest, run, centre: [centre * h; 2], half_width: [half * h; 2] };
+        scene
+    }
+
+    /// Nodes from edge to edge, every crossing within the fine part, no bar longer than one and a half of the largest, widths that
+    /// sum up to the crossings, and every yarn in one node or in halves in two.
+    #[test]
+    fn a_line_holds_every_yarn_once() {
+        for nodes in [2, 3, 7, 40, 105, 350] {
+            for (centre, half) in [(0.0, 0.0), (0.0, 10.3), (-7.2, 3.0), (30.0, 0.0), (0.0, 1e9), (-1e9, 5.0)] {
+                for (largest, run) in [(2, 1), (4, 3), (64, 1), (8, 1000)] {
+                    let places = Places::of(&graded(nodes, centre, half, largest, run), Axis::Horizontal);
+                    let crossings: Vec<u32> = (0..places.nodes()).map(|k| places.crossing(k)).collect();
+                    assert_eq!((crossings[0], *crossings.last().unwrap()), (0, nodes - 1), "{places:?}");
+                    let bars = crossings.windows(2).map(|ends| ends[1] - ends[0]);
+                    assert!(bars.clone().all(|bar| bar >= 1 && 2 * bar < 3 * largest), "{crossings:?}");
+                    let [first, last] = places.fine;
+                    assert!((first..=last).all(|crossing| crossings.contains(&crossing)));
+                    if centre == 0.0 {
+                        let mirrored: Vec<u32> = crossings.iter().rev().map(|crossing| nodes - 1 - crossing).collect();
+                        assert_eq!(crossings, mirrored);
+                    }
+                    let mut shares = vec![0.0; nodes as usize];
+                    let (scene, mut line) = (Scene::sheet_3in_sphere(), vec![[[0.0; CHUNK]; LINE_PLANES]; 50]);
+                    places.fill(&mut line, &Rest::of(1.0, scene.rest_stretch(Axis::Horizontal)));
+                    for k in 0..crossings.len() {
+                        let yarns: Vec<_> = places.yarns(k).collect();
+                        let width: f64 = yarns.iter().map(|(_, share)| share).sum();
+                        assert_eq!(planes::get(&line, WIDTH, k), Some(width));
+                        yarns.into_iter().for_each(|(yarn, share)| shares[yarn as usize] += share);
+                    }
+                    assert!(shares.iter().all(|share| *share == 1.0), "{crossings:?} {shares:?}");
+                }
+            }
+        }
+    }
+
+    /// A bar of a segments and w yarns from its segments' draws, one by one.
+    #[test]
+    fn a_bar_has_the_draws_of_its_segments() {
+        let mut scene = graded(61, 3.0, 4.0, 8, 2);
+        scene.yarn.strength_draw = StrengthDraw::Weibull;
+        let places = Places::both(&scene);
+        let (i, j) = (1, 3);
+        let [x, y] = &places;
+        let (from, to) = (x.crossing(i), x.crossing(i + 1));
+        let (mut modulus, mut rate, mut critical, mut width) = (0.0, 0.0, 0.0, 0.0);
+        for (yarn, share) in y.yarns(j) {
+            let numbers = || (from..to).map(|k| weave::horizontal_number(61, k as usize, yarn as usize));
+            let segments: Vec<_> = numbers().map(|k| scene.draw_segment(k).unwrap()).collect();
+            modulus += share * segments.len() as f64 / segments.iter().map(|s| 1.0 / s.modulus).sum::<f64>();
+            rate += share * segments.iter().map(|s| s.damage_rate).sum::<f64>();
+            critical += share * numbers().map(|k| scene.draw_critical_stretch(k)).fold(9.0, f64::min);
+            width += share;
+        }
+        assert!(to - from > 2 && width > 2.0);
+        let bar = scene.draw_bar(&places, Axis::Horizontal, i as usize, j).unwrap();
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-13, "{a} {b}");
+        close(bar.modulus, modulus / width);
+        close(bar.damage_rate, rate / width);
+        close(bar.critical_stretch, critical / width);
+        assert_eq!(bar.segments, f64::from(to - from));
+        // Of single segments to the bit.
+        let centre = (0..x.nodes()).find(|&k| x.crossing(k) == 33).unwrap() as usize;
+        let (bar, number) =
+            (scene.draw_bar(&places, Axis::Vertical, centre, centre).unwrap(), weave::vertical_number(61, 61, 33, 33));
+        let segment = scene.draw_segment(number).unwrap();
+        assert_eq!((bar.modulus, bar.damage_rate), (segment.modulus, segment.damage_rate));
+        assert_eq!(bar.critical_stretch, scene.draw_critical_stretch(number));
+    }
+
+    #[test]
+    fn the_automatic_choice_lies_about_the_hit() {
+        let mut scene = Scene::sheet_10in_cylinder();
+        scene.projectile.position = [-0.03, 0.01, -0.02];
+        scene.projectile.velocity = [100.0, 0.0, 100.0];
+        for error in [0.0, 0.2, f64::NAN] {
+            assert_eq!(scene.set_grading(error).unwrap_err().field, "error");
+        }
+        let reach = |scene: &Scene, error: f64| {
+            let mut scene = *scene;
+            scene.set_grading(error).unwrap();
+            scene.check().unwrap();
+            scene.sheet.grading
+        };
+        let chosen = reach(&scene, 0.01);
+        assert!((chosen.centre[0] + 0.01).abs() < 1e-12 && (chosen.centre[1] - 0.01).abs() < 1e-12);
+        assert!((chosen.half_width[0] - (6.35e-3 + 50.0 * scene.sheet.spacing)).abs() < 1e-12);
+        assert!(reach(&scene, 0.05).half_width[0] < chosen.half_width[0]);
+        // Nothing to gain, and nothing to be graded.
+        assert!(reach(&Scene::sheet_3in_sphere(), 0.01).largest == 0);
+        scene.attachment.kind = AttachmentKind::FourCorners;
+        assert!(reach(&scene, 0.05).largest == 0);
     }
 }
