@@ -13,17 +13,18 @@
 
 use crate::blocks::Blocks;
 use crate::error::Failure;
-use crate::grading::{LINE_PLANES, Net, PLACE, Places};
+use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::CANDIDATE_REALS;
 use crate::math;
+use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
 use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
-use crate::weave::{self, in_runs};
+use crate::weave::in_runs;
 
 /// Sweeps after which a solve is given up and counted.
 pub const MAX_SWEEPS: u32 = 200;
@@ -168,7 +169,7 @@ impl<'s> Search<'s> {
         axes.into_iter().zip(Places::both(scene)).any(|((k, axis), places)| {
             let ([first, last], h) = (places.fine, scene.spacing(axis));
             let (x, reach) = (self.body.position[k], self.half[k] - self.margin);
-            let place = |crossing: u32| weave::rest_offset(crossing as usize, places.crossings) * h;
+            let place = |crossing: u32| rest_offset(crossing as usize, places.crossings) * h;
             (first > 0 && x - reach < place(first)) || (last + 1 < places.crossings && x + reach > place(last))
         })
     }
@@ -428,9 +429,9 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let mut count = 0;
     let mut deepest = 0.0;
     // Offsets are exact: those of a row follow from its first.
-    let x0 = weave::rest_offset(0, nodes_x);
+    let x0 = rest_offset(0, nodes_x);
     for j in 0..ny {
-        let y0 = planes::get(net.lines, PLACE, j).unwrap_or_else(|| weave::rest_offset(j, nodes_y) * rise);
+        let y0 = planes::get(net.lines, PLACE, j).unwrap_or_else(|| rest_offset(j, nodes_y) * rise);
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
             continue;

@@ -16,6 +16,7 @@
 use crate::error::{Code, Error, finite};
 use crate::lanes::Lane;
 use crate::math;
+use crate::places::Places;
 use crate::planes::{self, Axis, CHUNK, Chunk};
 use crate::pose::{self, Pose};
 use crate::scene::{AttachmentKind, Grading, Scene, Symmetry};
@@ -41,19 +42,6 @@ pub const SEGMENTS: usize = 3;
 pub const SPACING: usize = 4;
 /// 1 over the square of the bar's natural length.
 pub const INVERSE_SQUARE: usize = 5;
-
-/// Which crossings of one line of the fabric are nodes of the network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Places {
-    /// Crossings of the fabric along the line, at least 2.
-    pub crossings: u32,
-    /// First and last crossing of the fine part, in which every crossing is a node.
-    pub fine: [u32; 2],
-    /// Bars of one size before the next.
-    run: u32,
-    /// Segments of the longest bar; at most 1: no grading.
-    largest: u32,
-}
 
 /// The constants of a graded network's lines; empty without grading.
 #[derive(Clone, Copy)]
@@ -159,132 +147,25 @@ pub struct Bar {
     pub critical_stretch: f64,
 }
 
-impl Places {
-    /// Nodes along a direction: a row of them, or a column.
-    pub fn of(scene: &Scene, axis: Axis) -> Places {
-        let (grading, h, direction) = (&scene.sheet.grading, scene.spacing(axis), axis as usize);
-        let crossings = match axis {
-            Axis::Horizontal => scene.sheet.nodes_x,
-            Axis::Vertical => scene.sheet.nodes_y,
-        };
-        let last = crossings.saturating_sub(1);
-        let (centre, half) = (grading.centre[direction], grading.half_width[direction]);
-        // Counted from both ends by one formula, so that a fine part in the middle is symmetric to the bit.
-        let before = |centre: f64| (math::max(0.5 * f64::from(last) + (centre - half) / h, 0.0) as u32).min(last);
-        let first = before(centre);
-        let end = last - before(-centre);
-        Places { crossings, fine: [first, end], run: grading.run, largest: grading.largest }
-    }
-
-    /// Along x and along y.
-    pub fn both(scene: &Scene) -> [Places; 2] {
-        [Axis::Horizontal, Axis::Vertical].map(|axis| Places::of(scene, axis))
-    }
-
-    /// Number of nodes.
-    pub fn nodes(&self) -> u32 {
-        let [first, last] = self.fine;
-        if self.largest <= 1 {
-            return self.crossings;
-        }
-        let bars =
-            self.outwards(first, u32::MAX).0 + self.outwards(self.crossings.saturating_sub(1 + last), u32::MAX).0;
-        bars + (last - first) + 1
-    }
-
-    /// The crossing at which node k lies.
-    pub fn crossing(&self, k: u32) -> u32 {
-        let [first, last] = self.fine;
-        if self.largest <= 1 {
-            return k;
-        }
-        let before = self.outwards(first, u32::MAX).0;
-        if k < before {
-            first - self.outwards(first, before - k).1
-        } else if k - before <= last - first {
-            first + (k - before)
-        } else {
-            last + self.outwards(self.crossings.saturating_sub(1 + last), k - before - (last - first)).1
-        }
-    }
-
-    /// The number of bars from the fine part outwards to an edge `distance` segments away, at most `most`, and how far they reach.
-    /// Bars of 2, 4, ... segments; the last takes what is left, if that is less than one and a half.
-    fn outwards(&self, distance: u32, most: u32) -> (u32, u32) {
-        let (mut left, mut bars, mut size) = (distance, 0, 2);
-        while bars < most && 2 * left >= 3 * size {
-            let fit = (2 * left - 3 * size) / (2 * size).max(1) + 1;
-            let wanted = if size < self.largest { fit.min(self.run) } else { fit };
-            let taken = wanted.min(most - bars);
-            (bars, left) = (bars + taken, left - taken * size);
-            size = if size < self.largest { 2 * size } else { size };
-        }
-        if bars < most && left > 0 {
-            (bars, left) = (bars + 1, 0);
-        }
-        (bars, distance - left)
-    }
-
-    /// Offset of node k from the middle of the line, in node spacings of the fabric; exactly antisymmetric.
-    pub fn offset(&self, k: usize) -> f64 {
-        weave::rest_offset(self.crossing(k as u32) as usize, self.crossings)
-    }
-
-    /// The first node beyond the middle of the line.
-    pub fn upper(&self) -> usize {
-        if self.largest <= 1 {
-            return self.crossings.div_ceil(2) as usize;
-        }
-        (0..self.nodes()).take_while(|&k| 2 * self.crossing(k) < self.crossings).count()
-    }
-
-    /// Segments before and behind node k; 1 beyond the ends of the line.
-    fn around(&self, k: usize) -> [u32; 2] {
-        let (k, here) = (k as u32, self.crossing(k as u32));
-        let before = k.checked_sub(1).map_or(1, |k| here - self.crossing(k));
-        let behind = if here + 1 < self.crossings { self.crossing(k + 1) - here } else { 1 };
-        [before, behind]
-    }
-
-    /// The yarns that run across node k, and the share of each in it: 1, or 1/2 for one midway to the next node.
-    fn yarns(&self, k: usize) -> impl Iterator<Item = (u32, f64)> + use<> {
-        let (here, [before, behind]) = (self.crossing(k as u32), self.around(k));
-        (here - before / 2..=here + behind / 2).map(move |yarn| {
-            let midway = 2 * here == 2 * yarn + before || 2 * yarn == 2 * here + behind;
-            (yarn, if midway { 0.5 } else { 1.0 })
-        })
-    }
-
-    /// Fills the constants of a line of nodes. `rest`: of a segment of the fabric along it. Behind the last node the places hold
-    /// numbers of no consequence.
-    pub(crate) fn fill(&self, line: &mut [Chunk<LINE_PLANES>], rest: &Rest) {
-        let nodes = self.nodes() as usize;
-        for k in 0..line.len() * CHUNK {
-            let k_in_line = k.min(nodes.saturating_sub(1));
-            let [before, behind] = self.around(k_in_line).map(f64::from);
-            let (width, bar) = (0.5 * (before + behind), rest.in_series(behind));
-            let place = self.offset(k_in_line) * rest.spacing;
-            let constants = [place, width, 1.0 / width, behind, bar.spacing, bar.inverse_square];
-            for (plane, constant) in constants.into_iter().enumerate() {
-                if let Some(slot) = planes::get_mut(line, plane, k) {
-                    *slot = constant;
-                }
+/// Fills the constants of a line of nodes. `rest`: of a segment of the fabric along it. Behind the last node the places hold
+/// numbers of no consequence.
+pub(crate) fn fill(line: &mut [Chunk<LINE_PLANES>], places: &Places, rest: &Rest) {
+    let nodes = places.nodes() as usize;
+    for k in 0..line.len() * CHUNK {
+        let k_in_line = k.min(nodes.saturating_sub(1));
+        let [before, behind] = places.around(k_in_line).map(f64::from);
+        let (width, bar) = (0.5 * (before + behind), rest.in_series(behind));
+        let place = places.offset(k_in_line) * rest.spacing;
+        let constants = [place, width, 1.0 / width, behind, bar.spacing, bar.inverse_square];
+        for (plane, constant) in constants.into_iter().enumerate() {
+            if let Some(slot) = planes::get_mut(line, plane, k) {
+                *slot = constant;
             }
         }
     }
 }
 
 impl Scene {
-    /// Whether bars stand for several yarns anywhere.
-    pub fn is_graded(&self) -> bool {
-        self.sheet.grading.largest > 1
-    }
-
-    /// Nodes of the network along x and y: those of the fabric, without grading.
-    pub fn network(&self) -> [u32; 2] {
-        Places::both(self).map(|places| places.nodes())
-    }
-
     /// Chooses a graded network for a hit as the projectile starts: fine about the place where it meets the sheet's plane, and so far
     /// beyond it that absorbed energy and residual velocity are expected to be wrong by at most `error`, a part of them in
     /// [0.005, 0.1]: 80 spacings below 1 %, 50 below 3 %, else 30, then two bars each of 2 and 4 yarns, and bars of 8. No grading is
@@ -415,7 +296,7 @@ mod tests {
                     }
                     let mut shares = vec![0.0; nodes as usize];
                     let (scene, mut line) = (Scene::sheet_3in_sphere(), vec![[[0.0; CHUNK]; LINE_PLANES]; 50]);
-                    places.fill(&mut line, &Rest::of(1.0, scene.rest_stretch(Axis::Horizontal)));
+                    fill(&mut line, &places, &Rest::of(1.0, scene.rest_stretch(Axis::Horizontal)));
                     for k in 0..crossings.len() {
                         let yarns: Vec<_> = places.yarns(k).collect();
                         let width: f64 = yarns.iter().map(|(_, share)| share).sum();

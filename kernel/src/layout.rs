@@ -2,8 +2,9 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
-use crate::grading::{LINE_PLANES, Places};
+use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
+use crate::places::Places;
 use crate::planes::{
     Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
     VISCOUS_PLANES, YARN_PLANES,

@@ -54,6 +54,7 @@ pub mod math;
 mod model;
 pub mod outcome;
 pub mod path;
+pub mod places;
 pub mod planes;
 pub mod polyhedron;
 pub mod pose;

@@ -3,10 +3,10 @@
 use crate::contact::Search;
 use crate::energy;
 use crate::error::{Code, Error};
-use crate::grading::Places;
 use crate::lanes::InstructionSet;
 use crate::model::{Model, start_motion};
 use crate::path;
+use crate::places::Places;
 use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::projectile::Body;

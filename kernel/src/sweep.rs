@@ -93,7 +93,7 @@ pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
     with_vertical(right, left, up.sub(down))
 }
 
-/// Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
+/// (M19) Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
 #[inline(always)]
 pub fn graded_sum<L: Lane>(right: L, left: L, up: L, down: L, inverse_widths: [L; 2]) -> L {
     graded_with_vertical(right, left, up.sub(down), inverse_widths)

@@ -4,11 +4,12 @@
 use crate::blocks::Blocks;
 use crate::direction::Directions;
 use crate::error::{Error, Failure};
-use crate::grading::{Net, PLACE, Places};
+use crate::grading::{self, Net, PLACE};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
+use crate::places::{Places, rest_offset};
 use crate::planes::{
     self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
@@ -116,8 +117,8 @@ impl System<'_> {
         if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
             return [x, y];
         }
-        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
-        [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
+        let y = rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
+        [rest_offset(i, self.scene.sheet.nodes_x), y]
     }
 
     /// Bars and widths of a graded network.
@@ -245,8 +246,8 @@ impl System<'_> {
             return Ok(());
         }
         if self.layout.graded {
-            places[0].fill(self.blocks.columns, &self.directions.horizontal.rest);
-            places[1].fill(self.blocks.lines, &self.directions.vertical.rest);
+            grading::fill(self.blocks.columns, &places[0], &self.directions.horizontal.rest);
+            grading::fill(self.blocks.lines, &places[1], &self.directions.vertical.rest);
         }
         let (whole_x, whole_y) = (places[0].nodes() as usize, places[1].nodes() as usize);
         let mut weakest = CRITICAL_STRETCH_MAX;

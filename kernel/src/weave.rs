@@ -6,8 +6,8 @@
 //! Node (i, j) rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0) and has the number j nx + i. Segments: first the horizontal
 //! ones (i, j)-(i+1, j), row by row, then the vertical ones (i, j)-(i, j+1), row by row.
 
-use crate::grading::Places;
 use crate::math;
+use crate::places::Places;
 use crate::planes::Axis;
 use crate::scene::{AttachmentKind, Scene};
 
@@ -16,11 +16,6 @@ pub const ATTACHMENTS: usize = 4;
 
 /// Up to two runs of fixed nodes in a row, as [first, end) column pairs; an empty run has first = end.
 pub type FixedRuns = [[u32; 2]; 2];
-
-/// Offset of a node from the middle of its line, in node spacings; exactly antisymmetric.
-pub fn rest_offset(index: usize, nodes: u32) -> f64 {
-    index as f64 - 0.5 * (nodes as f64 - 1.0)
-}
 
 /// Number of the horizontal segment that starts at node (i, j).
 pub fn horizontal_number(nodes_x: u32, i: usize, j: usize) -> u64 {
