@@ -54,7 +54,7 @@ use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
-use crate::system::System;
+use crate::system::{self, System};
 use crate::viscosity;
 use crate::watch::OutcomeSet;
 use core::cell::UnsafeCell;
@@ -100,8 +100,13 @@ struct Plan {
     failed_before: u64,
     /// What lies under the projectile, or why the pass cannot be made.
     found: Result<Gathered, Failure>,
-    /// Rows to sweep [first, end).
+    /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
+    /// rest are left out.
     rows: [usize; 2],
+    /// Whether rows at rest are swept.
+    all: bool,
+    /// Whether every other ply is turned.
+    turned: bool,
     terms: Terms,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -119,6 +124,8 @@ struct Pointers {
     marks: *const Chunk<MARK_PLANES>,
     pushes: *const Chunk<PUSH_PLANES>,
     taken: *mut f64,
+    before: *mut [f64; CHUNK],
+    awake: *const [u32; 2],
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
@@ -279,13 +286,22 @@ impl Plan {
             _ => system.failed_segments,
         };
         let found = step::look_ahead(system, end);
-        let rows = system.rows_to_step();
-        step::place_images_above(system, rows[1]);
-        if system.layout.viscous && found.is_ok() {
-            viscosity::find_pushes(system, rows);
+        let mut rows = [system.layout.nodes_y, 0];
+        for ply in 0..system.layout.plies {
+            let [first, end] = system.rows_to_step(ply);
+            if first == end {
+                continue;
+            }
+            rows = [rows[0].min(first), rows[1].max(end)];
+            step::place_images_above(system, end);
+            if system.layout.viscous && found.is_ok() {
+                viscosity::find_pushes(system, [first, end]);
+            }
         }
+        rows[0] = rows[0].min(rows[1]);
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, marks, pushes, taken, before, awake, ranges, runs, .. } =
+            &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
@@ -294,13 +310,16 @@ impl Plan {
             marks: marks.as_ptr(),
             pushes: pushes.as_ptr(),
             taken: taken.as_mut_ptr(),
+            before: before.as_mut_ptr(),
+            awake: awake.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             scratch,
         };
         let track_support = system.scene.track_support;
         let terms = step::terms(system);
-        let plan = Plan { end, second_half, failed_before, found, rows, terms, marked, track_support, memory };
+        let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
+        let plan = Plan { end, second_half, failed_before, found, rows, all, turned, terms, marked, track_support, memory };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
@@ -316,6 +335,29 @@ impl Plan {
         [start(band), start(band + 1)]
     }
 
+    /// Rows of a ply that are swept.
+    ///
+    /// # Safety
+    /// Nothing changes the rows that are awake.
+    unsafe fn rows_of_ply(&self, ply: usize) -> [usize; 2] {
+        let layout = &self.terms.layout;
+        if !layout.is_stack() {
+            return self.rows;
+        }
+        // SAFETY: there is an entry for each ply; the caller's promise.
+        let awake = unsafe { self.memory.awake.add(ply).read() };
+        system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
+    }
+
+    /// Constants of the sweep of a ply, which may be turned.
+    fn terms_of(&self, ply: usize) -> Terms {
+        let mut terms = self.terms;
+        if self.turned && ply % 2 == 1 {
+            terms.directions = terms.directions.turned();
+        }
+        terms
+    }
+
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
     /// # Safety
@@ -329,20 +371,26 @@ impl Plan {
         // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
         unsafe {
             let Scratch { above, carry, .. } = self.scratch(band);
-            if end < self.rows[1] {
+            // The plies that the band's first row and the row above it belong to, and their rows.
+            let [(lowest, low), (_, [_, top])] = [first, end - 1].map(|j| {
+                let (ply, _) = layout.ply_and_row(j);
+                (ply, self.rows_of_ply(ply))
+            });
+            if end < top {
                 // Displacements are all that is read of it.
                 for (copy, chunk) in above.iter_mut().zip(rows(memory.hot, chunks, end, 1)) {
                     copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
                 }
             }
-            if first > self.rows[0] {
+            if first > low[0] && first < low[1] {
                 let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
                 let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
                 let below = rows(memory.hot, chunks, first - 1, 1);
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                self.terms.pass().lift(below, history, here, carry, &self.terms.yarn_row(yarn, strength, 0), marks);
+                let terms = self.terms_of(lowest);
+                terms.pass().lift(below, history, here, carry, &terms.yarn_row(yarn, strength, 0), marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -359,40 +407,57 @@ impl Plan {
             return Report::default();
         }
         let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
-        let count = end - first;
-        // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
-        // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
-        unsafe {
-            let Scratch { above, carry, kept } = self.scratch(band);
-            let above: &[_] = if end < self.rows[1] {
-                above
-            } else if end < layout.y.stored() {
-                rows(memory.hot, chunks, end, 1)
-            } else {
-                &[]
-            };
-            let pulls = self.pulls(of);
-            let rows = Rows {
-                first,
-                hot: rows_mut(memory.hot, chunks, first, count),
-                above,
-                history: rows_mut(memory.history, chunks, first, count),
-                yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
-                strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
-                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
-                pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
-                taken: if layout.viscous { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                ranges: rows_mut(memory.ranges, 1, first, count),
-                runs: rows(memory.runs, 1, first, count),
-                carry,
-                kept,
-            };
-            rows.sweep(&self.terms, |j, pulled| {
-                if self.track_support {
-                    pulls.add(j).write(pulled.map(|pull| pull.into()));
+        let (from, to) = (layout.ply_and_row(first).0, layout.ply_and_row(end - 1).0);
+        let mut report = Report::default();
+        for ply in from..=to {
+            let [_, ply_end] = layout.rows_of(ply);
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
+            // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
                 }
-            })
+                let count = stop - start;
+                let Scratch { above, carry, kept } = self.scratch(band);
+                let above: &[_] = if stop < top {
+                    above
+                } else if stop == ply_end && layout.is_stack() {
+                    &[]
+                } else if stop < layout.stored_rows() {
+                    rows(memory.hot, chunks, stop, 1)
+                } else {
+                    &[]
+                };
+                if start == low {
+                    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                }
+                let pulls = self.pulls(of);
+                let rows = Rows {
+                    first: start,
+                    hot: rows_mut(memory.hot, chunks, start, count),
+                    above,
+                    history: rows_mut(memory.history, chunks, start, count),
+                    yarn: if layout.stochastic { rows(memory.yarn, chunks, start, count) } else { &[] },
+                    strength: if layout.strength { rows(memory.strength, chunks, start, count) } else { &[] },
+                    marks: if self.marked { rows(memory.marks, chunks, start, count) } else { &[] },
+                    pushes: if layout.viscous { rows(memory.pushes, chunks, start, count) } else { &[] },
+                    taken: if layout.viscous { rows_mut(memory.taken, 1, start, count) } else { &mut [] },
+                    before: if layout.is_stack() { rows_mut(memory.before, chunks, start, count) } else { &mut [] },
+                    ranges: rows_mut(memory.ranges, 1, start, count),
+                    runs: rows(memory.runs, 1, start, count),
+                    carry,
+                    kept,
+                };
+                report = report.merged(rows.sweep(&self.terms_of(ply), |j, pulled| {
+                    if self.track_support {
+                        pulls.add(j).write(pulled.map(|pull| pull.into()));
+                    }
+                }));
+            }
         }
+        report
     }
 
     /// The part of a pass that is not cut.
@@ -401,13 +466,22 @@ impl Plan {
     /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
     unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
-        system.awake = self.rows;
-        step::book_viscosity(system, self.rows);
-        if self.track_support {
-            for j in self.rows[0]..self.rows[1] {
+        for ply in 0..system.layout.plies {
+            // SAFETY: no band is being swept.
+            let [first, end] = unsafe { self.rows_of_ply(ply) };
+            if first == end {
+                continue;
+            }
+            system.set_awake(ply, [first, end]);
+            step::book_viscosity(system, [first, end]);
+            if !self.track_support {
+                continue;
+            }
+            let [bottom, _] = system.layout.rows_of(ply);
+            for j in first..end {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
-                step::book_pulls(&mut system.state.sums, &system.scene, j, &pulls.map(Vector::from));
+                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls.map(Vector::from));
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;

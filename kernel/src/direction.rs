@@ -98,6 +98,11 @@ impl Directions {
         }
     }
 
+    /// Those of a ply that is turned by 90 degrees.
+    pub(crate) fn turned(&self) -> Directions {
+        Directions { horizontal: self.vertical, vertical: self.horizontal, plain: self.plain }
+    }
+
     /// The direction of an axis.
     #[inline(always)]
     pub fn along(&self, axis: Axis) -> &Direction {

@@ -37,6 +37,8 @@ pub struct Energy {
     pub residual: f64,
     /// Energy that the viscosity of the yarn has taken, J.
     pub viscous: f64,
+    /// Kinetic energy lost where separate plies meet, J.
+    pub ply_loss: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -46,7 +48,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let prescribed = system.scene.drive == Drive::Prescribed;
     let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.loss;
+    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.ply_loss + sums.loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy - sums.halving_energy
     } else {
@@ -63,6 +65,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         halving: sums.halving_energy,
         residual,
         viscous: sums.viscous,
+        ply_loss: sums.ply_loss,
     })
 }
 
@@ -132,7 +135,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
                 if let Some(segment) = system.segment(axis, i, j) {
                     let (stored, lost) = segment_energy(system, &segment);
                     let weight = system.layout.segment_weight(axis, i, j);
-                    let direction = system.directions.along(axis);
+                    let direction = system.directions.along(segment.fabric);
                     row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
                     row_dissipated += weight * (lost * direction.volume);
                 }
@@ -148,7 +151,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
 fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
-    let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
+    let (direction, toe) = (system.directions.along(segment.fabric), &system.model.toe);
     let marked = segment.alpha_when_marked();
     let stored = |stiffness: f64, q: f64| {
         let without_toe = yarn::strain_energy(stiffness, q);
@@ -446,6 +449,7 @@ mod tests {
                             let along = |stretch: f64| [stretch - 1.0, 0.0, 0.0];
                             let view = SegmentView {
                                 axis: Axis::Horizontal,
+                                fabric: Axis::Horizontal,
                                 rest: direction.rest,
                                 stiffness: alpha(largest) * direction.stiffness,
                                 undamaged: direction.stiffness,
@@ -485,6 +489,7 @@ mod tests {
             let (rest, stiffness, critical_stretch) = (crate::yarn::Rest::PLAIN, 1.0, 1.03);
             SegmentView {
                 axis,
+                fabric: axis,
                 rest,
                 stiffness,
                 undamaged: 1.0,

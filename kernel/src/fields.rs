@@ -10,7 +10,7 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
+    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES, RotationKind,
     Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
@@ -180,6 +180,7 @@ pub const CHOICES: &[&Choice] =
 /// What a group of parameters is, by the first part of its name.
 pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
+    ("stack", "Separate plies one behind the other"),
     ("attachment", "How the sheet is held"),
     ("yarn", "The yarn law and its scatter"),
     ("weft", "The yarn along y, where it is unlike that along x"),
@@ -457,7 +458,7 @@ pub const FIELDS: &[Field] = &[
     count("sheet.nodes_x", |s| &mut s.sheet.nodes_x, Range::Nodes, 220, "Nodes along x"),
     count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
     count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
-        "Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each other"),
+        "Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart"),
     real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
         "Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension"),
     real("sheet.spacing_y", |s| one(&mut s.sheet.spacing_y), &LENGTH, Range::NotNegative, 620,
@@ -478,6 +479,16 @@ pub const FIELDS: &[Field] = &[
     vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
+    // ---- Separate plies
+    count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet and no mirror planes only")
+        .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
+    real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
+        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_1000)),
+    flag("stack.turned", |s| &mut s.stack.turned, 722,
+        "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_2000)),
     // ---- Attachment
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
@@ -631,6 +642,10 @@ fn one(number: &mut f64) -> &mut [f64] {
 
 fn four_corners(scene: &Scene) -> usize {
     if_so(scene.attachment.kind == AttachmentKind::FourCorners)
+}
+
+fn stacked(scene: &Scene) -> usize {
+    if_so(scene.stack.plies > 1)
 }
 
 fn own_weft(scene: &Scene) -> usize {

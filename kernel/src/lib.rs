@@ -88,7 +88,7 @@ pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
-    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
+    RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
     TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};

@@ -8,7 +8,10 @@ use crate::system::System;
 
 /// Marks the segments that are slack at t_n and were at t_{n-1}.
 pub(crate) fn mark_slack(system: &mut System<'_>) {
-    let [first, end] = system.rows_to_step();
+    (0..system.layout.plies).for_each(|ply| mark_slack_rows(system, system.rows_to_step(ply)));
+}
+
+fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (chunks, line) = (system.layout.chunks, system.layout.x);
     if line.mirrored {
         (first..end).for_each(|j| place_image_column(planes::row_mut(system.blocks.hot, chunks, j), line));
@@ -31,6 +34,7 @@ pub(crate) fn mark_slack(system: &mut System<'_>) {
 /// The next chunk of row j, from one on, with a segment that is slack at t_n and has no mark.
 fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let chunks = system.layout.chunks;
+    let directions = system.directions_of(j);
     let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,
@@ -38,7 +42,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             row,
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
-            directions: &system.directions,
+            directions: &directions,
             from,
         },
     )

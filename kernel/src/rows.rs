@@ -69,6 +69,8 @@ pub(crate) struct Rows<'r> {
     pub pushes: &'r [Chunk<PUSH_PLANES>],
     /// Energy that viscosity takes, one entry a row; empty for none.
     pub taken: &'r mut [f64],
+    /// Velocities along z before the sweep; empty for a single sheet.
+    pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
@@ -83,17 +85,24 @@ impl<'r> Rows<'r> {
     /// a toe.
     pub fn of(blocks: &'r mut Blocks<'_>, layout: &Layout, [first, end]: [usize; 2], marked: bool) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
+        let behind = own.clone();
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
             hot: swept.get_mut(own.start..)?,
-            above: planes::row(rest, layout.chunks, 0),
+            above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
+                // The row behind is of the next ply.
+                &[]
+            } else {
+                planes::row(rest, layout.chunks, 0)
+            },
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
             strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
             pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
             taken: if layout.viscous { blocks.taken.get_mut(first..end)? } else { &mut [] },
+            before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             carry: blocks.carry,
@@ -110,7 +119,10 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, before, ranges, runs, carry, kept } =
+            self;
+        // Empty but for a stack.
+        before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }

@@ -567,8 +567,10 @@ impl<'a> Sim<'a> {
             return Err(Error::new(Code::WrongLength, "out", out.len() as f64, needed as f64));
         }
         let mut slots = out.iter_mut();
-        for axis in [Axis::Horizontal, Axis::Vertical] {
-            for j in 0..self.system.layout.nodes_y {
+        let plies = 0..self.system.layout.plies;
+        for (ply, axis) in plies.flat_map(|ply| [(ply, Axis::Horizontal), (ply, Axis::Vertical)]) {
+            let [first, end] = self.system.layout.rows_of(ply);
+            for j in first..end {
                 for i in 0..self.system.layout.nodes_x {
                     if let Some(segment) = self.system.segment(axis, i, j)
                         && let Some(slot) = slots.next()

@@ -47,6 +47,11 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Resul
 /// which it has no contact.
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
+    (0..scene.stack.plies).try_for_each(|ply| refuse_overlap_of(scene, model, body, f64::from(ply) * scene.stack.gap))
+}
+
+/// The same of one ply, which lies at this height, m.
+fn refuse_overlap_of(scene: &Scene, model: &Model, body: &Body, z: f64) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
     let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
@@ -57,7 +62,7 @@ fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error
         }
         let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
         for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
+            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, z);
             if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
                 return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
             }
@@ -110,7 +115,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
         let x = system.model.pose.point_in(*point);
         let v = system.model.pose.vector_in(*velocity);
         let rest = system.rest(i, j);
-        let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h];
+        let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h - rest[2]];
         let mut v = v.map(|v| v / system.model.unit_speed);
         for (axis, on_plane) in on_planes(system, i, j).into_iter().enumerate() {
             if on_plane {
@@ -151,11 +156,14 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
         return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
     }
     let mut stretches = stretches.iter();
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
-    for (axis, columns, rows) in [(Axis::Horizontal, across, ny), (Axis::Vertical, nx, up)] {
-        let critical = system.directions.along(axis).critical;
-        for j in 0..rows {
+    let chunks = system.layout.chunks;
+    let layout = system.layout;
+    let all = (0..layout.plies).flat_map(|ply| [(Axis::Horizontal, ply), (Axis::Vertical, ply)]);
+    for (axis, ply) in all {
+        let [first, end] = layout.rows_of(ply);
+        let columns = if axis == Axis::Horizontal { layout.x.segments() } else { layout.nodes_x };
+        for j in (first..end).filter(|&j| axis == Axis::Horizontal || layout.has_verticals(j)) {
+            let critical = system.direction(axis, j).critical;
             let history = planes::row_mut(system.blocks.history, chunks, j);
             for i in 0..columns {
                 let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));

@@ -50,6 +50,10 @@ pub struct Sums {
     pub halving_energy: f64,
     /// Energy that viscosity has taken, J.
     pub viscous: f64,
+    /// Kinetic energy lost where plies meet, J.
+    pub ply_loss: f64,
+    /// Deepest that facing nodes of two plies have been through each other, m.
+    pub ply_penetration: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -78,6 +82,8 @@ impl Sums {
         most_iterations: 0,
         halving_energy: 0.0,
         viscous: 0.0,
+        ply_loss: 0.0,
+        ply_penetration: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -97,6 +103,8 @@ pub struct Parts {
     pub halving: bool,
     /// What only viscous yarn has.
     pub viscous: bool,
+    /// What only a stack of plies has.
+    pub stack: bool,
 }
 
 /// Scalar state at step count n.
@@ -158,6 +166,10 @@ impl State {
         }
         if parts.viscous {
             visitor.real(&mut self.sums.viscous);
+        }
+        if parts.stack {
+            visitor.real(&mut self.sums.ply_loss);
+            visitor.real(&mut self.sums.ply_penetration);
         }
         visit_watch(&mut self.watch, visitor);
     }

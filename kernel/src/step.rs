@@ -169,13 +169,30 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
 
 /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
 fn sweep(system: &mut System<'_>) -> Report {
-    let [first, end] = system.rows_to_step();
+    let mut report = Report::default();
+    for ply in 0..system.layout.plies {
+        report = report.merged(sweep_ply(system, ply));
+    }
+    report
+}
+
+/// The hot pass over a ply.
+#[inline]
+fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
+    let [first, end] = system.rows_to_step(ply);
+    if first == end {
+        return Report::default();
+    }
     place_images_above(system, end);
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
-    let terms = terms(system);
+    let mut terms = terms(system);
+    if system.scene.is_turned(ply as u32) {
+        terms.directions = terms.directions.turned();
+    }
     let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
+    let [bottom, _] = system.layout.rows_of(ply);
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.
     let marked = system.layout.toe && system.failed_segments > 0;
@@ -183,11 +200,11 @@ fn sweep(system: &mut System<'_>) -> Report {
     let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, j, &pulls);
+            book_pulls(sums, scene, j - bottom, &pulls);
         }
     });
     book_viscosity(system, [first, end]);
-    system.awake = [first, end];
+    system.set_awake(ply, [first, end]);
     report
 }
 
@@ -227,7 +244,7 @@ fn close_window(system: &mut System<'_>) {
     sums.window = Vector::zeros();
 }
 
-/// Books the pulls of the sheet on the two runs of fixed nodes of row j, in units of m h/dt.
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt.
 pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2]) {
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {

@@ -35,7 +35,8 @@ const OWN_MOMENT: usize = 19;
 pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (layout, chunks) = (system.layout, system.layout.chunks);
     let marked = layout.toe && system.failed_segments > 0;
-    let System { directions, model, blocks, instructions, .. } = system;
+    let directions = &system.directions_of(first);
+    let System { model, blocks, instructions, .. } = system;
     if layout.x.mirrored {
         (first..end).for_each(|j| place_image_motion(planes::row_mut(blocks.hot, chunks, j), layout.x));
     }
@@ -44,7 +45,8 @@ pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
         let marks = if marked { planes::row(blocks.marks, chunks, j) } else { &[] };
         let Some((below, here)) = blocks.pushes.split_at_mut_checked(j * chunks) else { return };
         let below = if j > first { planes::row_mut(below, chunks, j - 1) } else { &mut [] };
-        let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
+        let row = planes::row(blocks.hot, chunks, j);
+        let above = if layout.has_verticals(j) { planes::row(blocks.hot, chunks, j + 1) } else { &[] };
         let here = planes::row_mut(here, chunks, 0);
         lanes::dispatch(
             *instructions,
@@ -96,7 +98,7 @@ fn acting(system: &System<'_>, axis: Axis, i: usize, j: usize) -> Option<Acting>
         segment.stiffness
     };
     let own = (axis.own_axes(segment.d), axis.own_axes(rate));
-    let viscosity = &system.directions.along(axis).viscosity;
+    let viscosity = &system.direction(axis, j).viscosity;
     let viscous = viscosity.stress(stiffness, q, segment.rest.twice_strain_rate(own.0, own.1));
     let pull = axis.own_axes(segment.rest.force(viscous, own.0));
     Some(Acting { rate, tension: yarn::stress(stiffness, q), pull })
@@ -110,7 +112,7 @@ fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
         Axis::Vertical => node_j.checked_sub(1).and_then(|j| acting(system, axis, node_i, j)),
     };
     let (Some(before), Some(behind)) = (before, acting(system, axis, node_i, node_j)) else { return [0.0; 3] };
-    let bending = system.directions.along(axis).viscosity.bending(before.tension, behind.tension);
+    let bending = system.direction(axis, node_j).viscosity.bending(before.tension, behind.tension);
     let [x, y, z] = [0, 1, 2].map(|k| (behind.rate[k] - before.rate[k]) * bending);
     [if turn_x { -x } else { x }, if turn_y { -y } else { y }, z]
 }
@@ -343,7 +345,7 @@ mod tests {
                 // Pushes are velocities in a pass: their energy with the velocities before and behind them.
                 let mut gained = 0.0;
                 sim.advance(60).unwrap();
-                let rows = sim.system.rows_to_step();
+                let rows = sim.system.rows_to_step(0);
                 sim.system.place_image_row();
                 for set in InstructionSet::ALL {
                     sim.system.instructions = set;
