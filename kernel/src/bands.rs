@@ -319,7 +319,8 @@ impl Plan {
         let track_support = system.scene.track_support;
         let terms = step::terms(system);
         let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
-        let plan = Plan { end, second_half, failed_before, found, rows, all, turned, terms, marked, track_support, memory };
+        let plan =
+            Plan { end, second_half, failed_before, found, rows, all, turned, terms, marked, track_support, memory };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };

@@ -21,6 +21,7 @@ use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
 use crate::scene::{Drive, Symmetry};
 use crate::shape::Solid;
+use crate::stack;
 use crate::system::System;
 use crate::weave::{self, in_runs};
 
@@ -517,6 +518,9 @@ pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usi
 
 /// The impulses of the first `count` candidates.
 fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
+    if system.layout.is_stack() {
+        return stack::solve(system, count);
+    }
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
     solve(slots, &system.state.body, &system.model.inertia, system.model.node_mass, system.scene.symmetry)
 }

@@ -6,7 +6,7 @@
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
-use crate::error::Failure;
+use crate::error::{Code, Error, Failure};
 use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::scene::Drive;
@@ -46,7 +46,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     system.sound()?;
     let sums = &system.state.sums;
     let prescribed = system.scene.drive == Drive::Prescribed;
-    let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
+    let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
     let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.ply_loss + sums.loss;
     let residual = if prescribed {
@@ -86,7 +86,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
 
 /// Starts the audit from the present state.
 pub(crate) fn start_audit(system: &mut System<'_>) {
-    let (kinetic, strain, dissipated) = fabric_energy(system);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let mut energy = kinetic + strain + dissipated;
     if system.scene.drive == Drive::Free {
         energy += system.state.body.kinetic_energy(&system.model.inertia);
@@ -112,11 +112,37 @@ fn momentum(system: &System<'_>) -> Vector {
     momentum
 }
 
-/// Kinetic, strain and dissipated energy of the fabric, J. Summed row by row, rows in order.
-fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+/// What one ply of a stack holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Ply {
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
+    pub failed_segments: u64,
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+    /// Strain energy, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+}
+
+/// What a ply holds, with a pass over its rows. Commits nothing.
+pub(crate) fn ply(system: &System<'_>, ply: u32) -> Result<Ply, Error> {
+    system.sound()?;
+    let plies = system.layout.plies;
+    if ply as usize >= plies {
+        return Err(Error::new(Code::OutOfRange, "ply", f64::from(ply), plies as f64 - 1.0));
+    }
+    let rows = system.layout.rows_of(ply as usize);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, rows);
+    Ok(Ply { failed_segments: system.count_failed(rows), kinetic, strain, dissipated })
+}
+
+/// Kinetic, strain and dissipated energy of rows [first, end), J. Summed row by row, rows in order.
+fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f64) {
+    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
-    for j in 0..ny {
+    for j in first..end {
         let row = planes::row(system.blocks.hot, chunks, j);
         let mut sum = 0.0;
         for plane in 3..6 {
@@ -128,7 +154,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
         }
         kinetic += sum;
     }
-    for j in 0..ny {
+    for j in first..end {
         let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
         for i in 0..nx {
             for axis in [Axis::Horizontal, Axis::Vertical] {

@@ -10,8 +10,8 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES, RotationKind,
-    Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES,
+    RotationKind, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.

@@ -17,7 +17,7 @@ pub const CANDIDATE_REALS: usize = 14;
 /// Numbers kept per ply of a column of facing nodes.
 pub(crate) const COLUMN_REALS: usize = 6;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const POOLED_REALS: usize = 3;
+pub(crate) const POOLED_REALS: usize = 4;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -150,7 +150,8 @@ impl Layout {
             .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
             .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
             .checked_add(stack(candidates.checked_mul(POOLED_REALS)?))?;
-        let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
+        let segments =
+            x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };

@@ -64,6 +64,7 @@ pub mod scene;
 pub mod shape;
 pub mod sim;
 pub mod snapshot;
+mod stack;
 mod start;
 pub mod state;
 mod step;
@@ -80,7 +81,7 @@ pub mod weave;
 pub mod yarn;
 
 pub use bands::Bands;
-pub use energy::Energy;
+pub use energy::{Energy, Ply};
 pub use error::{Code, Error, Failure};
 pub use lanes::{CacheLine, InstructionSet};
 pub use layout::Layout;

@@ -38,13 +38,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,
-        NextSlack {
-            row,
-            above,
-            marks: planes::row(system.blocks.marks, chunks, j),
-            directions: &directions,
-            from,
-        },
+        NextSlack { row, above, marks: planes::row(system.blocks.marks, chunks, j), directions: &directions, from },
     )
 }
 

@@ -119,8 +119,22 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, before, ranges, runs, carry, kept } =
-            self;
+        let Rows {
+            first,
+            hot,
+            above,
+            history,
+            yarn,
+            strength,
+            marks,
+            pushes,
+            taken,
+            before,
+            ranges,
+            runs,
+            carry,
+            kept,
+        } = self;
         // Empty but for a stack.
         before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         if layout.x.mirrored {

@@ -109,6 +109,15 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
             return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
         }
     }
+    let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
+    let height = |point: &[f64; 3]| system.model.pose.point_in(*point)[2];
+    for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
+        // Rounding aside, a node lies on or above the one that it faces below.
+        let gap = height(above) - height(below);
+        if system.layout.is_stack() && system.model.overlaps(gap) {
+            return Err(Error::new(Code::InitialOverlap, "positions", (k + nodes_of_ply) as f64, 0.0));
+        }
+    }
     let h = system.scene.sheet.spacing;
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);

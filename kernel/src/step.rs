@@ -17,6 +17,7 @@ use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rows::{Rows, Terms};
 use crate::scene::{IntegratorKind, Scene, Symmetry};
+use crate::stack;
 use crate::state::Sums;
 use crate::sweep::Report;
 use crate::system::System;
@@ -151,7 +152,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
     if system.scene.symmetry == Symmetry::default() {
         system.failed_segments += report.newly_failed;
     } else if report.newly_failed > 0 {
-        system.failed_segments = system.count_failed();
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
     body::load_body(system, system.model.pass_dt);
     if count > 0 {
@@ -162,6 +163,9 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
         contact::book_contact(system, count, before);
     } else {
         system.state.sums.contacts = 0;
+    }
+    if system.layout.is_stack() {
+        stack::part(system, count);
     }
     body::book_load(system, system.model.pass_dt, before);
     Ok(())

@@ -257,8 +257,7 @@ impl System<'_> {
             let verticals = layout.has_verticals(j);
             for i in 0..nx {
                 let horizontal = (i + 1 < nx).then(|| before + weave::horizontal_number(nodes_x, i, row_of_ply));
-                let vertical =
-                    verticals.then(|| before + weave::vertical_number(nodes_x, nodes_y, i, row_of_ply));
+                let vertical = verticals.then(|| before + weave::vertical_number(nodes_x, nodes_y, i, row_of_ply));
                 for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
                     if stochastic {
@@ -321,7 +320,7 @@ impl System<'_> {
                 self.wake(j);
             }
         }
-        self.failed_segments = self.count_failed();
+        self.failed_segments = self.count_failed([0, self.layout.nodes_y]);
     }
 
     /// Stiffness of the segments that start in row j, from their histories.
@@ -387,10 +386,10 @@ impl System<'_> {
         moved
     }
 
-    /// Failed segments of the whole sheet.
-    pub fn count_failed(&self) -> u64 {
+    /// Failed segments of rows [first, end) in the whole sheet.
+    pub fn count_failed(&self, [first, end]: [usize; 2]) -> u64 {
         let mut failed = 0.0;
-        for j in 0..self.layout.nodes_y {
+        for j in first..end {
             let ends = self.ends_of_segments(j);
             for (c, hot) in planes::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {

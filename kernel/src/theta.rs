@@ -286,7 +286,7 @@ fn commit_damage(system: &mut System<'_>) {
         }
     }
     if failed {
-        system.failed_segments = system.count_failed();
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
 }
 

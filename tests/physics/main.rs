@@ -15,6 +15,7 @@ mod ledger;
 mod long_yarn;
 mod oscillator;
 mod outcomes;
+mod plies;
 mod prescribed;
 mod rotation;
 mod shapes;
