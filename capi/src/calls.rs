@@ -440,12 +440,12 @@ pub unsafe extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_l
 pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let layout = sim.layout();
-        let horizontal = layout.x.segments() * layout.nodes_y;
+        let rows = layout.y.modelled();
         Ok(fk_grid {
             nodes_x: layout.nodes_x as u64,
-            nodes_y: layout.nodes_y as u64,
-            horizontal: horizontal as u64,
-            vertical: (layout.segments() - horizontal) as u64,
+            nodes_y: rows as u64,
+            horizontal: (layout.x.segments() * rows) as u64,
+            vertical: (layout.nodes_x * layout.y.segments()) as u64,
         })
     };
     get(sim, out, size, work)
@@ -522,6 +522,14 @@ pub unsafe extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>, 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>, size: u64) -> i32 {
     get(sim, out, size, |sim| Ok(sim.energy()?))
+}
+
+/// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
+/// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>, size: u64) -> i32 {
+    get(sim, out, size, |sim| sim.ply(ply))
 }
 
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three

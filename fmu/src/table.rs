@@ -46,6 +46,7 @@ pub enum Id {
     EnergyDissipated,
     EnergyContactLoss,
     EnergyViscous,
+    EnergyPlyLoss,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -440,6 +441,7 @@ const OWN: &[Variable] = &[
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
     output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that the viscosity of the yarn has taken"),
+    output(Id::EnergyPlyLoss, "energy.ply_loss", 418, &ENERGY, "Kinetic energy lost where separate plies meet"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

@@ -264,8 +264,8 @@ typedef struct fk_scene_sheet {
     uint64_t nodes_x;
     // Nodes along y. 2 to 1048576. Default 350 (3 in preset: 105).
     uint64_t nodes_y;
-    // Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each
-    // other. 1 to 1000. Default 1.
+    // Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart. 1 to 1000.
+    // Default 1.
     uint64_t plies;
     // Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension. In m, > 0. Default
     // 7.257142857142857e-4.
@@ -292,6 +292,19 @@ typedef struct fk_scene_sheet {
     // Default (1, 0, 0, 0).
     double orientation[4];
 } fk_scene_sheet;
+
+// Separate plies one behind the other: a part of fk_scene.
+typedef struct fk_scene_stack {
+    // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
+    // Verlet and no mirror planes only. 1 to 1000. Default 1.
+    uint64_t plies;
+    // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
+    // for more than one ply only. In m, >= 0. Default 0.
+    double gap;
+    // Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for
+    // more than one ply only. 0 or 1. Default 0.
+    uint64_t turned;
+} fk_scene_stack;
 
 // How the sheet is held: a part of fk_scene.
 typedef struct fk_scene_attachment {
@@ -455,6 +468,8 @@ typedef struct fk_scene {
     uint64_t struct_size;
     // Grid of nodes, its mass and its place.
     fk_scene_sheet sheet;
+    // Separate plies one behind the other.
+    fk_scene_stack stack;
     // How the sheet is held.
     fk_scene_attachment attachment;
     // The yarn law and its scatter.
@@ -625,7 +640,8 @@ typedef struct fk_step_limits {
     double step_max;
 } fk_step_limits;
 
-// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
+// has, and arrays hold scene.stack.plies times as much, ply by ply.
 typedef struct fk_grid {
     // Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
     uint64_t nodes_x;
@@ -681,7 +697,21 @@ typedef struct fk_energy {
     double residual;
     // Energy that the viscosity of the yarn has taken, J.
     double viscous;
+    // Kinetic energy lost where separate plies meet, J.
+    double ply_loss;
 } fk_energy;
+
+// What one ply of a stack holds.
+typedef struct fk_ply {
+    // Segments with alpha = 0 (M5) in the forces of the last step.
+    uint64_t failed_segments;
+    // Kinetic energy, J.
+    double kinetic;
+    // Strain energy, J.
+    double strain;
+    // Energy dissipated by rupture, J.
+    double dissipated;
+} fk_ply;
 
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
@@ -714,6 +744,8 @@ typedef struct fk_counters {
     uint64_t iterations;
     // Most iterations of one step.
     uint64_t most_iterations;
+    // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    double ply_penetration;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -927,6 +959,11 @@ int32_t fk_get_support(const struct fk_sim *sim, struct fk_support *out, uint64_
 // Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out, uint64_t size);
+
+// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
+// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
+int32_t fk_get_ply(const struct fk_sim *sim, uint32_t ply, struct fk_ply *out, uint64_t size);
 
 // Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 // numbers, host's axes. Rounding in a sound run. Needs track_support.
