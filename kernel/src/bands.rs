@@ -44,9 +44,10 @@
 
 use crate::blocks::Blocks;
 use crate::contact::Gathered;
+use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
-use crate::lanes::CacheLine;
-use crate::layout::MAX_BANDS;
+use crate::lanes::{CacheLine, InstructionSet};
+use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
 };
@@ -55,6 +56,7 @@ use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
 use crate::system::{self, System};
+use crate::toe::Toe;
 use crate::viscosity;
 use crate::watch::OutcomeSet;
 use core::cell::UnsafeCell;
@@ -107,7 +109,10 @@ struct Plan {
     all: bool,
     /// Whether every other ply is turned.
     turned: bool,
-    terms: Terms,
+    layout: Layout,
+    directions: Directions,
+    toe: Toe,
+    instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
     track_support: bool,
@@ -317,10 +322,23 @@ impl Plan {
             scratch,
         };
         let track_support = system.scene.track_support;
-        let terms = step::terms(system);
         let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
-        let plan =
-            Plan { end, second_half, failed_before, found, rows, all, turned, terms, marked, track_support, memory };
+        let plan = Plan {
+            end,
+            second_half,
+            failed_before,
+            found,
+            rows,
+            all,
+            turned,
+            layout: system.layout,
+            directions: system.directions,
+            toe: system.model.toe,
+            instructions: system.instructions,
+            marked,
+            track_support,
+            memory,
+        };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
@@ -341,7 +359,7 @@ impl Plan {
     /// # Safety
     /// Nothing changes the rows that are awake.
     unsafe fn rows_of_ply(&self, ply: usize) -> [usize; 2] {
-        let layout = &self.terms.layout;
+        let layout = &self.layout;
         if !layout.is_stack() {
             return self.rows;
         }
@@ -350,25 +368,27 @@ impl Plan {
         system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
     }
 
-    /// Constants of the sweep of a ply, which may be turned.
-    fn terms_of(&self, ply: usize) -> Terms {
-        let mut terms = self.terms;
-        if self.turned && ply % 2 == 1 {
-            terms.directions = terms.directions.turned();
-        }
-        terms
+    /// Constants of the sweep.
+    fn terms(&self) -> Terms<'_> {
+        Terms { layout: &self.layout, directions: &self.directions, toe: self.toe, instructions: self.instructions }
+    }
+
+    /// Whether a ply is turned.
+    fn is_turned(&self, ply: usize) -> bool {
+        self.turned && ply % 2 == 1
     }
 
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
     /// # Safety
     /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
+    #[inline(never)] // As above.
     unsafe fn cut(&self, of: u32, band: u32) {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return;
         }
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
         unsafe {
             let Scratch { above, carry, .. } = self.scratch(band);
@@ -390,8 +410,10 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let terms = self.terms_of(lowest);
-                terms.pass().lift(below, history, here, carry, &terms.yarn_row(yarn, strength, 0), marks);
+                let turned = self.is_turned(lowest);
+                let terms = self.terms();
+                let yarn = terms.yarn_row(yarn, strength, 0, turned);
+                terms.pass(turned).lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -402,12 +424,13 @@ impl Plan {
     ///
     /// # Safety
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
+    #[inline(never)] // Its constants must not add to the stack of the next plan.
     unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return Report::default();
         }
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         let (from, to) = (layout.ply_and_row(first).0, layout.ply_and_row(end - 1).0);
         let mut report = Report::default();
         for ply in from..=to {
@@ -437,6 +460,7 @@ impl Plan {
                 let pulls = self.pulls(of);
                 let rows = Rows {
                     first: start,
+                    turned: self.is_turned(ply),
                     hot: rows_mut(memory.hot, chunks, start, count),
                     above,
                     history: rows_mut(memory.history, chunks, start, count),
@@ -451,7 +475,7 @@ impl Plan {
                     carry,
                     kept,
                 };
-                report = report.merged(rows.sweep(&self.terms_of(ply), |j, pulled| {
+                report = report.merged(rows.sweep(&self.terms(), |j, pulled| {
                     if self.track_support {
                         pulls.add(j).write(pulled.map(|pull| pull.into()));
                     }
@@ -497,7 +521,7 @@ impl Plan {
     /// # Safety
     /// Nothing else uses them while they are held.
     unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
-        let layout = &self.terms.layout;
+        let layout = &self.layout;
         let chunks = layout.chunks;
         // SAFETY: Bands::of has found room for as many bands, one behind the other, each in this order.
         unsafe {
@@ -514,7 +538,7 @@ impl Plan {
 
     /// Where the pulls of row 0's two runs are, behind the bands' own numbers.
     fn pulls(&self, of: u32) -> *mut [[f64; 3]; 2] {
-        self.memory.scratch.wrapping_add(of as usize * self.terms.layout.reals_of_a_band()).cast()
+        self.memory.scratch.wrapping_add(of as usize * self.layout.reals_of_a_band()).cast()
     }
 }
 

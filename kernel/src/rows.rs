@@ -15,21 +15,21 @@ use crate::toe::Toe;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
-pub(crate) struct Terms {
-    pub layout: Layout,
-    pub directions: Directions,
+pub(crate) struct Terms<'t> {
+    pub layout: &'t Layout,
+    pub directions: &'t Directions,
     /// The toe of marked segments.
     pub toe: Toe,
     pub instructions: InstructionSet,
 }
 
-impl Terms {
+impl Terms<'_> {
     /// The hot pass with these constants.
-    pub fn pass(&self) -> Pass<'_> {
+    pub fn pass(&self, turned: bool) -> Pass<'_> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            directions: &self.directions,
+            directions: self.directions.of_ply(turned),
             toe: self.toe,
             instructions: self.instructions,
         }
@@ -41,11 +41,12 @@ impl Terms {
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
         k: usize,
+        turned: bool,
     ) -> YarnRow<'y> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform(&self.directions)
+            Constants::Uniform(self.directions.of_ply(turned))
         };
         YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
     }
@@ -55,6 +56,8 @@ impl Terms {
 pub(crate) struct Rows<'r> {
     /// Number of the first row.
     pub first: usize,
+    /// Whether they are of a turned ply.
+    pub turned: bool,
     pub hot: &'r mut [Chunk<HOT_PLANES>],
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
@@ -83,12 +86,19 @@ pub(crate) struct Rows<'r> {
 impl<'r> Rows<'r> {
     /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
     /// a toe.
-    pub fn of(blocks: &'r mut Blocks<'_>, layout: &Layout, [first, end]: [usize; 2], marked: bool) -> Option<Rows<'r>> {
+    pub fn of(
+        blocks: &'r mut Blocks<'_>,
+        layout: &Layout,
+        [first, end]: [usize; 2],
+        turned: bool,
+        marked: bool,
+    ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
         let behind = own.clone();
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
+            turned,
             hot: swept.get_mut(own.start..)?,
             above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
                 // The row behind is of the next ply.
@@ -115,12 +125,12 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
-        let layout = &terms.layout;
+    pub fn sweep(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let layout = terms.layout;
         let chunks = layout.chunks;
-        let pass = terms.pass();
         let Rows {
             first,
+            turned,
             hot,
             above,
             history,
@@ -135,6 +145,7 @@ impl Rows<'_> {
             carry,
             kept,
         } = self;
+        let pass = terms.pass(turned);
         // Empty but for a stack.
         before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         if layout.x.mirrored {
@@ -152,7 +163,7 @@ impl Rows<'_> {
                 **taken = half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, k);
+            let yarn = terms.yarn_row(yarn, strength, k, turned);
             let (met, reach) =
                 pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
@@ -172,10 +183,10 @@ impl Rows<'_> {
 fn half_taken<const PUSH: bool>(
     row: &mut [Chunk<HOT_PLANES>],
     pushes: &[Chunk<PUSH_PLANES>],
-    terms: &Terms,
+    terms: &Terms<'_>,
     j: usize,
 ) -> f64 {
-    let layout = &terms.layout;
+    let layout = terms.layout;
     let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
     let less = line.node_weight(0) - line.node_weight(last);
     let on_plane = if less > 0.0 {

@@ -261,6 +261,7 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
 }
 
 /// The impulses of the first `count` candidates of a stack: [`crate::contact::solve`] together with the columns.
+#[inline(never)] // It must not add to the stack of a single sheet's solve.
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     link(system, count);
     let pooled = take_turns::<true>(system, count);
@@ -300,6 +301,7 @@ fn behind(system: &System<'_>, c: usize) -> Option<usize> {
 
 /// Projectile and columns in turn, from no impulse. POOLED: nodes that press on each other have their common mass; else every node
 /// its own, and the projectile one sweep a turn.
+#[inline(never)] // Once on the stack, not twice.
 fn take_turns<const POOLED: bool>(system: &mut System<'_>, count: usize) -> Solved {
     let body = system.state.body;
     let mut solved =

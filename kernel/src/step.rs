@@ -181,7 +181,7 @@ fn sweep(system: &mut System<'_>) -> Report {
 }
 
 /// The hot pass over a ply.
-#[inline]
+#[inline(never)] // Its constants must not add to the stack of contact.
 fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     let [first, end] = system.rows_to_step(ply);
     if first == end {
@@ -191,17 +191,16 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
-    let mut terms = terms(system);
-    if system.scene.is_turned(ply as u32) {
-        terms.directions = terms.directions.turned();
-    }
-    let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
-    let [bottom, _] = system.layout.rows_of(ply);
+    let turned = system.scene.is_turned(ply as u32);
+    let failed = system.failed_segments > 0;
+    let System { scene, layout, directions, model, state, blocks, instructions, .. } = &mut *system;
+    let (sums, terms) = (&mut state.sums, Terms { layout, directions, toe: model.toe, instructions: *instructions });
+    let [bottom, _] = layout.rows_of(ply);
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.
-    let marked = system.layout.toe && system.failed_segments > 0;
+    let marked = layout.toe && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
+    let Some(rows) = Rows::of(blocks, layout, [first, end], turned, marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
             book_pulls(sums, scene, j - bottom, &pulls);
@@ -223,16 +222,6 @@ pub(crate) fn book_viscosity(system: &mut System<'_>, [first, end]: [usize; 2]) 
 pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
     if system.layout.y.mirrored && end == system.layout.nodes_y {
         system.place_image_row();
-    }
-}
-
-/// The constants of a sweep.
-pub(crate) fn terms(system: &System<'_>) -> Terms {
-    Terms {
-        layout: system.layout,
-        directions: system.directions,
-        toe: system.model.toe,
-        instructions: system.instructions,
     }
 }
 

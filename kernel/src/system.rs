@@ -2,7 +2,7 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
-use crate::direction::{Direction, Directions};
+use crate::direction::{Along, Direction, Directions};
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
@@ -118,14 +118,12 @@ impl System<'_> {
 
     /// Direction of the fabric along an axis of row j: in a turned ply the other one.
     pub fn fabric(&self, axis: Axis, j: usize) -> Axis {
-        let (ply, _) = self.layout.ply_and_row(j);
-        if self.scene.is_turned(ply as u32) { axis.other() } else { axis }
+        if self.is_turned(j) { axis.other() } else { axis }
     }
 
-    /// Directions of the ply of row j.
-    pub fn directions_of(&self, j: usize) -> Directions {
-        let turned = self.fabric(Axis::Horizontal, j) != Axis::Horizontal;
-        if turned { self.directions.turned() } else { self.directions }
+    /// Whether row j is of a turned ply.
+    pub fn is_turned(&self, j: usize) -> bool {
+        self.scene.is_turned(self.layout.ply_and_row(j).0 as u32)
     }
 
     /// What the segments along an axis have in common that start in row j.
@@ -325,10 +323,9 @@ impl System<'_> {
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (turned, chunks) = (self.fabric(Axis::Horizontal, j) != Axis::Horizontal, self.layout.chunks);
+        let (turned, chunks) = (self.is_turned(j), self.layout.chunks);
         let ends = self.ends_of_segments(j);
-        let Directions { horizontal, vertical, .. } = &self.directions;
-        let [h, v] = if turned { [vertical, horizontal] } else { [horizontal, vertical] };
+        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(turned);
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);

@@ -168,7 +168,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = &system.directions;
-    let uniform = Constants::Uniform(directions);
+    let uniform = Constants::Uniform(directions.of_ply(false));
     let Blocks { hot, history, yarn, strength, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));

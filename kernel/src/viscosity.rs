@@ -10,7 +10,7 @@
 //! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::direction::Directions;
+use crate::direction::{Along, Direction};
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
 use crate::rows::place_image_column;
@@ -35,8 +35,9 @@ const OWN_MOMENT: usize = 19;
 pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (layout, chunks) = (system.layout, system.layout.chunks);
     let marked = layout.toe && system.failed_segments > 0;
-    let directions = &system.directions_of(first);
-    let System { model, blocks, instructions, .. } = system;
+    let turned = system.is_turned(first);
+    let System { directions, model, blocks, instructions, .. } = system;
+    let Along { horizontal, vertical, .. } = directions.of_ply(turned);
     if layout.x.mirrored {
         (first..end).for_each(|j| place_image_motion(planes::row_mut(blocks.hot, chunks, j), layout.x));
     }
@@ -50,7 +51,7 @@ pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
         let here = planes::row_mut(here, chunks, 0);
         lanes::dispatch(
             *instructions,
-            FirstLoop { directions, toe: &model.toe, row, above, marks, work: blocks.viscous, below },
+            FirstLoop { horizontal, vertical, toe: &model.toe, row, above, marks, work: blocks.viscous, below },
         );
         if layout.x.mirrored {
             place_image_moment(blocks.viscous, layout.x);
@@ -128,7 +129,8 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
 
 /// What the segments that start in a row do, the moments of its nodes, and the vertical part of the changes of the row below.
 struct FirstLoop<'a> {
-    directions: &'a Directions,
+    horizontal: &'a Direction,
+    vertical: &'a Direction,
     toe: &'a Toe,
     row: &'a [Chunk<HOT_PLANES>],
     /// The row above; empty for the top row.
@@ -151,9 +153,9 @@ impl Job for FirstLoop<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let FirstLoop { directions, toe, row, above, marks, work, below } = self;
-        let (rest_h, rest_v) = (&directions.horizontal.rest, &directions.vertical.rest);
-        let (viscosity_h, viscosity_v) = (&directions.horizontal.viscosity, &directions.vertical.viscosity);
+        let FirstLoop { horizontal, vertical, toe, row, above, marks, work, below } = self;
+        let (rest_h, rest_v) = (&horizontal.rest, &vertical.rest);
+        let (viscosity_h, viscosity_v) = (&horizontal.viscosity, &vertical.viscosity);
         let zero = L::splat(0.0);
         let (mut left_tension, mut left_rate) = (zero, [zero; 3]);
         for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
