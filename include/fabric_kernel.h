@@ -641,7 +641,7 @@ typedef struct fk_step_limits {
 } fk_step_limits;
 
 // What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
-// has, and arrays hold scene.stack.plies times as much, ply by ply.
+// has, and arrays hold `plies` times as much, ply by ply.
 typedef struct fk_grid {
     // Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
     uint64_t nodes_x;
@@ -651,6 +651,8 @@ typedef struct fk_grid {
     uint64_t horizontal;
     // Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
     uint64_t vertical;
+    // Separate plies.
+    uint64_t plies;
 } fk_grid;
 
 // Contact sums (M8) since the start or reset, host's axes.
@@ -927,7 +929,7 @@ int32_t fk_get_projectile(const struct fk_sim *sim, struct fk_motion *out, uint6
 // FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const double *torque);
 
-// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers each,
 // node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
 // Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 // fk_set_largest_stretch.
@@ -935,7 +937,10 @@ int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const doub
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 // moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
 // FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
-int32_t fk_set_motion(struct fk_sim *sim, const double *positions, const double *velocities, uint64_t n);
+int32_t fk_set_motion(struct fk_sim *sim,
+                      const double *positions,
+                      const double *velocities,
+                      uint64_t n);
 
 // Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
 // vertical (fk_get_grid) numbers, horizontal ones first, row by row, in [0, 1e100]; up to the critical stretch means
@@ -992,7 +997,7 @@ int32_t fk_get_fault(const struct fk_sim *sim, struct fk_fault *out, uint64_t si
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_outcome(const struct fk_sim *sim, struct fk_outcome *out, uint64_t size);
 
-// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 // Threads: looks. Time: a pass over the sheet. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_copy_positions(const struct fk_sim *sim, double *out, uint64_t n);

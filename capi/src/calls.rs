@@ -446,6 +446,7 @@ pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: 
             nodes_y: rows as u64,
             horizontal: (layout.x.segments() * rows) as u64,
             vertical: (layout.nodes_x * layout.y.segments()) as u64,
+            plies: layout.plies as u64,
         })
     };
     get(sim, out, size, work)
@@ -476,7 +477,7 @@ pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, 
     change(sim, work)
 }
 
-/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers each,
 /// node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
 /// Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 /// fk_set_largest_stretch.
@@ -597,7 +598,7 @@ pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, 
     get(sim, out, size, work)
 }
 
-/// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+/// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]

@@ -77,7 +77,7 @@ pub struct fk_fault {
 }
 
 /// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
-/// has, and arrays hold scene.stack.plies times as much, ply by ply.
+/// has, and arrays hold `plies` times as much, ply by ply.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_grid {
@@ -89,6 +89,8 @@ pub struct fk_grid {
     pub horizontal: u64,
     /// Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
     pub vertical: u64,
+    /// Separate plies.
+    pub plies: u64,
 }
 
 /// Outcomes; FK_NEVER for what has not happened.
