@@ -28,20 +28,20 @@ use crate::projectile::Inertia;
 use crate::system::System;
 
 /// Turns of projectile and columns with pooled masses after which they are begun again with single ones.
-const MAX_TURNS: u32 = 12;
+const MAX_TURNS: u32 = 24;
 /// Turns with single masses after which a solve is given up and counted.
-const MAX_SINGLE_TURNS: u32 = 60;
+const MAX_SINGLE_TURNS: u32 = 30;
 /// Sweeps over the candidates in a turn with pooled masses.
-const MAX_SWEEPS: u32 = 20;
+const MAX_SWEEPS: u32 = 6;
 /// The columns agree with the last turn if no velocity differs by more than this, spacings a pass.
-const AGREED: f64 = 1e-9;
+const AGREED: f64 = 1e-8;
 /// Sweeps end when no velocity changes by more than this, spacings a pass.
-const SETTLED: f64 = 1e-10;
+const SETTLED: f64 = 1e-9;
 /// Nodes that part by less than this, spacings a pass, are one pool while the projectile's impulses are sought: else what
 /// rounding leaves of plies that move alike would make another set of pools in every turn.
-const TIED: f64 = 2e-10;
+const TIED: f64 = 2e-9;
 /// Share of a node's give by which candidates of one pool are kept apart.
-const EVEN: f64 = 1e-4;
+const EVEN: f64 = 1e-7;
 /// Steps for the common speed of a pool.
 const MAX_NEWTON: u32 = 30;
 /// No candidate.
@@ -343,7 +343,7 @@ fn take_turns<const POOLED: bool>(system: &mut System<'_>, count: usize) -> Solv
         (solved.velocity, solved.angular_velocity) = (sweep.velocity, sweep.rate);
         solved.sweeps = solved.sweeps.max(sweeps);
         // Turns may go round in a circle between two sets of pools: every other one goes half the way only.
-        let half = POOLED && turn > 2 && turn % 2 == 1;
+        let half = POOLED && turn > 2 && turn % 2 == 1 && changed > AGREED * system.model.unit_speed;
         let share = 2.0 / f64::from(turn + 1);
         if half {
             solved.velocity = from.0 + (solved.velocity - from.0) * share;
@@ -568,7 +568,7 @@ impl Sweep<'_> {
             }
             let step = error / slope;
             speed -= step;
-            if math::abs(step) <= 1e-4 * self.tolerance {
+            if math::abs(step) <= 1e-9 * self.tolerance {
                 break;
             }
         }
