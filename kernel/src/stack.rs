@@ -330,6 +330,8 @@ fn take_turns<const POOLED: bool>(system: &mut System<'_>, count: usize) -> Solv
             inertia: &inertia,
             give: 1.0 / system.model.node_mass,
             tolerance: SETTLED * system.model.unit_speed,
+            first: true,
+            turns: solved.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros(),
             velocity: solved.velocity,
             rate: solved.angular_velocity,
         };
@@ -338,6 +340,7 @@ fn take_turns<const POOLED: bool>(system: &mut System<'_>, count: usize) -> Solv
         settled = false;
         while sweeps < most && !settled {
             settled = sweep.run() <= sweep.tolerance;
+            sweep.first = false;
             sweeps += 1;
         }
         (solved.velocity, solved.angular_velocity) = (sweep.velocity, sweep.rate);
@@ -432,6 +435,10 @@ struct Sweep<'s> {
     give: f64,
     /// A change of speed that does not count, m/s.
     tolerance: f64,
+    /// Whether this is the first sweep of a turn.
+    first: bool,
+    /// Whether the body turns, now or by contact.
+    turns: bool,
     velocity: Vector,
     rate: Vector,
 }
@@ -513,6 +520,7 @@ impl Sweep<'_> {
     /// give): one equation for s, whose slope is at least 1.
     fn visit(&mut self, kept: usize) -> f64 {
         let Some(&[_, shift, size, _]) = self.pooled.get(kept) else { return 0.0 };
+        // In the first sweep of a turn every candidate notes its own give, in the place of its effective mass.
         let mut members = 1.0;
         let mut next = if size > 1.0 { self.next(kept, kept) } else { None };
         while let Some(c) = next {
@@ -521,12 +529,23 @@ impl Sweep<'_> {
         }
         let first = self.candidates.get(kept).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read);
         let common = self.common(&first, size, members);
+        if self.first {
+            next = Some(kept);
+            while let Some(c) = next {
+                let candidate = self.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read);
+                let give = self.own_give(&candidate, &common);
+                if let Some([.., place, _]) = self.candidates.get_mut(c) {
+                    *place = give;
+                }
+                next = if members > 1.0 { self.next(c, kept) } else { None };
+            }
+        }
         let speed = self.common_speed(kept, shift, &common);
         let (mut largest, mut moved) = (0.0, 0.0);
         let (mut velocity, mut rate_of_body) = (self.velocity, self.rate);
         next = Some(kept);
         while let Some(c) = next {
-            let (candidate, rate, give) = self.look(c, shift, &common);
+            let (candidate, rate, give) = self.look(c, shift);
             let impulse = if members > 1.0 {
                 wanted(&candidate, rate + candidate.normal.z * speed, give)
             } else {
@@ -558,7 +577,7 @@ impl Sweep<'_> {
             let (mut error, mut slope) = (speed, 1.0);
             let mut next = Some(kept);
             while let Some(c) = next {
-                let (candidate, rate, give) = self.look(c, shift, common);
+                let (candidate, rate, give) = self.look(c, shift);
                 let impulse = wanted(&candidate, rate + candidate.normal.z * speed, give);
                 error -= common.all * candidate.normal.z * (impulse - candidate.impulse);
                 if impulse > 0.0 {
@@ -576,15 +595,18 @@ impl Sweep<'_> {
     }
 
     /// A candidate, its gap rate with the pool's motion so far, and its own give.
-    fn look(&self, c: usize, shift: f64, common: &Common) -> (Candidate, f64, f64) {
+    fn look(&self, c: usize, shift: f64) -> (Candidate, f64, f64) {
         let candidate = self.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read);
         let lift = self.pooled.get(c).map_or(0.0, |pool| pool[LIFT]);
         let normal = &candidate.normal;
         let along = normal.x * normal.x + normal.y * normal.y;
         let of_plies = along * candidate.impulse * self.give + normal.z * (lift + shift);
-        let rate = candidate.gap_rate(&self.velocity, &self.rate);
-        let give = self.own_give(&candidate, common);
-        (candidate, if candidate.is_fixed() { rate } else { rate + of_plies }, give)
+        let rate = if self.turns {
+            candidate.gap_rate(&self.velocity, &self.rate)
+        } else {
+            candidate.approach - normal.dot(&self.velocity)
+        };
+        (candidate, if candidate.is_fixed() { rate } else { rate + of_plies }, candidate.effective_mass)
     }
 }
 
