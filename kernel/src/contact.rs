@@ -21,7 +21,6 @@ use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
 use crate::scene::{Drive, Symmetry};
 use crate::shape::Solid;
-use crate::stack;
 use crate::system::System;
 use crate::weave::{self, in_runs};
 
@@ -491,8 +490,13 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
 }
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
-/// meets after all, because impulses have changed its rates. Returns how many there are now.
-pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usize) -> (Solved, usize) {
+/// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+pub(crate) fn solve_contact(
+    system: &mut System<'_>,
+    mut kept: usize,
+    count: usize,
+    solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
+) -> (Solved, usize) {
     for _ in 0..2 {
         let solved = solve_first(system, kept);
         if kept == count {
@@ -516,11 +520,8 @@ pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usi
     (solve_first(system, count), count)
 }
 
-/// The impulses of the first `count` candidates.
-fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
-    if system.layout.is_stack() {
-        return stack::solve(system, count);
-    }
+/// The impulses of the first `count` candidates of a single sheet.
+pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
     solve(slots, &system.state.body, &system.model.inertia, system.model.node_mass, system.scene.symmetry)
 }

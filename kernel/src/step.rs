@@ -158,7 +158,11 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
     if count > 0 {
         contact::complete_candidates(system, count);
         let kept = contact::let_pass(system, count);
-        let (solved, _) = contact::solve_contact(system, kept, count);
+        let (solved, _) = if system.layout.is_stack() {
+            contact::solve_contact(system, kept, count, stack::solve)
+        } else {
+            contact::solve_contact(system, kept, count, contact::solve_first)
+        };
         contact::set_rates(system, &solved);
         contact::book_contact(system, count, before);
     } else {

@@ -46,7 +46,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
         // not end.
         kept = if iteration == 1 { contact::let_pass(system, count) } else { kept };
         let solved;
-        (solved, kept) = contact::solve_contact(system, kept, count);
+        (solved, kept) = contact::solve_contact(system, kept, count, contact::solve_first);
         push_candidates(system, count);
         let moved = guess(system, rule);
         let sound = forces_at_guess(system) && moved.is_finite();
