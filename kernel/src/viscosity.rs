@@ -10,7 +10,7 @@
 //! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::direction::Directions;
+use crate::direction::{Direction, Directions};
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
 use crate::rows::place_image_column;
@@ -42,10 +42,9 @@ pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
     blocks.viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
     for j in first..end {
         let marks = if marked { planes::row(blocks.marks, chunks, j) } else { &[] };
-        let Some((below, here)) = blocks.pushes.split_at_mut_checked(j * chunks) else { return };
-        let below = if j > first { planes::row_mut(below, chunks, j - 1) } else { &mut [] };
         let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
-        let here = planes::row_mut(here, chunks, 0);
+        // Below the first row there is none: its own place, which is written afterwards.
+        let below = planes::row_mut(blocks.pushes, chunks, if j > first { j - 1 } else { j });
         lanes::dispatch(
             *instructions,
             FirstLoop { directions, toe: &model.toe, row, above, marks, work: blocks.viscous, below },
@@ -53,6 +52,7 @@ pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
         if layout.x.mirrored {
             place_image_moment(blocks.viscous, layout.x);
         }
+        let here = planes::row_mut(blocks.pushes, chunks, j);
         lanes::dispatch(*instructions, SecondLoop { work: blocks.viscous, here });
         // Places without a node: an image moves with its node.
         for place in layout.nodes_x..chunks * CHUNK {
@@ -134,7 +134,7 @@ struct FirstLoop<'a> {
     /// Marks of the toe, empty for none.
     marks: &'a [Chunk<MARK_PLANES>],
     work: &'a mut [Chunk<VISCOUS_PLANES>],
-    /// Changes of the row below, of which the horizontal part is known; empty below the first row.
+    /// Changes of the row below, of which the horizontal part is known.
     below: &'a mut [Chunk<PUSH_PLANES>],
 }
 
@@ -150,58 +150,116 @@ impl Job for FirstLoop<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) {
         let FirstLoop { directions, toe, row, above, marks, work, below } = self;
-        let (rest_h, rest_v) = (&directions.horizontal.rest, &directions.vertical.rest);
-        let (viscosity_h, viscosity_v) = (&directions.horizontal.viscosity, &directions.vertical.viscosity);
+        // Copies: what is written into the rows cannot change them, so they stay in registers.
+        let Directions { horizontal, vertical, .. } = *directions;
         let zero = L::splat(0.0);
-        let (mut left_tension, mut left_rate) = (zero, [zero; 3]);
-        for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
+        let mut along = Along::<L> { horizontal, vertical, tension: zero, rate: [zero; 3] };
+        for (c, ((chunk, work), below)) in row.iter().zip(work).zip(below).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let above = above.get(c).unwrap_or(&NOTHING);
-            let mut below = below.get_mut(c);
-            for g in 0..CHUNK / L::WIDTH {
-                let (mut kh, mut kv): (L, L) = (at(chunk, 6, g), at(chunk, 7, g));
-                let (d, rate): ([L; 3], [L; 3]) = (to_the_right(chunk, next, 0, g), to_the_right(chunk, next, 3, g));
-                let q = rest_h.twice_strain(d);
-                let (d_v, rate_v): ([L; 3], [L; 3]) = (upwards(chunk, above, 0, g), upwards(chunk, above, 3, g));
-                let q_v = rest_v.twice_strain(vertical_axes(d_v));
-                if let Some([mark_h, mark_v]) = marks.get(c) {
-                    kh = kh.mul(toe.factor(q, L::load(&L::groups(mark_h)[g])));
-                    kv = kv.mul(toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+            let toe = marks.get(c).map(|marks| (toe, marks));
+            let mut planes = Planes { chunk, next, above, toe, work, below };
+            // Written out, so that every place in the chunk is a constant, as in the sweep.
+            match CHUNK / L::WIDTH {
+                1 => along.group(&mut planes, 0),
+                2 => {
+                    along.group(&mut planes, 0);
+                    along.group(&mut planes, 1);
                 }
-
-                let tension = yarn::stress(kh, q);
-                let pull = rest_h.force(viscosity_h.stress(kh, q, rest_h.twice_strain_rate(d, rate)), d);
-                let bending = viscosity_h.bending(tension.left_of(left_tension), tension);
-                for k in 0..3 {
-                    put(work, OWN_PULL + k, g, pull[k]);
-                    put(work, OWN_MOMENT + k, g, rate[k].sub(rate[k].left_of(left_rate[k])).mul(bending));
-                }
-                (left_tension, left_rate) = (tension, rate);
-
-                let tension = yarn::stress(kv, q_v);
-                let own = (vertical_axes(d_v), vertical_axes(rate_v));
-                let viscous = viscosity_v.stress(kv, q_v, rest_v.twice_strain_rate(own.0, own.1));
-                let pull = vertical_axes(rest_v.force(viscous, own.0));
-                let bending = viscosity_v.bending(at(work, TENSION, g), tension);
-                put(work, TENSION, g, tension);
-                for k in 0..3 {
-                    let moment_before: L = at(work, MOMENT + k, g);
-                    let moment = rate_v[k].sub(at(work, RATE + k, g)).mul(bending);
-                    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment_before.sub(moment));
-                    if let Some(below) = &mut below {
-                        let vertical = up.sub(at(work, FORCE + k, g));
-                        let horizontal: L = at(below, k, g);
-                        put(below, k, g, horizontal.add(vertical));
-                    }
-                    put(work, FORCE + k, g, up);
-                    put(work, MOMENT_BEFORE + k, g, moment_before);
-                    put(work, MOMENT + k, g, moment);
-                    put(work, PULL + k, g, pull[k]);
-                    put(work, RATE + k, g, rate_v[k]);
+                _ => {
+                    along.group(&mut planes, 0);
+                    along.group(&mut planes, 1);
+                    along.group(&mut planes, 2);
+                    along.group(&mut planes, 3);
                 }
             }
         }
     }
+}
+
+/// Eight columns of everything that the first loop needs.
+struct Planes<'a> {
+    chunk: &'a Chunk<HOT_PLANES>,
+    /// The chunk behind this one.
+    next: &'a Chunk<HOT_PLANES>,
+    above: &'a Chunk<HOT_PLANES>,
+    /// The toe with its marks, if there is one.
+    toe: Option<(&'a Toe, &'a Chunk<MARK_PLANES>)>,
+    work: &'a mut Chunk<VISCOUS_PLANES>,
+    below: &'a mut Chunk<PUSH_PLANES>,
+}
+
+/// What the first loop carries along a row from one lane group to the next.
+struct Along<L> {
+    horizontal: Direction,
+    vertical: Direction,
+    /// Stress of the segments to the left.
+    tension: L,
+    /// Relative velocity of their ends.
+    rate: [L; 3],
+}
+
+impl<L: Lane> Along<L> {
+    #[inline(always)]
+    fn group(&mut self, planes: &mut Planes<'_>, g: usize) {
+        let Planes { chunk, next, above, toe, work, below } = planes;
+        let (chunk, above) = (*chunk, *above);
+        let (mut kh, mut kv): (L, L) = (at(chunk, 6, g), at(chunk, 7, g));
+        let (d, rate): ([L; 3], [L; 3]) = (to_the_right(chunk, next, 0, g), to_the_right(chunk, next, 3, g));
+        let (d_v, rate_v): ([L; 3], [L; 3]) = (upwards(chunk, above, 0, g), upwards(chunk, above, 3, g));
+        let (q, q_v) = (self.horizontal.rest.twice_strain(d), self.vertical.rest.twice_strain(vertical_axes(d_v)));
+        if let Some((toe, [mark_h, mark_v])) = toe {
+            kh = kh.mul(toe.factor(q, L::load(&L::groups(mark_h)[g])));
+            kv = kv.mul(toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+        }
+
+        let Direction { rest, viscosity, .. } = &self.horizontal;
+        let tension = yarn::stress(kh, q);
+        let pull = rest.force(viscosity.stress(kh, q, rest.twice_strain_rate(d, rate)), d);
+        let bending = viscosity.bending(tension.left_of(self.tension), tension);
+        put(work, OWN_PULL, g, pull[0]);
+        put(work, OWN_PULL + 1, g, pull[1]);
+        put(work, OWN_PULL + 2, g, pull[2]);
+        put(work, OWN_MOMENT, g, rate[0].sub(rate[0].left_of(self.rate[0])).mul(bending));
+        put(work, OWN_MOMENT + 1, g, rate[1].sub(rate[1].left_of(self.rate[1])).mul(bending));
+        put(work, OWN_MOMENT + 2, g, rate[2].sub(rate[2].left_of(self.rate[2])).mul(bending));
+        (self.tension, self.rate) = (tension, rate);
+
+        let Direction { rest, viscosity, .. } = &self.vertical;
+        let tension = yarn::stress(kv, q_v);
+        let own = (vertical_axes(d_v), vertical_axes(rate_v));
+        let viscous = viscosity.stress(kv, q_v, rest.twice_strain_rate(own.0, own.1));
+        let pull = vertical_axes(rest.force(viscous, own.0));
+        let bending = viscosity.bending(at(work, TENSION, g), tension);
+        put(work, TENSION, g, tension);
+        hand_up(work, below, 0, g, rate_v[0], bending, pull[0]);
+        hand_up(work, below, 1, g, rate_v[1], bending, pull[1]);
+        hand_up(work, below, 2, g, rate_v[2], bending, pull[2]);
+    }
+}
+
+/// One axis of the vertical part: what the segment below now exerts goes into the changes of the row below, what this one begins into
+/// the work row.
+#[inline(always)]
+fn hand_up<L: Lane>(
+    work: &mut Chunk<VISCOUS_PLANES>,
+    below: &mut Chunk<PUSH_PLANES>,
+    k: usize,
+    g: usize,
+    rate: L,
+    bending: L,
+    pull: L,
+) {
+    let moment_before: L = at(work, MOMENT + k, g);
+    let moment = rate.sub(at(work, RATE + k, g)).mul(bending);
+    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment_before.sub(moment));
+    let vertical = up.sub(at(work, FORCE + k, g));
+    put(below, k, g, at::<L, PUSH_PLANES>(below, k, g).add(vertical));
+    put(work, FORCE + k, g, up);
+    put(work, MOMENT_BEFORE + k, g, moment_before);
+    put(work, MOMENT + k, g, moment);
+    put(work, PULL + k, g, pull);
+    put(work, RATE + k, g, rate);
 }
 
 impl Job for SecondLoop<'_> {
