@@ -92,7 +92,7 @@ pub use scene::{
     TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
-pub use textile::{Textile, Threads};
+pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};
 pub use watch::{Latch, Outcome, OutcomeSet};
 
 #[cfg(doctest)]

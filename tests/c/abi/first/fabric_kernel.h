@@ -755,7 +755,8 @@ int32_t fk_scene_fill(fk_scene *scene,
                       uint32_t preset);
 
 // Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
-// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+// the yarn law, without one of the weft's own, and the viscosity 0.06, 1.5, 0.06, which the theta rule does not take; all else
+// stays (docs/model.md, "From a textile to a scene").
 // `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
 // "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
 // Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
