@@ -4,7 +4,8 @@
 //! order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! called again before all have arrived is refused. Viscous yarn has two meetings a pass: what it changes is found first, by all
+//! bands too, from velocities that none has changed yet. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -48,7 +49,8 @@ use crate::error::{Code, Error, Failure};
 use crate::lanes::CacheLine;
 use crate::layout::MAX_BANDS;
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, VISCOUS_PLANES,
+    YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::rows::{Rows, Terms};
@@ -102,6 +104,8 @@ struct Plan {
     found: Result<Gathered, Failure>,
     /// Rows to sweep [first, end).
     rows: [usize; 2],
+    /// Whether the bands find now what viscosity changes, and sweep afterwards.
+    pushing: bool,
     terms: Terms,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -117,7 +121,7 @@ struct Pointers {
     yarn: *const Chunk<YARN_PLANES>,
     strength: *const Chunk<STRENGTH_PLANES>,
     marks: *const Chunk<MARK_PLANES>,
-    pushes: *const Chunk<PUSH_PLANES>,
+    pushes: *mut Chunk<PUSH_PLANES>,
     taken: *mut f64,
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
@@ -131,6 +135,8 @@ struct Scratch<'r> {
     above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     carry: &'r mut [Chunk<CARRY_PLANES>],
+    /// Work row of viscosity.
+    work: &'r mut [Chunk<VISCOUS_PLANES>],
     kept: &'r mut [[f64; 3]],
 }
 
@@ -184,7 +190,8 @@ impl Bands<'_, '_> {
         // SAFETY: this call has claimed the band, so no other has its rows, scratch and report; the claim has acquired what
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
-            let met = (*self.plan.get()).sweep(self.of, band);
+            let plan = &*self.plan.get();
+            let met = if plan.pushing { plan.push(self.of, band) } else { plan.sweep(self.of, band) };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
@@ -235,6 +242,10 @@ impl Bands<'_, '_> {
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
+        if plan.pushing {
+            plan.pushing = false;
+            return Ok(());
+        }
         let mut report = Report::default();
         for cell in self.reports.iter().take(self.of as usize) {
             // SAFETY: the band has arrived.
@@ -255,11 +266,12 @@ impl Bands<'_, '_> {
 }
 
 impl Drop for Bands<'_, '_> {
-    /// Does what is missing of a begun step: at most this pass and the next.
+    /// Does what is missing of a begun step: at most both meetings of this pass and of the next.
     fn drop(&mut self) {
-        for _ in 0..2 {
-            let called = *self.claimed.get_mut();
-            if called != 0 || self.plan.get_mut().second_half {
+        for _ in 0..4 {
+            let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
+            let pushed = plan.terms.layout.viscous && !plan.pushing;
+            if called != 0 || plan.second_half || pushed {
                 // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
                 (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
                     let _ = self.pass(band);
@@ -281,8 +293,9 @@ impl Plan {
         let found = step::look_ahead(system, end);
         let rows = system.rows_to_step();
         step::place_images_above(system, rows[1]);
-        if system.layout.viscous && found.is_ok() {
-            viscosity::find_pushes(system, rows);
+        let pushing = system.layout.viscous && found.is_ok();
+        if pushing {
+            viscosity::place_images(system, rows);
         }
         let marked = system.layout.toe && system.failed_segments > 0;
         let Blocks { hot, history, yarn, strength, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
@@ -292,7 +305,7 @@ impl Plan {
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
             marks: marks.as_ptr(),
-            pushes: pushes.as_ptr(),
+            pushes: pushes.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
@@ -300,7 +313,7 @@ impl Plan {
         };
         let track_support = system.scene.track_support;
         let terms = step::terms(system);
-        let plan = Plan { end, second_half, failed_before, found, rows, terms, marked, track_support, memory };
+        let plan = Plan { end, second_half, failed_before, found, rows, pushing, terms, marked, track_support, memory };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
@@ -349,6 +362,29 @@ impl Plan {
         }
     }
 
+    /// Finds what viscosity changes of a band's rows; none is swept yet.
+    ///
+    /// # Safety
+    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    unsafe fn push(&self, of: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(of, band);
+        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's alone;
+        // hot rows and marks are only read by all bands.
+        let pushing = unsafe {
+            viscosity::Pushing {
+                all: self.rows,
+                own: [first, end],
+                hot: rows(memory.hot, chunks, 0, layout.y.stored()),
+                marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
+                work: self.scratch(band).work,
+                pushes: rows_mut(memory.pushes, chunks, first, end - first),
+            }
+        };
+        pushing.find(&self.terms);
+        Report::default()
+    }
+
     /// Sweeps a band's rows.
     ///
     /// # Safety
@@ -363,7 +399,7 @@ impl Plan {
         // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
         // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
         unsafe {
-            let Scratch { above, carry, kept } = self.scratch(band);
+            let Scratch { above, carry, kept, .. } = self.scratch(band);
             let above: &[_] = if end < self.rows[1] {
                 above
             } else if end < layout.y.stored() {
@@ -428,10 +464,13 @@ impl Plan {
         unsafe {
             let above = self.memory.scratch.add(band as usize * layout.reals_of_a_band());
             let carry = above.add(chunks * CHUNK * HOT_PLANES);
-            let kept = carry.add(chunks * CHUNK * CARRY_PLANES);
+            let work = carry.add(chunks * CHUNK * CARRY_PLANES);
+            let worked = if layout.viscous { chunks } else { 0 };
+            let kept = work.add(worked * CHUNK * VISCOUS_PLANES);
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
+                work: from_raw_parts_mut(work.cast(), worked),
                 kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
             }
         }

@@ -171,10 +171,10 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
 fn sweep(system: &mut System<'_>) -> Report {
     let [first, end] = system.rows_to_step();
     place_images_above(system, end);
-    if system.layout.viscous {
-        viscosity::find_pushes(system, [first, end]);
-    }
     let terms = terms(system);
+    if system.layout.viscous {
+        viscosity::find_pushes(system, &terms, [first, end]);
+    }
     let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.

@@ -7,13 +7,14 @@
 //! segments on both sides acts on the node and its two neighbours. As a force of the segment between nodes i and i + 1 that is
 //! M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in the sweep.
 //! All changes are found before one is made, in rows of their own, because a node's depends on the velocities of nodes two away.
-//! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
+//! Limits: velocity Verlet. With bands the changes are found in a meeting of their own. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
+use crate::blocks::Blocks;
 use crate::direction::{Direction, Directions};
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
-use crate::rows::place_image_column;
+use crate::rows::{Terms, place_image_column};
 use crate::sweep::{NOTHING, node_sum, right_of};
 use crate::symmetry::Line;
 use crate::system::System;
@@ -31,37 +32,72 @@ const FORCE: usize = 13;
 const OWN_PULL: usize = 16;
 const OWN_MOMENT: usize = 19;
 
+/// Rows whose changes are found, and what that takes: all that may move, or one band's.
+pub(crate) struct Pushing<'r> {
+    /// All rows that may move, [first, end).
+    pub all: [usize; 2],
+    /// Those of which changes are found.
+    pub own: [usize; 2],
+    /// All rows of the block, with their images.
+    pub hot: &'r [Chunk<HOT_PLANES>],
+    /// All marks of the toe; empty for none.
+    pub marks: &'r [Chunk<MARK_PLANES>],
+    pub work: &'r mut [Chunk<VISCOUS_PLANES>],
+    /// Changes of the own rows.
+    pub pushes: &'r mut [Chunk<PUSH_PLANES>],
+}
+
 /// Finds what viscosity changes of the velocities of rows [first, end), all that may move. Changes no node.
-pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
-    let (layout, chunks) = (system.layout, system.layout.chunks);
-    let marked = layout.toe && system.failed_segments > 0;
-    let System { directions, model, blocks, instructions, .. } = system;
-    if layout.x.mirrored {
-        (first..end).for_each(|j| place_image_motion(planes::row_mut(blocks.hot, chunks, j), layout.x));
+pub(crate) fn find_pushes(system: &mut System<'_>, terms: &Terms, all: [usize; 2]) {
+    let marked = system.layout.toe && system.failed_segments > 0;
+    place_images(system, all);
+    let Blocks { hot, marks, viscous, pushes, .. } = &mut system.blocks;
+    let chunks = terms.layout.chunks;
+    let pushes = pushes.get_mut(all[0] * chunks..all[1] * chunks).unwrap_or(&mut []);
+    let marks = if marked { &**marks } else { &[] };
+    Pushing { all, own: all, hot, marks, work: viscous, pushes }.find(terms);
+}
+
+/// The image columns of rows [first, end) with their velocities.
+pub(crate) fn place_images(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let (line, chunks) = (system.layout.x, system.layout.chunks);
+    if line.mirrored {
+        (first..end).for_each(|j| place_image_motion(planes::row_mut(system.blocks.hot, chunks, j), line));
     }
-    blocks.viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
-    for j in first..end {
-        let marks = if marked { planes::row(blocks.marks, chunks, j) } else { &[] };
-        let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
-        // Below the first row there is none: its own place, which is written afterwards.
-        let below = planes::row_mut(blocks.pushes, chunks, if j > first { j - 1 } else { j });
-        lanes::dispatch(
-            *instructions,
-            FirstLoop { directions, toe: &model.toe, row, above, marks, work: blocks.viscous, below },
-        );
-        if layout.x.mirrored {
-            place_image_moment(blocks.viscous, layout.x);
+}
+
+impl Pushing<'_> {
+    /// Finds the changes. Those of a row depend on the velocities of two rows below it and two above.
+    pub fn find(self, terms: &Terms) {
+        let Pushing { all, own: [first, end], hot, marks, work, pushes } = self;
+        let (layout, chunks) = (&terms.layout, terms.layout.chunks);
+        work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+        for j in first.saturating_sub(2).max(all[0])..(end + 1).min(all[1]) {
+            // What a row below the first would get goes to the place of the first, which is written afterwards.
+            let below = planes::row_mut(pushes, chunks, j.saturating_sub(first + 1));
+            let (row, above) = (planes::row(hot, chunks, j), planes::row(hot, chunks, j + 1));
+            let marks = planes::row(marks, chunks, j);
+            let Terms { directions, toe, instructions, .. } = terms;
+            lanes::dispatch(*instructions, FirstLoop { directions, toe, row, above, marks, work, below });
+            if !(first..end).contains(&j) {
+                continue;
+            }
+            if layout.x.mirrored {
+                place_image_moment(work, layout.x);
+            }
+            let here = planes::row_mut(pushes, chunks, j - first);
+            lanes::dispatch(*instructions, SecondLoop { work, here });
+            // Places without a node: an image moves with its node.
+            for place in layout.nodes_x..chunks * CHUNK {
+                (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
+            }
         }
-        let here = planes::row_mut(blocks.pushes, chunks, j);
-        lanes::dispatch(*instructions, SecondLoop { work: blocks.viscous, here });
-        // Places without a node: an image moves with its node.
-        for place in layout.nodes_x..chunks * CHUNK {
-            (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
+        if end == all[1] && first < end {
+            let mirrored = layout.y.mirrored && end == layout.nodes_y;
+            let last = planes::row_mut(pushes, chunks, end - first - 1);
+            close_row(work, last, mirrored.then_some(layout.y), layout.nodes_x);
         }
     }
-    let mirrored = layout.y.mirrored && end == layout.nodes_y;
-    let last = planes::row_mut(blocks.pushes, chunks, end.saturating_sub(1));
-    close_row(blocks.viscous, last, mirrored.then_some(layout.y), layout.nodes_x);
 }
 
 /// What viscosity would change of the velocity of node (i, j), spacings a pass: as [`find_pushes`] finds it, to the bit.
@@ -405,7 +441,8 @@ mod tests {
                 sim.system.place_image_row();
                 for set in InstructionSet::ALL {
                     sim.system.instructions = set;
-                    find_pushes(&mut sim.system, rows);
+                    let terms = crate::step::terms(&sim.system);
+                    find_pushes(&mut sim.system, &terms, rows);
                     for (i, j) in sim.system.nodes().filter(|(_, j)| (rows[0]..rows[1]).contains(j)) {
                         let row = planes::row(sim.system.blocks.pushes, layout.chunks, j);
                         let found = [0, 1, 2].map(|plane| planes::get(row, plane, i).unwrap());
