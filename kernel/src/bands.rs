@@ -1,11 +1,11 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
-//! Method: a pass (a step, or half of one after `step_after_failure`) is one call of [`Bands::pass`] for every band, in any
-//! order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
+//! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. Viscous yarn has two meetings a pass: what it changes is found first, by all
-//! bands too, from velocities that none has changed yet. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
+//! that none has changed yet, and the second one sweeps. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -266,11 +266,11 @@ impl Bands<'_, '_> {
 }
 
 impl Drop for Bands<'_, '_> {
-    /// Does what is missing of a begun step: at most both meetings of this pass and of the next.
+    /// Does what is missing of a begun step: at most four passes, two halves of a viscous one.
     fn drop(&mut self) {
         for _ in 0..4 {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
-            let pushed = plan.terms.layout.viscous && !plan.pushing;
+            let pushed = plan.terms.layout.viscous && plan.found.is_ok() && !plan.pushing;
             if called != 0 || plan.second_half || pushed {
                 // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
                 (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {

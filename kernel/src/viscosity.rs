@@ -7,7 +7,7 @@
 //! segments on both sides acts on the node and its two neighbours. As a force of the segment between nodes i and i + 1 that is
 //! M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in the sweep.
 //! All changes are found before one is made, in rows of their own, because a node's depends on the velocities of nodes two away.
-//! Limits: velocity Verlet. With bands the changes are found in a meeting of their own. The step limit is in `check.rs`.
+//! Limits: velocity Verlet. With bands the changes are found in a pass of their own. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::blocks::Blocks;
@@ -26,6 +26,7 @@ const TENSION: usize = 0;
 const RATE: usize = 1;
 const PULL: usize = 4;
 const MOMENT: usize = 7;
+/// Of the row below that; before the last row alone.
 const MOMENT_BEFORE: usize = 10;
 const FORCE: usize = 13;
 // ... and what the row itself has found.
@@ -77,6 +78,9 @@ impl Pushing<'_> {
             let below = planes::row_mut(pushes, chunks, j.saturating_sub(first + 1));
             let (row, above) = (planes::row(hot, chunks, j), planes::row(hot, chunks, j + 1));
             let marks = planes::row(marks, chunks, j);
+            if layout.y.mirrored && j + 1 == layout.nodes_y {
+                keep_moments(work);
+            }
             let Terms { directions, toe, instructions, .. } = terms;
             lanes::dispatch(*instructions, FirstLoop { directions, toe, row, above, marks, work, below });
             if !(first..end).contains(&j) {
@@ -292,7 +296,6 @@ fn hand_up<L: Lane>(
     let vertical = up.sub(at(work, FORCE + k, g));
     put(below, k, g, at::<L, PUSH_PLANES>(below, k, g).add(vertical));
     put(work, FORCE + k, g, up);
-    put(work, MOMENT_BEFORE + k, g, moment_before);
     put(work, MOMENT + k, g, moment);
     put(work, PULL + k, g, pull);
     put(work, RATE + k, g, rate);
@@ -354,6 +357,15 @@ fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: u
         at::<L, P>(above, first + 1, g).sub(at(chunk, first + 1, g)),
         at::<L, P>(above, first + 2, g).sub(at(chunk, first + 2, g)),
     ]
+}
+
+/// Keeps the moments of the row before the last, for the images of its nodes.
+fn keep_moments(work: &mut [Chunk<VISCOUS_PLANES>]) {
+    for chunk in work {
+        for k in 0..3 {
+            chunk[MOMENT_BEFORE + k] = chunk[MOMENT + k];
+        }
+    }
 }
 
 /// The vertical part of the changes of the last row. `mirrored`: the column's line, if there are images above.

@@ -272,7 +272,7 @@ fn dropping_bands_completes_a_begun_step() {
     let mut scene = small_sheet(21, 250.0);
     scene.step_after_failure = StepAfterFailure::Half;
     completed_when_dropped(&scene, 6);
-    // Two meetings a pass.
+    // Two passes instead of one.
     scene.yarn.viscosity_bending = 0.06;
     completed_when_dropped(&scene, 12);
 }
