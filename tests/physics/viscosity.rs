@@ -185,7 +185,9 @@ fn the_moment_alone_touches_angular_momentum_and_little() {
     };
     for far in [false, true] {
         let (along, with_moment) = (off([0.06, 1.5, 0.0], far), off([0.06, 1.5, 0.06], far));
-        println!("viscous sheet, angular momentum over what was exchanged: {along:.1e} along the yarn, {with_moment:.1e} with the moment");
+        println!(
+            "viscous sheet, angular momentum over what was exchanged: {along:.1e} along the yarn, {with_moment:.1e} with the moment"
+        );
         // A sphere that slides on a sheet leaves 3e-10 by itself, without viscosity too.
         assert!(along < 1e-9 && with_moment < 0.005, "{along:e} {with_moment:e}");
     }
