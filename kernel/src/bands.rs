@@ -291,7 +291,8 @@ impl Plan {
             viscosity::find_pushes(system, rows);
         }
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, logarithms, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, logarithms, marks, pushes, taken, ranges, runs, .. } =
+            &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),

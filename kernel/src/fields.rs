@@ -11,8 +11,7 @@
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
     AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
-    Scene, Shape, STRAIN_RATES, StepAfterFailure, StepCheck, StrengthDraw,
-    WEIBULL_SHAPES,
+    STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.

@@ -265,7 +265,8 @@ impl Job for RowJob<'_> {
             let d_v = difference(row, up, above, up);
             let last = [
                 (2.0 - line.segment_weight(across)) * last_relaxing(law_h, row, 6, across, rest_h.twice_strain(d_h)),
-                (2.0 - line.node_weight(up)) * last_relaxing(law_v, row, 7, up, rest_v.twice_strain(vertical_axes(d_v))),
+                (2.0 - line.node_weight(up))
+                    * last_relaxing(law_v, row, 7, up, rest_v.twice_strain(vertical_axes(d_v))),
             ];
             relaxing = [2.0 * relaxing[0] - last[0], 2.0 * relaxing[1] - last[1]];
         }

@@ -54,7 +54,11 @@ impl Terms {
             Constants::Uniform(&self.directions)
         };
         let chunks = self.layout.chunks;
-        YarnRow { constants, strength: planes::row(strength, chunks, k), logarithms: planes::row(logarithms, chunks, k) }
+        YarnRow {
+            constants,
+            strength: planes::row(strength, chunks, k),
+            logarithms: planes::row(logarithms, chunks, k),
+        }
     }
 }
 

@@ -243,7 +243,12 @@ pub(crate) fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g
 
 /// Three planes from `first` on: those of the right-hand neighbours less those of group g.
 #[inline(always)]
-pub(crate) fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+pub(crate) fn to_the_right<L: Lane, const P: usize>(
+    chunk: &Chunk<P>,
+    next: &Chunk<P>,
+    first: usize,
+    g: usize,
+) -> [L; 3] {
     let here: [L; 3] = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
     [
         right_of(here[0], &chunk[first], &next[first], g).sub(here[0]),

@@ -124,7 +124,7 @@ fn closed_form(scene: &Scene, e: f64, t: f64) -> (f64, f64) {
 #[test]
 fn a_held_segment_relaxes_as_the_formula_says() {
     let mut scene = cell(1e-3);
-    (scene.attachment.kind, scene.track_support) = (AttachmentKind::FourSides, true);
+    (scene.attachment.kind, scene.track_support) = (AttachmentKind::TwoSides, true);
     scene.time_step = TimeStep { seconds: 1e-7, ..scene.time_step };
     let strain = 0.008;
     let e = 0.5 * ((1.0 + strain) * (1.0 + strain) - 1.0);
@@ -192,33 +192,46 @@ fn a_cell_pulled_both_ways_is_the_sum_of_its_segments() {
     assert!(length(sim.momentum_residual().unwrap()) < 1e-9 * scene.sheet.node_mass * rates[0] * scene.sheet.spacing);
 }
 
-/// A cell that swings: loaded fast, unloaded, loaded again. The yarn never gives back more than it took, and the balance closes to second
-/// order.
+/// A cell that swings until it is slack: loaded, unloaded, loaded again. What is taken never comes back.
 #[test]
 fn no_cycle_gains_energy() {
+    let mut scene = cell(0.05);
+    scene.time_step = TimeStep { seconds: 2e-6, ..scene.time_step };
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    start(&mut sim, [0.006, 0.009], [60.0, -40.0]);
+    let first = sim.energy().unwrap();
+    let first = first.fabric_kinetic + first.strain;
+    let mut taken = 0.0;
+    while sim.time() < 20e-3 {
+        sim.step().unwrap();
+        let energy = sim.energy().unwrap();
+        assert!(energy.viscous >= taken && energy.residual.abs() < 2e-3 * first, "{energy:?}");
+        taken = energy.viscous;
+    }
+    assert!(taken > 0.003 * first, "{taken} {first}");
+}
+
+/// While a cell is taut its balance closes to second order, through loading and unloading. (Where yarn becomes slack within a step it
+/// closes to first order, with the rate as without.)
+#[test]
+fn the_books_of_a_cell_close_to_second_order() {
     let off = |seconds: f64| {
-        let mut scene = cell(5e-2);
+        let mut scene = cell(0.05);
         scene.time_step = TimeStep { seconds, ..scene.time_step };
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);
-        start(&mut sim, [0.006, 0.009], [60.0, -40.0]);
-        let first = sim.energy().unwrap();
-        let first = first.fabric_kinetic + first.strain;
-        let (mut taken, mut worst): (f64, f64) = (0.0, 0.0);
-        // From where a step is short against the time since the load began.
-        while sim.time() < 20e-3 {
+        start(&mut sim, [0.0; 2], [20.0, 20.0]);
+        let (first, mut worst) = (sim.energy().unwrap().fabric_kinetic, 0.0);
+        while sim.time() < 3e-4 {
             sim.step().unwrap();
-            let energy = sim.energy().unwrap();
-            assert!(energy.viscous >= taken, "{} {}", energy.viscous, taken);
-            taken = energy.viscous;
-            worst = worst.max(energy.residual.abs() / first);
+            worst = f64::max(worst, sim.energy().unwrap().residual.abs() / first);
         }
-        assert!(taken > 0.003 * first, "{taken} {first}");
         worst
     };
     let worst = [8e-6, 4e-6, 2e-6].map(off);
-    println!("swinging cell: residual over the energy at 8, 4 and 2 us: {worst:?}");
-    assert!(worst[0] < 5e-3 && worst[1] < 0.6 * worst[0] && worst[2] < 0.6 * worst[1], "{worst:?}");
+    println!("cell with rate: residual over KE0 at 8, 4 and 2 us: {worst:?}");
+    assert!(worst[0] < 2e-3 && worst[1] < 0.3 * worst[0] && worst[2] < 0.3 * worst[1], "{worst:?}");
 }
 
 /// The sphere on a small sheet of the paper's yarn, with this dependence on the rate.
@@ -239,14 +252,21 @@ fn the_books_of_a_sheet_close_to_second_order() {
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);
         let first = sim.energy().unwrap().projectile_kinetic;
-        sim.advance((30e-6 / sim.step_limits().dt) as u64).unwrap();
+        let mut worst = 0.0;
+        while sim.time() < 20e-6 {
+            sim.advance(10).unwrap();
+            worst = f64::max(worst, sim.energy().unwrap().residual.abs() / first);
+        }
         let energy = sim.energy().unwrap();
         assert!(sim.counters().failed_segments == 0 && energy.viscous > 1e-4 * first, "{energy:?}");
-        energy.residual.abs() / first
+        worst
     };
     let residuals = [0.4, 0.2, 0.1].map(off);
     println!("sheet with rate: residual over KE0 at 0.4, 0.2, 0.1 dt_crit: {residuals:?}");
-    assert!(residuals[0] < 1e-3 && residuals[1] < 0.4 * residuals[0] && residuals[2] < 0.4 * residuals[1], "{residuals:?}");
+    assert!(
+        residuals[0] < 1e-5 && residuals[1] < 0.4 * residuals[0] && residuals[2] < 0.4 * residuals[1],
+        "{residuals:?}"
+    );
 }
 
 /// Through failure, with the step halved as well, with drawn strength, with viscosity and with crimp. Energy is only taken.
@@ -274,7 +294,12 @@ fn the_books_of_a_perforation_close() {
             taken = energy.viscous;
         }
         let energy = sim.energy().unwrap();
-        println!("{name}: failed {}, taken {:.4}, residual {:.5}", sim.counters().failed_segments, taken / first, energy.residual / first);
+        println!(
+            "{name}: failed {}, taken {:.4}, residual {:.5}",
+            sim.counters().failed_segments,
+            taken / first,
+            energy.residual / first
+        );
         assert!(sim.counters().failed_segments > 20 && taken > 1e-3 * first, "{name}");
         assert!(energy.residual.abs() < 0.01 * first, "{name} {:e}", energy.residual / first);
         assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * scene.projectile.mass * 120.0, "{name}");
@@ -297,10 +322,7 @@ fn what_goes_not_with_the_rate_is_refused_by_name() {
     assert_eq!(refused(&|s| s.sheet.pre_strain = [0.0, 0.01]), out("sheet.pre_strain"));
     assert_eq!(refused(&|s| s.slack_toe = 0.02), out("slack_toe"));
     assert_eq!(refused(&|s| s.integrator = Integrator::THETA), out("yarn.rate_modulus"));
-    assert_eq!(
-        refused(&|s| (s.integrator, s.yarn.rate_modulus) = (Integrator::THETA, 0.0)),
-        out("yarn.rate_stretch")
-    );
+    assert_eq!(refused(&|s| (s.integrator, s.yarn.rate_modulus) = (Integrator::THETA, 0.0)), out("yarn.rate_stretch"));
 }
 
 /// The default step follows from the largest tangent modulus and critical stretch; a network as stiff as that is stable up to it.
