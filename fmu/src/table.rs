@@ -440,7 +440,7 @@ const OWN: &[Variable] = &[
         &ENERGY,
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
-    output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that the viscosity of the yarn has taken"),
+    output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that viscosity of the yarn and its dependence on the rate of strain have taken"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

@@ -5,8 +5,8 @@
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart; so has a fabric that is not plain
-//! (`direction.rs`): directions unlike each other, crimp or pre-tension.
+//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
