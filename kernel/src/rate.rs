@@ -95,6 +95,9 @@ impl RateLaw {
 
     /// The q that damage sees.
     pub fn seen_at(&self, q: f64) -> f64 {
+        if self.stretch == 0.0 {
+            return q;
+        }
         q / (1.0 + self.stretch * self.logarithm(q))
     }
 
