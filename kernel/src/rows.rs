@@ -120,12 +120,21 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+    pub fn sweep(self, terms: &Terms, book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let optional = terms.layout.strength || terms.layout.takes_energy() || !self.marks.is_empty();
+        if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
+    }
+
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity or toe; otherwise no row is asked for them.
+    #[inline]
+    fn sweep_with<const OPTIONS: bool>(self, terms: &Terms, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, logarithms, marks, pushes, taken, .. } = self;
-        let Rows { ranges, runs, carry, kept, .. } = self;
+        let Rows { first, hot, above, history, yarn, ranges, runs, carry, kept, .. } = self;
+        let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
+        let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
+        let (viscous, taken) = if OPTIONS { (layout.viscous, self.taken) } else { (false, &mut [][..]) };
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -136,7 +145,7 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             let pushes = planes::row(pushes, chunks, k);
-            let mut taken = if layout.viscous { taken.get_mut(k) } else { None };
+            let mut taken = if viscous { taken.get_mut(k) } else { None };
             if let Some(taken) = &mut taken {
                 let before = if layout.rate { **taken } else { 0.0 };
                 **taken = before + half_taken::<true>(row, pushes, terms, j);
