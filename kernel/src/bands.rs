@@ -53,7 +53,7 @@ use crate::planes::{
     VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
-use crate::rate;
+use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
@@ -296,7 +296,7 @@ impl Plan {
         let rows = system.rows_to_step();
         step::place_images_above(system, rows[1]);
         if system.layout.rate && found.is_ok() {
-            rate::find_rates(system, rows);
+            relaxation::find_rates(system, rows);
         }
         let pushing = system.layout.viscous && found.is_ok();
         if pushing {

@@ -60,6 +60,7 @@ pub mod prism;
 pub mod projectile;
 pub mod random;
 mod rate;
+mod relaxation;
 mod rows;
 pub mod scene;
 pub mod shape;

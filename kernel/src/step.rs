@@ -12,10 +12,11 @@ use crate::error::Failure;
 use crate::marks;
 use crate::math;
 use crate::outcome::{self, TEST_INTERVAL};
-use crate::planes::{CARRY_PLANES, CHUNK};
+use crate::planes::{Axis, CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::projectile::Body;
-use crate::rate::{self, Rates};
+use crate::rate::Rates;
+use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::scene::{IntegratorKind, Scene, Symmetry};
 use crate::state::Sums;
@@ -176,7 +177,7 @@ fn sweep(system: &mut System<'_>) -> Report {
     let [first, end] = system.rows_to_step();
     place_images_above(system, end);
     if system.layout.rate {
-        rate::find_rates(system, [first, end]);
+        relaxation::find_rates(system, [first, end]);
     }
     let terms = terms(system);
     if system.layout.viscous {
@@ -214,11 +215,13 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 
 /// The constants of a sweep.
 pub(crate) fn terms(system: &System<'_>) -> Terms {
+    // Below it damage sees no strain beyond the critical one.
+    let limit = |axis: Axis| system.rate_law(axis).limit(system.directions.along(axis).critical);
     Terms {
         layout: system.layout,
         directions: system.directions,
         toe: system.model.toe,
-        rates: Rates::of(system),
+        rates: Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)]),
         instructions: system.instructions,
     }
 }
