@@ -11,12 +11,14 @@
 //! `limit.rs` finds ballistic limits. `python3 -m reports validate` computes the verdicts from intervals, draws, and writes the
 //! tables of docs/validation.md; the measurements are in validation/*.toml and the fabrics in fabrics/*.toml.
 
+mod limit;
+mod spacing;
 mod strength;
 mod yarn;
 
 use crate::{Result, machine, report};
 use clap::Args;
-use fabric::Textile;
+use fabric::{AttachmentKind, Scene, Textile};
 use fabric_scene::textile;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -40,6 +42,7 @@ pub struct Options {
 enum Part {
     Yarn,
     Strength,
+    Spacing,
 }
 
 /// Runs the parts and writes. False if one yarn is not Smith's, or not as strong as measured.
@@ -57,6 +60,9 @@ pub fn run(options: &Options) -> Result<bool> {
     if wanted(Part::Strength) {
         sound &= strength::run(quick, out)?;
     }
+    if wanted(Part::Spacing) {
+        spacing::run(quick, out)?;
+    }
     println!("{:.0} s; {}", wall.seconds(), report::written(out, "validate"));
     Ok(sound)
 }
@@ -65,6 +71,21 @@ pub fn run(options: &Options) -> Result<bool> {
 fn named(name: &str) -> Result<Textile> {
     let found = textile::all()?.into_iter().find(|named| named.name == name);
     Ok(found.ok_or_else(|| format!("no fabric {name}"))?.textile)
+}
+
+/// A square sheet of the textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and
+/// strength per width are those of the textile. Both directions must be alike.
+fn sheet(textile: &Textile, width: f64, bar: f64) -> Result<Scene> {
+    let mut scene = Scene::sheet_3in_sphere();
+    scene.set_textile(textile)?;
+    let sheet = &mut scene.sheet;
+    sheet.spacing *= bar;
+    sheet.yarn_area *= bar;
+    sheet.node_mass *= bar * bar;
+    let nodes = (width / sheet.spacing).round() as u32 + 1;
+    (sheet.nodes_x, sheet.nodes_y) = (nodes, nodes);
+    scene.attachment.kind = AttachmentKind::FourSides;
+    Ok(scene)
 }
 
 /// What a function gives for each job, on all cores.

@@ -188,9 +188,9 @@ fn breaks(strip: &Strip, speed: f64) -> Result<bool> {
     Ok(sim.counters().failed_segments > 0)
 }
 
-/// False if the strain at the fabric's spacing, with the viscosity of real fabrics, is not that of the closed form.
+/// False if the strain at the fabric's spacing is not that of the closed form; without viscosity the yarn may break before.
 pub fn run(quick: bool, out: &Path) -> Result<bool> {
-    let half = if quick { 400.0 } else { 1600.0 };
+    let half = if quick { 800.0 } else { 1600.0 };
     let speeds: &[f64] = if quick { &REFINED } else { &SPEEDS };
     let mut jobs = Vec::new();
     let mut searches = Vec::new();
@@ -224,7 +224,8 @@ pub fn run(quick: bool, out: &Path) -> Result<bool> {
     let mut sound = true;
     for ((strip, speed), waves) in jobs.iter().zip(found) {
         let exact = exact(&strip.scene(*speed)?, *speed);
-        sound &= strip.bar != 1.0 || strip.viscosity != [0.0; 3] || (waves[0] / exact[0] - 1.0).abs() < TOLERANCE;
+        let broken = waves[0].is_nan() && strip.viscosity == [0.0; 3];
+        sound &= strip.bar != 1.0 || broken || (waves[0] / exact[0] - 1.0).abs() < TOLERANCE;
         let mut row = vec![Cell::text(strip.name), Cell::text(viscosity_name(strip.viscosity))];
         row.extend([strip.bar, *speed].map(Cell::Number));
         for [strain, front, kink] in [waves, exact, linear(&strip.textile, *speed)] {
