@@ -11,6 +11,7 @@
 //! `limit.rs` finds ballistic limits. `python3 -m reports validate` computes the verdicts from intervals, draws, and writes the
 //! tables of docs/validation.md; the measurements are in validation/*.toml and the fabrics in fabrics/*.toml.
 
+mod cone;
 mod limit;
 mod spacing;
 mod strength;
@@ -42,6 +43,7 @@ pub struct Options {
 enum Part {
     Yarn,
     Strength,
+    Cone,
     Spacing,
 }
 
@@ -59,6 +61,9 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if wanted(Part::Strength) {
         sound &= strength::run(quick, out)?;
+    }
+    if wanted(Part::Cone) {
+        cone::run(quick, out)?;
     }
     if wanted(Part::Spacing) {
         spacing::run(quick, out)?;
