@@ -13,6 +13,7 @@
 
 mod cone;
 mod limit;
+mod packs;
 mod spacing;
 mod strength;
 mod yarn;
@@ -45,6 +46,7 @@ enum Part {
     Strength,
     Cone,
     Spacing,
+    Packs,
 }
 
 /// Runs the parts and writes. False if one yarn is not Smith's, or not as strong as measured.
@@ -67,6 +69,9 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if wanted(Part::Spacing) {
         spacing::run(quick, out)?;
+    }
+    if wanted(Part::Packs) {
+        packs::run(quick, out)?;
     }
     println!("{:.0} s; {}", wall.seconds(), report::written(out, "validate"));
     Ok(sound)
