@@ -48,9 +48,11 @@ use crate::error::{Code, Error, Failure};
 use crate::lanes::CacheLine;
 use crate::layout::MAX_BANDS;
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::rate;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
@@ -116,6 +118,7 @@ struct Pointers {
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
     strength: *const Chunk<STRENGTH_PLANES>,
+    logarithms: *const Chunk<RATE_PLANES>,
     marks: *const Chunk<MARK_PLANES>,
     pushes: *const Chunk<PUSH_PLANES>,
     taken: *mut f64,
@@ -281,16 +284,21 @@ impl Plan {
         let found = step::look_ahead(system, end);
         let rows = system.rows_to_step();
         step::place_images_above(system, rows[1]);
+        if system.layout.rate && found.is_ok() {
+            rate::find_rates(system, rows);
+        }
         if system.layout.viscous && found.is_ok() {
             viscosity::find_pushes(system, rows);
         }
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, pushes, taken, ranges, runs, .. } = &mut system.blocks;
+        let Blocks { hot, history, yarn, strength, logarithms, marks, pushes, taken, ranges, runs, .. } =
+            &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
+            logarithms: logarithms.as_ptr(),
             marks: marks.as_ptr(),
             pushes: pushes.as_ptr(),
             taken: taken.as_mut_ptr(),
@@ -338,11 +346,13 @@ impl Plan {
             if first > self.rows[0] {
                 let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
                 let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
+                let logarithms = if layout.rate { rows(memory.logarithms, chunks, first - 1, 1) } else { &[] };
                 let below = rows(memory.hot, chunks, first - 1, 1);
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                self.terms.pass().lift(below, history, here, carry, &self.terms.yarn_row(yarn, strength, 0), marks);
+                let yarn = self.terms.yarn_row(yarn, strength, logarithms, 0);
+                self.terms.pass().lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -379,9 +389,10 @@ impl Plan {
                 history: rows_mut(memory.history, chunks, first, count),
                 yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
                 strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
+                logarithms: if layout.rate { rows(memory.logarithms, chunks, first, count) } else { &[] },
                 marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
                 pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
-                taken: if layout.viscous { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
+                taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
                 runs: rows(memory.runs, 1, first, count),
                 carry,
@@ -402,7 +413,7 @@ impl Plan {
     unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
         system.awake = self.rows;
-        step::book_viscosity(system, self.rows);
+        step::book_taken(system, self.rows);
         if self.track_support {
             for j in self.rows[0]..self.rows[1] {
                 // SAFETY: the sweep of row j has written its pulls.

@@ -4,8 +4,8 @@ use crate::error::{Code, Error};
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, Layout};
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    VISCOUS_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 
 /// Refuses memory that is too short for a scene of these sizes.
@@ -33,7 +33,9 @@ pub(crate) struct Blocks<'a> {
     pub pushes: &'a mut [Chunk<PUSH_PLANES>],
     /// Work row of viscosity.
     pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
-    /// Energy that viscosity has taken of each row in the present pass, in units of m (h/dt)^2.
+    /// Rows of the logarithms of the rate, horizontal and vertical.
+    pub logarithms: &'a mut [Chunk<RATE_PLANES>],
+    /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
@@ -61,6 +63,7 @@ impl<'a> Blocks<'a> {
             iterate: &mut [],
             pushes: &mut [],
             viscous: &mut [],
+            logarithms: &mut [],
             taken: &mut [],
             carry: &mut [],
             kept: &mut [],
@@ -93,10 +96,11 @@ impl<'a> Blocks<'a> {
                 iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
                 pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
                 viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
+                logarithms: chunked(reals.take(if layout.rate { ny * RATE_PLANES * row } else { 0 })?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
-                taken: reals.take(viscous(ny))?,
+                taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,

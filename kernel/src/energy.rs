@@ -2,16 +2,17 @@
 //!
 //! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
-//! accumulated but contact loss, what viscosity takes, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
+//! accumulated but contact loss, what viscosity and rate take, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
 use crate::error::Failure;
 use crate::planes::{self, Axis};
 use crate::pose::Vector;
+use crate::rate::RateLaw;
 use crate::scene::Drive;
 use crate::system::{SegmentView, System};
-use crate::yarn::{self, Segment};
+use crate::yarn::Segment;
 
 /// Energies (M15), J.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,7 @@ pub struct Energy {
     pub halving: f64,
     /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
-    /// Energy that the viscosity of the yarn has taken, J.
+    /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     pub viscous: f64,
 }
 
@@ -150,22 +151,24 @@ fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
     let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
     let marked = segment.alpha_when_marked();
-    let stored = |stiffness: f64, q: f64| {
-        let without_toe = yarn::strain_energy(stiffness, q);
+    let [rate_before, rate_now] = [system.rate_law_before(segment.axis), system.rate_law(segment.axis)];
+    let stored = |rate: &RateLaw, stiffness: f64, q: f64| {
+        let without_toe = rate.stored(stiffness, q);
         if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
     };
-    let fresh = direction.law.is_damaging(now, segment.history);
+    let seen = rate_now.seen_at(now);
+    let fresh = direction.law.is_damaging(seen, segment.history);
     if segment.history <= direction.critical && !fresh {
         let stiffness = segment.stiffness;
-        return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
+        return (0.5 * (stored(&rate_before, stiffness, before) + stored(&rate_now, stiffness, now)), 0.0);
     }
     let law = system.law_of(segment);
     let material =
         Segment { modulus: segment.undamaged * direction.modulus_per_stiffness, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
-    let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
-    let stored_before = stored(segment.stiffness, before);
-    let stored_now = stored(alpha_now * segment.undamaged, now);
+    let alpha_now = if fresh { law.alpha(segment.damage_rate, seen) } else { alpha_before };
+    let stored_before = stored(&rate_before, segment.stiffness, before);
+    let stored_now = stored(&rate_now, alpha_now * segment.undamaged, now);
     let dissipated = |alpha: f64| {
         let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
         law.dissipated(&material, alpha) - saved

@@ -11,7 +11,7 @@
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
     AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
-    Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
+    STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.
@@ -71,6 +71,8 @@ pub const INERTIA: Quantity = quantity("Inertia", "kg.m2", "", 0.0, 1e-6, "Momen
 pub const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young's modulus of a yarn");
 /// Damage rate per modulus.
 pub const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
+/// Rate of strain.
+pub const STRAIN_RATE: Quantity = quantity("StrainRate", "1/s", "", 0.0, 100.0, "Rate of strain");
 /// Length of time.
 pub const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");
 
@@ -526,6 +528,17 @@ pub const FIELDS: &[Field] = &[
     real("yarn.viscosity_bending", |s| one(&mut s.yarn.viscosity_bending), &RATIO, Range::Within(0.0, 0.2), 642,
         "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
         .image(Image::Later(0x8_0002)),
+    real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe or pre-tension")
+        .image(Image::Later(0x67_0000)),
+    real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
+        "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none").image(Image::Later(0x67_0001)),
+    real("yarn.rate_reference", |s| one(&mut s.yarn.rate_reference), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 682,
+        "Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this. Read for yarn that depends on the rate only")
+        .read(on_rate).image(Image::LaterWhereRead),
+    real("yarn.rate_limit", |s| one(&mut s.yarn.rate_limit), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 683,
+        "Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that depends on the rate only")
+        .read(on_rate).image(Image::LaterWhereRead),
     // ---- Yarn along y
     real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
         "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x").image(Image::Later(0x7_0004)),
@@ -647,6 +660,10 @@ fn sector(scene: &Scene) -> usize {
 
 fn drawn_strength(scene: &Scene) -> usize {
     if_so(scene.yarn.strength_draw != StrengthDraw::None)
+}
+
+fn on_rate(scene: &Scene) -> usize {
+    if_so(scene.depends_on_rate())
 }
 
 fn theta_rule(scene: &Scene) -> usize {

@@ -4,8 +4,8 @@
 use crate::error::{Code, Error};
 use crate::lanes::CacheLine;
 use crate::planes::{
-    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    VISCOUS_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::scene::{IntegratorKind, Scene, StepAfterFailure, StrengthDraw};
 use crate::state::Parts;
@@ -24,13 +24,15 @@ pub(crate) const HEADER_WORDS: usize = 4;
 pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
 /// Words of the scalar state that only the theta rule, or a step to be halved, has.
 const PART_WORDS: usize = 2;
-/// Words of the scalar state that only viscous yarn has.
-const VISCOUS_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has whose viscosity or rate takes energy.
+const TAKEN_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has that depends on the rate of strain.
+const RATE_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
-    let viscous = if parts.viscous { VISCOUS_WORDS } else { 0 };
-    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + viscous + 1
+    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 } + if parts.rate { RATE_WORDS } else { 0 };
+    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + taken + 1
 }
 
 /// Sizes of a scene's memory.
@@ -60,6 +62,8 @@ pub struct Layout {
     pub toe: bool,
     /// true if the yarn is viscous.
     pub viscous: bool,
+    /// true if the yarn depends on the rate of strain.
+    pub rate: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -82,6 +86,7 @@ impl Layout {
         halving: false,
         toe: false,
         viscous: false,
+        rate: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -114,6 +119,7 @@ impl Layout {
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let toe = scene.slack_toe > 0.0;
         let viscous = scene.viscosity() != [0.0; 3];
+        let rate = scene.depends_on_rate();
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
@@ -122,13 +128,13 @@ impl Layout {
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
         let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
-        let planes = planes + if viscous { PUSH_PLANES } else { 0 };
+        let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
         let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous))?)?
+            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
         let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
         let reals = rows.checked_add(scratch)?;
@@ -144,7 +150,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -166,6 +172,7 @@ impl Layout {
             halving,
             toe,
             viscous,
+            rate,
             candidates,
             reals,
             words,
@@ -231,9 +238,14 @@ impl Layout {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()
     }
 
+    /// Whether viscosity or the rate takes energy.
+    pub fn takes_energy(&self) -> bool {
+        self.viscous || self.rate
+    }
+
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous }
+        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous, rate: self.rate }
     }
 
     /// How often node (i, j) appears in the whole sheet.
@@ -312,6 +324,11 @@ mod tests {
         // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * VISCOUS_PLANES + 5, 0, 1));
+        // Logarithms of 5 rows, the energy of each row; two words of the image.
+        let rate = |scene: &mut Scene| {
+            (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
+        };
+        assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));

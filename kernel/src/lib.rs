@@ -59,6 +59,7 @@ pub mod pose;
 pub mod prism;
 pub mod projectile;
 pub mod random;
+mod rate;
 mod rows;
 pub mod scene;
 pub mod shape;

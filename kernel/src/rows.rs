@@ -5,10 +5,11 @@ use crate::direction::Directions;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::Layout;
 use crate::planes::{
-    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::rate::Rates;
 use crate::sweep::{Constants, Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
@@ -20,6 +21,8 @@ pub(crate) struct Terms {
     pub directions: Directions,
     /// The toe of marked segments.
     pub toe: Toe,
+    /// Dependence on the rate of strain.
+    pub rates: Rates,
     pub instructions: InstructionSet,
 }
 
@@ -31,15 +34,18 @@ impl Terms {
             verticals: self.layout.nodes_x,
             directions: &self.directions,
             toe: self.toe,
+            rates: &self.rates,
             instructions: self.instructions,
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
+    /// `logarithms`, empty where yarn does not depend on the rate.
     pub fn yarn_row<'y>(
         &'y self,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
+        logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
     ) -> YarnRow<'y> {
         let constants = if self.layout.stochastic {
@@ -47,7 +53,12 @@ impl Terms {
         } else {
             Constants::Uniform(&self.directions)
         };
-        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
+        let chunks = self.layout.chunks;
+        YarnRow {
+            constants,
+            strength: planes::row(strength, chunks, k),
+            logarithms: planes::row(logarithms, chunks, k),
+        }
     }
 }
 
@@ -63,11 +74,13 @@ pub(crate) struct Rows<'r> {
     pub yarn: &'r [Chunk<YARN_PLANES>],
     /// Critical stretches from the first row on; empty where all have the same.
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
+    /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
+    pub logarithms: &'r [Chunk<RATE_PLANES>],
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
     /// What viscosity changes of the velocities; empty for none.
     pub pushes: &'r [Chunk<PUSH_PLANES>],
-    /// Energy that viscosity takes, one entry a row; empty for none.
+    /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
@@ -91,9 +104,10 @@ impl<'r> Rows<'r> {
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
             strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
+            logarithms: if layout.rate { blocks.logarithms.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
             pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
-            taken: if layout.viscous { blocks.taken.get_mut(first..end)? } else { &mut [] },
+            taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             carry: blocks.carry,
@@ -110,7 +124,8 @@ impl Rows<'_> {
         let layout = &terms.layout;
         let chunks = layout.chunks;
         let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, carry, kept } = self;
+        let Rows { first, hot, above, history, yarn, strength, logarithms, marks, pushes, taken, .. } = self;
+        let Rows { ranges, runs, carry, kept, .. } = self;
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -121,12 +136,13 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             let pushes = planes::row(pushes, chunks, k);
-            let mut taken = taken.get_mut(k);
+            let mut taken = taken.get_mut(k).filter(|_| layout.viscous);
             if let Some(taken) = &mut taken {
-                **taken = half_taken::<true>(row, pushes, terms, j);
+                let before = if layout.rate { **taken } else { 0.0 };
+                **taken = before + half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, k);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, k);
             let (met, reach) =
                 pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);

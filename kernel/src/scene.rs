@@ -107,6 +107,16 @@ pub struct Yarn {
     pub viscosity_quadratic: f64,
     /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
     pub viscosity_bending: f64,
+    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet only). `modulus_mean` is then that
+    /// of `rate_reference`. See docs/model.md, "Rate of strain".
+    pub rate_modulus: f64,
+    /// C_U, growth of the critical strain by e-fold of the rate of strain, in [0, 1]; 0 = none.
+    pub rate_stretch: f64,
+    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9]; slower ones count as this (dependence on the rate
+    /// only).
+    pub rate_reference: f64,
+    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate only).
+    pub rate_limit: f64,
 }
 
 /// What the critical stretch of a segment is.
@@ -416,6 +426,8 @@ pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
 pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
 /// Default fraction of dt_crit.
 pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
+/// Rates of strain accepted, 1/s.
+pub const STRAIN_RATES: [f64; 2] = [1e-9, 1e9];
 /// Range of the Weibull shape of drawn strength.
 pub const WEIBULL_SHAPES: [f64; 2] = [1.0, 1000.0];
 /// Largest critical stretch.
@@ -475,6 +487,10 @@ impl Scene {
                 viscosity_linear: 0.0,
                 viscosity_quadratic: 0.0,
                 viscosity_bending: 0.0,
+                rate_modulus: 0.0,
+                rate_stretch: 0.0,
+                rate_reference: 0.0,
+                rate_limit: 0.0,
             },
             weft: Weft {
                 modulus_mean: 0.0,
@@ -534,6 +550,11 @@ impl Scene {
             },
             ..small
         }
+    }
+
+    /// Whether modulus or critical stretch depend on the rate of strain.
+    pub fn depends_on_rate(&self) -> bool {
+        self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0
     }
 
     /// Linear, quadratic and bending viscosity.

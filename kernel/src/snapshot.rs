@@ -403,10 +403,15 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for (implicit, halving, viscous) in
-            [(false, false, false), (true, false, false), (false, true, false), (false, false, true)]
-        {
-            let parts = Parts { implicit, halving, viscous };
+        let none = Parts { implicit: false, halving: false, viscous: false, rate: false };
+        for parts in [
+            none,
+            Parts { implicit: true, ..none },
+            Parts { halving: true, ..none },
+            Parts { viscous: true, ..none },
+            Parts { rate: true, ..none },
+            Parts { viscous: true, rate: true, ..none },
+        ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
@@ -520,6 +525,10 @@ mod tests {
             print(&|s| s.yarn.viscosity_linear = 0.02),
             print(&|s| s.yarn.viscosity_quadratic = 0.02),
             print(&|s| s.yarn.viscosity_bending = 0.02),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
+            print(&|s| (s.yarn.rate_stretch, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 20.0, 170.0)),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 200.0)),
             print(&|s| s.rotation_rule = RotationRule::theta(0.5)),
             print(&|s| s.rotation_rule = RotationRule::theta(1.0)),
             print(&|s| s.track_detachment = !s.track_detachment),
@@ -563,6 +572,11 @@ mod tests {
         check(&|s| s.yarn.viscosity_linear = 0.06, &[0x8_0000, 0.06_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_quadratic = 1.5, &[0x8_0001, 1.5_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_bending = 0.06, &[0x8_0002, 0.06_f64.to_bits()]);
+        let with_rate = |s: &mut Scene| {
+            (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.125, 30.0, 170.0);
+        };
+        let bits = [0.125_f64, 30.0, 170.0].map(f64::to_bits);
+        check(&with_rate, &[0x67_0000, bits[0], bits[1], bits[2]]);
         // Several at once, in the order in which they came.
         check(
             &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),

@@ -48,7 +48,7 @@ pub struct Sums {
     pub most_iterations: u64,
     /// Change of the audited energy when the step was halved, J.
     pub halving_energy: f64,
-    /// Energy that viscosity has taken, J.
+    /// Energy that viscosity and rate have taken, J.
     pub viscous: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
@@ -97,6 +97,8 @@ pub struct Parts {
     pub halving: bool,
     /// What only viscous yarn has.
     pub viscous: bool,
+    /// What only yarn has that depends on the rate of strain.
+    pub rate: bool,
 }
 
 /// Scalar state at step count n.
@@ -110,6 +112,9 @@ pub struct State {
     pub force: Vector,
     /// External torque on it, N m, sheet's frame.
     pub torque: Vector,
+    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
+    /// on the rate.
+    pub loaded: u64,
     /// true once every step is taken as two halves.
     pub halved: bool,
     /// Path being followed (prescribed body).
@@ -128,6 +133,7 @@ impl State {
             body,
             force: ZERO,
             torque: ZERO,
+            loaded: 0,
             halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::NOTHING,
@@ -156,8 +162,11 @@ impl State {
             self.halved = flag == 1;
             visitor.real(&mut self.sums.halving_energy);
         }
-        if parts.viscous {
+        if parts.viscous || parts.rate {
             visitor.real(&mut self.sums.viscous);
+        }
+        if parts.rate {
+            visitor.count(&mut self.loaded);
         }
         visit_watch(&mut self.watch, visitor);
     }

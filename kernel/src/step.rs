@@ -15,6 +15,7 @@ use crate::outcome::{self, TEST_INTERVAL};
 use crate::planes::{CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::rate::{self, Rates};
 use crate::rows::{Rows, Terms};
 use crate::scene::{IntegratorKind, Scene, Symmetry};
 use crate::state::Sums;
@@ -50,6 +51,9 @@ pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<()
         halve_step(system)?;
     }
     system.state.step += 1;
+    if system.layout.rate && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
+        system.state.loaded += 1;
+    }
     if system.layout.toe && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL) {
         marks::mark_slack(system);
     }
@@ -171,6 +175,9 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
 fn sweep(system: &mut System<'_>) -> Report {
     let [first, end] = system.rows_to_step();
     place_images_above(system, end);
+    if system.layout.rate {
+        rate::find_rates(system, [first, end]);
+    }
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
@@ -186,13 +193,13 @@ fn sweep(system: &mut System<'_>) -> Report {
             book_pulls(sums, scene, j, &pulls);
         }
     });
-    book_viscosity(system, [first, end]);
+    book_taken(system, [first, end]);
     system.awake = [first, end];
     report
 }
 
-/// Books the energy that viscosity has taken of rows [first, end), lowest row first.
-pub(crate) fn book_viscosity(system: &mut System<'_>, [first, end]: [usize; 2]) {
+/// Books the energy that viscosity and rate have taken of rows [first, end), lowest row first.
+pub(crate) fn book_taken(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let unit = system.model.unit_energy;
     let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);
     taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
@@ -211,6 +218,7 @@ pub(crate) fn terms(system: &System<'_>) -> Terms {
         layout: system.layout,
         directions: system.directions,
         toe: system.model.toe,
+        rates: Rates::of(system),
         instructions: system.instructions,
     }
 }

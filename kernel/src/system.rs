@@ -9,10 +9,12 @@ use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
 use crate::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
 use crate::state::State;
@@ -188,7 +190,23 @@ impl System<'_> {
         } else {
             Constants::Uniform(&self.directions)
         };
-        YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j) }
+        YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j), logarithms: &[] }
+    }
+
+    /// Time since the load began, s; a step at least.
+    pub fn load_time(&self) -> f64 {
+        self.state.loaded.max(1) as f64 * self.model.limits.dt
+    }
+
+    /// How the segments of a direction depend on the rate of strain at t_n.
+    pub fn rate_law(&self, axis: Axis) -> RateLaw {
+        RateLaw::of(&self.scene, self.directions.along(axis).rest.twice_strain, self.load_time())
+    }
+
+    /// The same at t_{n-1}.
+    pub fn rate_law_before(&self, axis: Axis) -> RateLaw {
+        let time = self.state.loaded.saturating_sub(1).max(1) as f64 * self.model.limits.dt;
+        RateLaw::of(&self.scene, self.directions.along(axis).rest.twice_strain, time)
     }
 
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
@@ -197,13 +215,14 @@ impl System<'_> {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
-            let q = segment.twice_strain();
-            let stiffness = if self.directions.along(axis).law.is_damaging(q, segment.history) {
-                self.law_of(&segment).alpha(segment.damage_rate, q) * segment.undamaged
+            let (q, rate) = (segment.twice_strain(), self.rate_law(axis));
+            let seen = rate.seen_at(q);
+            let stiffness = if self.directions.along(axis).law.is_damaging(seen, segment.history) {
+                self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
             } else {
                 segment.stiffness
             };
-            let stiffness = stiffness * self.model.toe.factor(q, segment.mark);
+            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * rate.stiffening(rate.logarithm(q));
             segment.force(stiffness, q)
         };
         let right = force(Axis::Horizontal, Some(i), Some(j));
@@ -289,6 +308,7 @@ impl System<'_> {
         self.failure = None;
         // Rows at rest have none until they are swept, and contact reads them.
         self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
+        self.blocks.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         let mut awake: Option<[usize; 2]> = None;
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {

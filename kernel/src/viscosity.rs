@@ -231,19 +231,24 @@ const NO_WORK: Chunk<VISCOUS_PLANES> = [[0.0; CHUNK]; VISCOUS_PLANES];
 
 /// A lane group of a plane.
 #[inline(always)]
-fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
+pub(crate) fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
     L::load(&L::groups(&chunk[plane])[g])
 }
 
 /// Puts a lane group into a plane.
 #[inline(always)]
-fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
+pub(crate) fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
     lanes.store(&mut L::groups_mut(&mut chunk[plane])[g]);
 }
 
 /// Three planes from `first` on: those of the right-hand neighbours less those of group g.
 #[inline(always)]
-fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+pub(crate) fn to_the_right<L: Lane, const P: usize>(
+    chunk: &Chunk<P>,
+    next: &Chunk<P>,
+    first: usize,
+    g: usize,
+) -> [L; 3] {
     let here: [L; 3] = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
     [
         right_of(here[0], &chunk[first], &next[first], g).sub(here[0]),
@@ -254,7 +259,7 @@ fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, firs
 
 /// The same for the neighbours above.
 #[inline(always)]
-fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+pub(crate) fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
     [
         at::<L, P>(above, first, g).sub(at(chunk, first, g)),
         at::<L, P>(above, first + 1, g).sub(at(chunk, first + 1, g)),

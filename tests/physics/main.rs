@@ -16,6 +16,7 @@ mod long_yarn;
 mod oscillator;
 mod outcomes;
 mod prescribed;
+mod rate;
 mod rotation;
 mod shapes;
 mod stability;
