@@ -3,7 +3,7 @@
 //! | part | file |
 //! |---|---|
 //! | one yarn hit across, against Smith's relation; its critical velocity | `yarn.rs` |
-//! | Kevlar 49 yarn pulled at six gauge lengths | `strength.rs` |
+//! | Kevlar 49 pulled at six gauge lengths, and at three rates of strain | `strength.rs`, `rate.rs` |
 //! | the pyramid behind the transverse wave of a sheet | `cone.rs` |
 //! | convergence in the spacing of absorbed energy and ballistic limit | `spacing.rs` |
 //! | ballistic limit against areal density, on Cunniff's axes and beside a measured ladder | `packs.rs` |
@@ -14,6 +14,7 @@
 mod cone;
 mod limit;
 mod packs;
+mod rate;
 mod spacing;
 mod strength;
 mod yarn;
@@ -44,6 +45,7 @@ pub struct Options {
 enum Part {
     Yarn,
     Strength,
+    Rate,
     Cone,
     Spacing,
     Packs,
@@ -64,6 +66,9 @@ pub fn run(options: &Options) -> Result<bool> {
     if wanted(Part::Strength) {
         sound &= strength::run(quick, out)?;
     }
+    if wanted(Part::Rate) {
+        sound &= rate::run(out)?;
+    }
     if wanted(Part::Cone) {
         cone::run(quick, out)?;
     }
@@ -81,6 +86,14 @@ pub fn run(options: &Options) -> Result<bool> {
 fn named(name: &str) -> Result<Textile> {
     let found = textile::all()?.into_iter().find(|named| named.name == name);
     Ok(found.ok_or_else(|| format!("no fabric {name}"))?.textile)
+}
+
+/// The rows of a table of validation/kevlar49_strength.toml.
+fn measured_rows<T>(table: &str, read: impl Fn(&toml::Value) -> Option<T>) -> Result<Vec<T>> {
+    let file: toml::Table = include_str!("../../validation/kevlar49_strength.toml").parse()?;
+    let rows = file.get(table).and_then(toml::Value::as_array);
+    let found = rows.and_then(|rows| rows.iter().map(read).collect());
+    Ok(found.ok_or_else(|| format!("validation/kevlar49_strength.toml: [[{table}]]"))?)
 }
 
 /// A square sheet of the textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and

@@ -6,7 +6,7 @@
 //! shape, two numbers that are a line through the six scales; so this tests the size effect, not the strength.
 //! Limit: the spacing, 17 yarns an inch, is a choice; the strength of a chain does not depend on it.
 
-use super::{each, named};
+use super::{each, measured_rows, named};
 use crate::Result;
 use crate::memory::Buffers;
 use crate::progress::Progress;
@@ -16,7 +16,6 @@ use fabric::textile::{denier, per_inch};
 use fabric::{AttachmentKind, Scene};
 use std::path::Path;
 
-const MEASURED: &str = include_str!("../../../validation/kevlar49_strength.toml");
 /// Euler's constant.
 const GAMMA: f64 = 0.577_215_664_9;
 /// Allowed error of a Weibull scale.
@@ -65,11 +64,8 @@ fn strength(length: f64, seed: u64) -> Result<f64> {
 
 /// Gauge lengths, m, and Weibull scales, Pa, as published.
 fn measured() -> Result<Vec<(f64, f64)>> {
-    let file: toml::Table = MEASURED.parse()?;
-    let rows = file["yarn"].as_array().ok_or("yarn")?;
     let number = |row: &toml::Value, key: &str| Some(row.get(key)?.as_integer()? as f64);
-    let read = |row: &toml::Value| Some((1e-3 * number(row, "gauge_length_mm")?, 1e6 * number(row, "scale_mpa")?));
-    Ok(rows.iter().map(read).collect::<Option<_>>().ok_or("validation/kevlar49_strength.toml: [[yarn]]")?)
+    measured_rows("yarn", |row| Some((1e-3 * number(row, "gauge_length_mm")?, 1e6 * number(row, "scale_mpa")?)))
 }
 
 /// False if a scale is not within the tolerance.
