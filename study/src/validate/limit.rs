@@ -21,8 +21,6 @@ const WIDTH: f64 = 1.01;
 pub struct Impact {
     /// Work on the fabric, J.
     pub absorbed: f64,
-    /// Velocity along the line of fire at the end, m/s.
-    pub velocity: f64,
     /// Whether the projectile went through; of a run that was given up, whether it still moves on with 5 % of its velocity.
     pub through: bool,
     /// What the energy balance does not close by, in parts of the impact energy.
@@ -51,7 +49,7 @@ pub fn impact(scene: &Scene) -> Result<Impact> {
     let first = scene.projectile.velocity[2];
     let through = if outcomes.has(ends) { !outcomes.has(Outcome::Arrested) } else { velocity > 0.05 * first };
     let energy = 0.5 * scene.projectile.mass * first * first;
-    Ok(Impact { absorbed: sim.contact()?.work, velocity, through, residual: sim.energy()?.residual / energy })
+    Ok(Impact { absorbed: sim.contact()?.work, through, residual: sim.energy()?.residual / energy })
 }
 
 /// The ballistic limit of one hit, m/s: strides from the guess until it lies between two velocities, then bisection of the logarithm.

@@ -5,8 +5,8 @@
 //! Input is yarn data alone. Twaron: areal density of a layer from the table itself, fibre "PPTA, regular" of validation/fibres.toml
 //! before weaving; linear density and count were not seen, so the yarns are spaced as those of S706, which is a choice.
 //!
-//! Method: the limit of three hits each, with the viscosity of real fabrics and a bar for two yarns (`spacing.rs` says what that
-//! costs), a sheet 240 mm wide held on four sides, and the fragment as a flat-ended cylinder of its diameter and mass.
+//! Method: the limit of five hits each, with the viscosity of real fabrics, with a bar for one yarn and with one for two, a sheet 160 mm
+//! wide held on four sides, and the fragment as a flat-ended cylinder of its diameter and mass.
 //! Limits: all plies are lumped into one network, so they are hit at once and cannot part; no friction, no slip; how the packs were
 //! held was not seen.
 
@@ -26,8 +26,10 @@ const LADDER: &str = include_str!("../../../validation/twaron_ct612_v50.toml");
 const PPTA: &str = "PPTA, regular";
 /// Plies of S706.
 const PLIES: [u32; 5] = [1, 5, 14, 28, 42];
-/// Width of a sheet, m, and its bars in yarn spacings.
-const SHEET: (f64, f64) = (0.24, 2.0);
+/// Width of a sheet, m.
+const WIDTH: f64 = 0.16;
+/// Bars, yarn spacings.
+const BARS: [f64; 2] = [1.0, 2.0];
 /// Density of the fragment's steel, kg/m^3.
 const STEEL: f64 = 7850.0;
 
@@ -86,8 +88,8 @@ fn packs(quick: bool) -> Result<(Vec<Pack>, Value)> {
 }
 
 /// The pack's sheet with the fragment before it.
-fn scene(pack: &Pack, radius: f64, mass: f64, width: f64) -> Result<Scene> {
-    let mut scene = with_viscosity(sheet(&pack.textile, width, SHEET.1)?, VISCOUS);
+fn scene(pack: &Pack, bar: f64, width: f64, radius: f64, mass: f64) -> Result<Scene> {
+    let mut scene = with_viscosity(sheet(&pack.textile, width, bar)?, VISCOUS);
     scene.sheet.plies = pack.plies;
     let body = &mut scene.projectile;
     (body.shape, body.radius, body.mass) = (Shape::Cylinder, radius, mass);
@@ -99,33 +101,34 @@ fn scene(pack: &Pack, radius: f64, mass: f64, width: f64) -> Result<Scene> {
 pub fn run(quick: bool, out: &Path) -> Result<()> {
     let (packs, fragment) = packs(quick)?;
     let (radius, mass) = (0.5e-3 * number(&fragment, "diameter_mm")?, 1e-3 * number(&fragment, "mass_g")?);
-    let (hits, width) = if quick { (2, 0.06) } else { (3, SHEET.0) };
-    let jobs: Vec<(&Pack, u64)> = packs.iter().rev().flat_map(|pack| (0..hits).map(move |hit| (pack, hit))).collect();
+    let (hits, width) = if quick { (2, 0.06) } else { (5, WIDTH) };
+    let bars = if quick { &BARS[1..] } else { &BARS };
+    let networks: Vec<(f64, &Pack)> = bars.iter().flat_map(|&bar| packs.iter().map(move |pack| (bar, pack))).collect();
+    let jobs: Vec<(usize, u64)> = (0..networks.len()).flat_map(|k| (0..hits).map(move |hit| (k, hit))).collect();
     let progress = Progress::new("packs", jobs.len() as u64);
-    let found = each(&jobs, |&(pack, hit)| {
+    let found = each(&jobs, |&(k, hit)| {
+        let (bar, pack) = networks[k];
         // Near the trend of the measurements.
         let guess = 300.0 * (f64::from(pack.plies) * pack.textile.areal_density()).sqrt().max(0.3);
-        let found = limit(&scene(pack, radius, mass, width)?, guess, hit)?;
+        let found = limit(&scene(pack, bar, width, radius, mass)?, guess, hit)?;
         progress.add(1, || format!("{}, {} plies", pack.name, pack.plies));
         Ok(found)
     })?;
     progress.finish();
     let mut table = Table::new(&[
-        "pack", "plies", "areal density kg/m2", "A_d A_p/m_p", "(U*)^(1/3) m/s", "hits", "limit m/s", "limit m/s: deviation",
+        "pack", "yarns a bar", "plies", "areal density kg/m2", "A_d A_p/m_p", "(U*)^(1/3) m/s", "hits", "limit m/s", "limit m/s: deviation",
         "measured V50 m/s",
     ]);
-    for pack in &packs {
-        let of = jobs.iter().zip(&found).filter(|((other, _), _)| std::ptr::eq(*other, pack));
-        let limits: Vec<f64> = of.map(|(_, limit)| *limit).collect();
+    for ((bar, pack), limits) in networks.iter().zip(found.chunks(hits as usize)) {
         let density = f64::from(pack.plies) * pack.textile.areal_density();
         let (modulus, stretch) = (pack.textile.modulus, pack.textile.critical_stretch()?);
         let strength = 0.5 * modulus * stretch * (stretch * stretch - 1.0);
         let axis = cunniff(strength, stretch - 1.0, modulus, pack.textile.fibre_density);
         let ratio = density * std::f64::consts::PI * radius * radius / mass;
         let mut row = vec![Cell::text(pack.name)];
-        let values = [f64::from(pack.plies), density, ratio, axis, limits.len() as f64];
+        let values = [*bar, f64::from(pack.plies), density, ratio, axis, limits.len() as f64];
         row.extend(values.map(Cell::Number));
-        row.extend([report::mean(&limits), report::deviation(&limits), pack.measured].map(Cell::Number));
+        row.extend([report::mean(limits), report::deviation(limits), pack.measured].map(Cell::Number));
         table.add(row);
     }
     table.write(&out.join("packs.csv"))
