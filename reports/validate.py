@@ -222,27 +222,29 @@ def cone(folder, rows):
 
 
 def spacing(folder, rows):
-    comparisons, series = [], []
-    networks = lambda row: (row["plies"], row["damage rate"], row["viscosity"], row["damage rate and length"])
+    found, series = {}, []
+    networks = lambda row: (row["plies"], row["viscosity"], row["damage rate"], row["damage rate and length"])
     for key in dict.fromkeys(map(networks, rows)):
         own = [row for row in rows if networks(row) == key]
-        plies, damage_rate, viscosity, length = key
-        name = f"{plies:.0f} plies, viscosity {viscosity}, damage rate {damage_rate:.0f} {length}"
+        plies, viscosity, damage_rate, length = key
         base = next((row for row in own if row["yarns a bar"] == 1), None)
-        for column, what, resolution in (("limit m/s", "ballistic limit", BISECTION), ("absorbed J", "absorbed energy at twice the limit", 0.0)):
-            fine = [row for row in own if base and row["yarns a bar"] in (2, 0.5) and row[column] == row[column]]
-            points = [
-                Point(f"{row['yarns a bar']:g} yarns a bar", Estimate.quotient(mean_of(row, column, resolution), mean_of(base, column, resolution)), about(1, 0.1))
-                for row in fine
-            ]
-            if points:
-                lacks = "" if viscosity != "none" or plies == 1 else "damping: which bars fail first is left to the noise"
-                comparisons.append(Comparison(f"{what}, {name}: over that of one yarn a bar", "itself", "± 10 %", points, 2, lacks))
+        for column, what, resolution in (("limit m/s", "ballistic limit", BISECTION), ("absorbed J", "absorbed energy", 0.0)):
+            for row in own if base else []:
+                # Bars as long as the sphere's radius are shown, not judged.
+                if row["yarns a bar"] < 4 and row is not base and row[column] == row[column]:
+                    ratio = Estimate.quotient(mean_of(row, column, resolution), mean_of(base, column, resolution))
+                    name = f"{plies:.0f} plies, damage rate {damage_rate:.0f} {length}, {row['yarns a bar']:g} yarns a bar"
+                    found.setdefault((what, viscosity), []).append(Point(name, ratio, about(1, 0.1)))
         if length == "constant":
-            last = own[-1]["absorbed J"]
-            series.append(Series(name.removesuffix(" constant"), [(row["yarns a bar"], row["absorbed J"] / (base or own[-1])["absorbed J"]) for row in own]))
+            name = f"{plies:.0f} plies, damage rate {damage_rate:.0f}, viscosity {viscosity}"
+            series.append(Series(name, [(row["yarns a bar"], row["absorbed J"] / (base or own[-1])["absorbed J"]) for row in own]))
+    lacks = lambda viscosity: "damping: noise chooses which bars fail first" if viscosity == "none" else ""
+    comparisons = [
+        Comparison(f"{what} of a sheet over that with one yarn a bar, viscosity {viscosity}", "itself", "± 10 %", points, 2, lacks(viscosity))
+        for (what, viscosity), points in found.items()
+    ]
     plot.draw(
-        folder / "spacing.svg", "Absorbed energy at twice the ballistic limit", "yarns a bar", "over that with one yarn a bar",
+        folder / "spacing.svg", "Absorbed energy at about twice the ballistic limit", "yarns a bar", "over that with one yarn a bar",
         sorted(series, key=lambda line: -len(line.points)), "logarithmic x",
     )
     value = lambda name, digits: lambda row: f"{row[name]:.{digits}f} ± {row[name + ': deviation'] / math.sqrt(row['hits']):.{digits}f}" if row[name] == row[name] else ""
@@ -273,6 +275,12 @@ def packs(folder, rows):
             scaled = [(row["A_d A_p/m_p"], mean_of(row, "limit m/s", BISECTION), row["(U*)^(1/3) m/s"]) for row in line]
             bars = [(ours.low / u, ours.high / u) for _, ours, u in scaled]
             series.append(Series(f"{name}, model, {bar:g} yarns a bar", [(x, ours.value / u) for x, ours, u in scaled], "marked", bars))
+    both = [[row for row in rows if row["yarns a bar"] == bar] for bar in sorted({row["yarns a bar"] for row in rows})]
+    points = [
+        Point(f"{fine['pack']}, {fine['plies']:.0f} plies", Estimate.quotient(mean_of(coarse, "limit m/s", BISECTION), mean_of(fine, "limit m/s", BISECTION)), about(1, 0.1))
+        for fine, coarse in zip(both[0], both[-1]) if fine is not coarse
+    ]
+    comparisons.append(Comparison("ballistic limit of packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2))
     measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and row["yarns a bar"] == rows[0]["yarns a bar"]]
     points = [(row["A_d A_p/m_p"], row["measured V50 m/s"] / row["(U*)^(1/3) m/s"]) for row in measured]
     bars = [tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured]
