@@ -2,7 +2,9 @@
 
 import json
 import math
+import pathlib
 import shutil
+import tomllib
 from typing import NamedTuple
 
 from . import page, plot
@@ -290,7 +292,18 @@ def packs(folder, rows):
         "V50 / (U*)^(1/3)", series, "from zero",
     )
     heading = ["pack", "yarns a bar", "plies", "kg/m²", "model m/s [95 %]", "measured m/s", "off %", "verdict", "A_d A_p/m_p", "model V50/(U*)^(1/3)"]
-    return comparisons, page.markdown(heading, lines)
+    return comparisons, page.markdown(heading, lines) + "\n(U*)^(1/3) of the fibres of validation/fibres.toml:\n\n" + fibres()
+
+
+def fibres():
+    """Cunniff's velocity of each fibre, before weaving."""
+    file = tomllib.loads((pathlib.Path(__file__).parent.parent / "validation" / "fibres.toml").read_text())
+    lines = []
+    for fibre in file["fibre"]:
+        density, modulus = 1e3 * fibre["density_g_per_cm3"], 1e9 * fibre["modulus_gpa"]
+        work = 1e9 * fibre["strength_gpa"] * 1e-2 * fibre["failure_strain_percent"] / (2 * density)
+        lines.append([fibre["name"], f"{math.cbrt(work * math.sqrt(modulus / density)):.0f}", fibre.get("mark", file["mark"])])
+    return page.markdown(["fibre", "m/s", "mark"], lines)
 
 
 PARTS = {

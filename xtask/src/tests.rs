@@ -176,6 +176,8 @@ fn studies() -> Outcome {
         study(if name == "paper" { &arguments } else { &arguments[..4] })?;
         report(name, &folder(name))?;
     }
+    study(&["validate", "--quick", "--out", &folder("validate")])?;
+    report("validate", &folder("validate"))?;
     study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
     report("run", &folder("run"))
 }

@@ -108,14 +108,22 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     })?;
     progress.finish();
     let mut table = Table::new(&[
-        "impact m/s", "failed segments", "strain before the front %", "front m/s", "jump condition m/s", "diagonal front m/s",
-        "strip strain %", "strip m/s",
+        "impact m/s",
+        "failed segments",
+        "strain before the front %",
+        "front m/s",
+        "jump condition m/s",
+        "diagonal front m/s",
+        "strip strain %",
+        "strip m/s",
     ]);
     for (&speed, found) in speeds.iter().zip(found) {
         let (stretch, strip) = overshoot::smith(&scene(half, speed)?, speed);
         let [along, diagonal] = found.front;
         let mut row = vec![Cell::Number(speed), Cell::Number(found.failed as f64)];
-        row.extend([100.0 * found.strain, along, found.jump, diagonal, 100.0 * (stretch - 1.0), strip.kink].map(Cell::Number));
+        row.extend(
+            [100.0 * found.strain, along, found.jump, diagonal, 100.0 * (stretch - 1.0), strip.kink].map(Cell::Number),
+        );
         table.add(row);
     }
     table.write(&out.join("cone.csv"))

@@ -116,7 +116,15 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     })?;
     progress.finish();
     let mut table = Table::new(&[
-        "pack", "yarns a bar", "plies", "areal density kg/m2", "A_d A_p/m_p", "(U*)^(1/3) m/s", "hits", "limit m/s", "limit m/s: deviation",
+        "pack",
+        "yarns a bar",
+        "plies",
+        "areal density kg/m2",
+        "A_d A_p/m_p",
+        "(U*)^(1/3) m/s",
+        "hits",
+        "limit m/s",
+        "limit m/s: deviation",
         "measured V50 m/s",
     ]);
     for ((bar, pack), limits) in networks.iter().zip(found.chunks(hits as usize)) {

@@ -107,11 +107,18 @@ pub fn run(out: &Path) -> Result<bool> {
     let scene = cell(slow, fast);
     let found = each(&measured, |row| pulled(&scene, row.rate))?;
     let mut table = Table::new(&[
-        "rate 1/s", "modulus GPa", "measured GPa", "measured GPa: deviation", "strength MPa", "measured MPa", "measured MPa: deviation",
+        "rate 1/s",
+        "modulus GPa",
+        "measured GPa",
+        "measured GPa: deviation",
+        "strength MPa",
+        "measured MPa",
+        "measured MPa: deviation",
     ]);
     let mut sound = true;
     for (row, [modulus, strength]) in measured.iter().zip(found) {
-        sound &= (modulus / row.modulus[0] - 1.0).abs() < TOLERANCE && (strength / row.strength[0] - 1.0).abs() < TOLERANCE;
+        sound &=
+            (modulus / row.modulus[0] - 1.0).abs() < TOLERANCE && (strength / row.strength[0] - 1.0).abs() < TOLERANCE;
         let mut cells = vec![row.rate, 1e-9 * modulus];
         cells.extend(row.modulus.map(|value| 1e-9 * value));
         cells.push(1e-6 * strength);

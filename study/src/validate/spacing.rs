@@ -102,11 +102,21 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     })?;
     progress.finish();
     let mut table = Table::new(&[
-        "plies", "viscosity", "damage rate", "damage rate and length", "yarns a bar", "hits", "absorbed J", "absorbed J: deviation", "limit m/s",
-        "limit m/s: deviation", "energy residual %",
+        "plies",
+        "viscosity",
+        "damage rate",
+        "damage rate and length",
+        "yarns a bar",
+        "hits",
+        "absorbed J",
+        "absorbed J: deviation",
+        "limit m/s",
+        "limit m/s: deviation",
+        "energy residual %",
     ]);
     for (k, network) in networks.iter().enumerate() {
-        let own: Vec<&[f64; 3]> = jobs.iter().zip(&found).filter(|(job, _)| job.0 == k).map(|(_, values)| values).collect();
+        let own: Vec<&[f64; 3]> =
+            jobs.iter().zip(&found).filter(|(job, _)| job.0 == k).map(|(_, values)| values).collect();
         let column = |index: usize| -> Vec<f64> { own.iter().map(|values| values[index]).collect() };
         let rate = if network.rate == Rate::Scaled { "in proportion" } else { "constant" };
         let mut row = vec![

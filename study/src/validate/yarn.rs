@@ -213,8 +213,19 @@ pub fn run(quick: bool, out: &Path) -> Result<bool> {
 
     let progress = Progress::new("yarn", (jobs.len() + searches.len()) as u64);
     let mut table = Table::new(&[
-        "yarn", "viscosity", "yarns a bar", "impact m/s", "strain %", "front m/s", "kink m/s", "exact strain %", "exact front m/s",
-        "exact kink m/s", "linear strain %", "linear front m/s", "linear kink m/s",
+        "yarn",
+        "viscosity",
+        "yarns a bar",
+        "impact m/s",
+        "strain %",
+        "front m/s",
+        "kink m/s",
+        "exact strain %",
+        "exact front m/s",
+        "exact kink m/s",
+        "linear strain %",
+        "linear front m/s",
+        "linear kink m/s",
     ]);
     let found = each(&jobs, |(strip, speed)| {
         let waves = measured(strip, *speed)?;
@@ -236,7 +247,13 @@ pub fn run(quick: bool, out: &Path) -> Result<bool> {
     table.write(&out.join("yarn.csv"))?;
 
     let mut table = Table::new(&[
-        "yarn", "viscosity", "yarns a bar", "cylinder R spacings", "critical m/s", "exact m/s", "linear m/s",
+        "yarn",
+        "viscosity",
+        "yarns a bar",
+        "cylinder R spacings",
+        "critical m/s",
+        "exact m/s",
+        "linear m/s",
     ]);
     let found = each(&searches, |strip| {
         let velocity = critical(strip)?;
