@@ -45,11 +45,12 @@ fn nominal(scene: &Scene, stretch: f64) -> f64 {
     0.5 * scene.yarn.modulus_mean * stretch * (stretch * stretch - 1.0)
 }
 
-/// Rows whose segments all bear this stretch. A simulation may be asked for stretches that grow.
+/// Rows whose segments all bear this stretch.
 fn whole_rows(sim: &mut Sim<'_>, rest: &[f64], stretch: f64) -> Result<Vec<bool>> {
     let (segments, rows) = (sim.scene().sheet.nodes_x as usize - 1, sim.scene().sheet.nodes_y as usize);
     let (mut x, mut damage) = (rest.to_vec(), vec![1.0; sim.layout().segments()]);
     x.chunks_mut(3).for_each(|node| node[0] *= stretch);
+    sim.reset();
     sim.set_motion(&x, &vec![0.0; x.len()])?;
     sim.step()?;
     sim.copy_damage(&mut damage)?;
@@ -68,11 +69,11 @@ fn of_yarn(length: f64, seed: u64) -> Result<f64> {
     // The least number of rows; the first one is the yarn.
     let scene = rows(length, 2, seed)?;
     let mut buffers = Buffers::of(&scene)?;
+    let mut sim = buffers.sim(&scene)?;
+    let rest = rest(&sim)?;
     let (mut low, mut high): (f64, f64) = (1.0, 1.1);
     for _ in 0..14 {
         let middle = 0.5 * (low + high);
-        let mut sim = buffers.sim(&scene)?;
-        let rest = rest(&sim)?;
         if whole_rows(&mut sim, &rest, middle)?[0] { low = middle } else { high = middle }
     }
     Ok(nominal(&scene, low))
@@ -92,7 +93,7 @@ fn of_strip(strip: &Strip, seed: u64) -> Result<f64> {
             return Ok(most);
         }
         most = most.max(nominal(&scene, stretch) * left as f64 / whole.len() as f64);
-        stretch += 1e-4;
+        stretch += 2e-4;
     }
 }
 
@@ -145,7 +146,7 @@ fn strips() -> Result<Vec<Strip>> {
 /// False if a scale of yarn is not within the tolerance.
 pub fn run(quick: bool, out: &Path) -> Result<bool> {
     let (yarns, strips) = (yarns()?, strips()?);
-    let (chains, samples) = if quick { (30, 4) } else { (500, 100) };
+    let (chains, samples) = if quick { (30, 4) } else { (500, 60) };
     let jobs: Vec<(&Yarn, u64)> = yarns.iter().flat_map(|yarn| (0..chains).map(move |k| (yarn, k))).collect();
     // Warp and fill are alike to the model.
     let sizes: Vec<&Strip> = strips.iter().step_by(2).collect();
