@@ -351,6 +351,17 @@ typedef struct fk_scene_yarn {
     // Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none.
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
+    // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
+    // Verlet only; not with a toe or pre-tension. 0 to 1. Default 0.
+    double rate_modulus;
+    // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
+    double rate_stretch;
+    // Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this.
+    // Read for yarn that depends on the rate only. In 1/s, 0 to 1e9. Default 0.
+    double rate_reference;
+    // Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that
+    // depends on the rate only. In 1/s, 0 to 1e9. Default 0.
+    double rate_limit;
 } fk_scene_yarn;
 
 // The yarn along y, where it is unlike that along x: a part of fk_scene.
@@ -679,7 +690,7 @@ typedef struct fk_energy {
     double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
-    // Energy that the viscosity of the yarn has taken, J.
+    // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     double viscous;
 } fk_energy;
 

@@ -126,12 +126,14 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
         }
         kinetic += sum;
     }
+    // Before and now, along x and along y.
+    let rates = [Axis::Horizontal, Axis::Vertical].map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
     for j in 0..ny {
         let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
         for i in 0..nx {
-            for axis in [Axis::Horizontal, Axis::Vertical] {
+            for (axis, rates) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(&rates) {
                 if let Some(segment) = system.segment(axis, i, j) {
-                    let (stored, lost) = segment_energy(system, &segment);
+                    let (stored, lost) = segment_energy(system, rates, &segment);
                     let weight = system.layout.segment_weight(axis, i, j);
                     let direction = system.directions.along(axis);
                     row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
@@ -147,11 +149,10 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
 }
 
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
-fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
+fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
     let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
     let marked = segment.alpha_when_marked();
-    let [rate_before, rate_now] = [system.rate_law_before(segment.axis), system.rate_law(segment.axis)];
     let stored = |rate: &RateLaw, stiffness: f64, q: f64| {
         let without_toe = rate.stored(stiffness, q);
         if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
@@ -160,15 +161,15 @@ fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
     let fresh = direction.law.is_damaging(seen, segment.history);
     if segment.history <= direction.critical && !fresh {
         let stiffness = segment.stiffness;
-        return (0.5 * (stored(&rate_before, stiffness, before) + stored(&rate_now, stiffness, now)), 0.0);
+        return (0.5 * (stored(rate_before, stiffness, before) + stored(rate_now, stiffness, now)), 0.0);
     }
     let law = system.law_of(segment);
     let material =
         Segment { modulus: segment.undamaged * direction.modulus_per_stiffness, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
     let alpha_now = if fresh { law.alpha(segment.damage_rate, seen) } else { alpha_before };
-    let stored_before = stored(&rate_before, segment.stiffness, before);
-    let stored_now = stored(&rate_now, alpha_now * segment.undamaged, now);
+    let stored_before = stored(rate_before, segment.stiffness, before);
+    let stored_now = stored(rate_now, alpha_now * segment.undamaged, now);
     let dissipated = |alpha: f64| {
         let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
         law.dissipated(&material, alpha) - saved
@@ -467,7 +468,7 @@ mod tests {
                             let stored = alpha(largest) * work(before, marked.is_some())
                                 + alpha(then) * work(now, marked.is_some());
                             let lost = dissipated(largest) + dissipated(then);
-                            let found = segment_energy(&sim.system, &view);
+                            let found = segment_energy(&sim.system, &[RateLaw::NONE; 2], &view);
                             close(found.0 * model.unit_energy, 0.5 * stored * model.segment_volume, 1e-12);
                             close(found.1, 0.5 * lost, 1e-4);
                             fresh += usize::from(alpha(then) < alpha(largest));

@@ -12,17 +12,16 @@
 //! Limits: one event that begins with the first contact. Velocity Verlet; no toe, no pre-tension.
 //! Reference: docs/model.md, "Rate of strain".
 
-use crate::direction::Directions;
 use crate::lanes::{self, Job, Lane};
 use crate::math;
 use crate::planes::{self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, RATE_PLANES, vertical_axes};
 use crate::rows::place_image_column;
 use crate::scene::Scene;
-use crate::sweep::{Constants, NOTHING, YarnRow};
+use crate::sweep::NOTHING;
 use crate::symmetry::Line;
 use crate::system::System;
 use crate::viscosity::{at, put, to_the_right, upwards};
-use crate::yarn::{self, Segment};
+use crate::yarn::{self, Rest, Segment};
 
 /// The limit from which the sweep looks for damage lies so much lower than it could: rounding must hide none.
 const ROUNDING: f64 = 1e-12;
@@ -91,17 +90,15 @@ impl RateLaw {
     /// Stiffness over that at the reference rate, at this logarithm.
     #[inline(always)]
     pub fn stiffening<L: Lane>(&self, logarithm: L) -> L {
-        L::splat(self.modulus).mul(logarithm).add(L::splat(1.0))
-    }
-
-    /// The q that damage sees, at this logarithm.
-    pub fn seen(&self, q: f64, logarithm: f64) -> f64 {
-        q / (1.0 + self.stretch * logarithm)
+        stiffening(self.modulus, logarithm)
     }
 
     /// The q that damage sees.
     pub fn seen_at(&self, q: f64) -> f64 {
-        self.seen(q, self.logarithm(q))
+        if self.stretch == 0.0 {
+            return q;
+        }
+        q / (1.0 + self.stretch * self.logarithm(q))
     }
 
     /// A q below which damage sees none beyond this critical one.
@@ -149,11 +146,13 @@ impl RateLaw {
     }
 }
 
-/// What a sweep needs of the law at its time.
+/// What a sweep needs of the laws at its time.
 #[derive(Clone, Copy)]
 pub struct Rates {
-    /// Along x and along y.
-    pub laws: [RateLaw; 2],
+    /// C_E.
+    modulus: f64,
+    /// C_U.
+    stretch: f64,
     /// q of horizontal and vertical segments from which damage is looked for.
     pub limits: [f64; 2],
 }
@@ -161,166 +160,149 @@ pub struct Rates {
 impl Rates {
     /// Of a system at t_n.
     pub(crate) fn of(system: &System<'_>) -> Rates {
-        let laws = [Axis::Horizontal, Axis::Vertical].map(|axis| system.rate_law(axis));
-        let [h, v] = [&system.directions.horizontal, &system.directions.vertical].map(|direction| direction.critical);
-        Rates { laws, limits: [laws[0].limit(h), laws[1].limit(v)] }
+        let limit = |axis: Axis| system.rate_law(axis).limit(system.directions.along(axis).critical);
+        let yarn = &system.scene.yarn;
+        let limits = [limit(Axis::Horizontal), limit(Axis::Vertical)];
+        Rates { modulus: yarn.rate_modulus, stretch: yarn.rate_stretch, limits }
     }
 
-    /// The law of one direction.
-    pub fn along(&self, axis: Axis) -> &RateLaw {
-        match axis {
-            Axis::Horizontal => &self.laws[0],
-            Axis::Vertical => &self.laws[1],
-        }
+    /// Stiffness over that at the reference rate, at this logarithm.
+    #[inline(always)]
+    pub fn stiffening<L: Lane>(&self, logarithm: L) -> L {
+        stiffening(self.modulus, logarithm)
     }
+
+    /// The q that damage sees, at this logarithm.
+    pub fn seen(&self, q: f64, logarithm: f64) -> f64 {
+        q / (1.0 + self.stretch * logarithm)
+    }
+}
+
+#[inline(always)]
+fn stiffening<L: Lane>(modulus: f64, logarithm: L) -> L {
+    L::splat(modulus).mul(logarithm).add(L::splat(1.0))
 }
 
 /// Finds the logarithms of rows [first, end), all that may move, and what the rate takes of each in this pass.
 pub(crate) fn find_rates(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (layout, chunks) = (system.layout, system.layout.chunks);
-    let rates = Rates::of(system);
-    // The growth of ln t; none before the load has begun.
-    let passed = if system.state.loaded > 0 { system.model.pass_dt / system.load_time() } else { 0.0 };
-    let squares = [Axis::Horizontal, Axis::Vertical].map(|axis| {
-        let length = system.directions.along(axis).rest.length;
-        length * length
-    });
     for j in first..end {
-        let ends = system.ends_of_segments(j);
-        let System { directions, blocks, instructions, .. } = &mut *system;
         if layout.x.mirrored {
-            place_image_column(planes::row_mut(blocks.hot, chunks, j), layout.x);
+            place_image_column(planes::row_mut(system.blocks.hot, chunks, j), layout.x);
         }
-        let constants = if layout.stochastic {
-            Constants::Stochastic(planes::row(blocks.yarn, chunks, j))
-        } else {
-            Constants::Uniform(directions)
-        };
-        let yarn = YarnRow { constants, strength: planes::row(blocks.strength, chunks, j), logarithms: &[] };
-        let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
-        let history = planes::row(blocks.history, chunks, j);
-        let found = planes::row_mut(blocks.logarithms, chunks, j);
-        let line = layout.x;
-        let [relaxing, broken] = lanes::dispatch(
-            *instructions,
-            RowJob { directions, rates: &rates, row, above, history, yarn: &yarn, ends, line, found },
-        );
-        let taken = [0, 1].map(|k| (relaxing[k] * passed + broken[k]) * squares[k]);
-        if let Some(slot) = blocks.taken.get_mut(j) {
-            *slot = taken[0] * layout.y.node_weight(j) + taken[1] * layout.y.segment_weight(j);
+        let of_h = taken_of_row(system, Axis::Horizontal, j) * layout.y.node_weight(j);
+        let of_v = taken_of_row(system, Axis::Vertical, j) * layout.y.segment_weight(j);
+        if let Some(slot) = system.blocks.taken.get_mut(j) {
+            *slot = of_h + of_v;
         }
     }
 }
 
-/// The logarithms of the segments that start in a row. Gives of horizontal and of vertical segments what relaxation takes by the
-/// growth of ln t, and what rupture does.
+/// Finds the logarithms of the segments of one direction that start in row j, and what relaxation and rupture take of them.
+#[inline(never)] // Its stack must not add to that of both directions.
+fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
+    let (chunks, line, law) = (system.layout.chunks, system.layout.x, system.rate_law(axis));
+    // The growth of ln t; none before the load has begun.
+    let passed = if system.state.loaded > 0 { system.model.pass_dt / system.load_time() } else { 0.0 };
+    let System { directions, blocks, instructions, .. } = &mut *system;
+    let direction = directions.along(axis);
+    let job = RowJob {
+        law: &law,
+        rest: &direction.rest,
+        limit: law.limit(direction.critical),
+        row: planes::row(blocks.hot, chunks, j),
+        above: planes::row(blocks.hot, chunks, j + 1),
+        history: planes::row(blocks.history, chunks, j),
+        found: planes::row_mut(blocks.logarithms, chunks, j),
+    };
+    let (relaxing, beyond) = match axis {
+        Axis::Horizontal => lanes::dispatch(*instructions, Along::<false>(job)),
+        Axis::Vertical => lanes::dispatch(*instructions, Along::<true>(job)),
+    };
+    let mut relaxing = relaxing.iter().sum::<f64>();
+    let length = direction.rest.length;
+    if line.mirrored {
+        // All columns but the last are there twice.
+        let last = line.modelled().saturating_sub(1);
+        let less = 2.0 - weight(line, axis, last);
+        let once = system
+            .segment(axis, last, j)
+            .map_or(0.0, |segment| law.relaxing(segment.stiffness, segment.twice_strain()));
+        relaxing = 2.0 * relaxing - less * once;
+    }
+    let broken = if beyond { taken_by_rupture(system, &law, axis, j) } else { 0.0 };
+    (relaxing * passed + broken) * length * length
+}
+
+/// How often the segment that starts at this node appears in the whole row.
+fn weight(line: Line, axis: Axis, i: usize) -> f64 {
+    match axis {
+        Axis::Horizontal => line.segment_weight(i),
+        Axis::Vertical => line.node_weight(i),
+    }
+}
+
+/// What rupture dissipates in this pass beyond the law of the reference rate, which the balance counts (`energy.rs`).
+#[inline(never)]
+fn taken_by_rupture(system: &System<'_>, law: &RateLaw, axis: Axis, j: usize) -> f64 {
+    let mut taken = 0.0;
+    for i in 0..system.layout.nodes_x {
+        let Some(segment) = system.segment(axis, i, j) else { continue };
+        let q = segment.twice_strain();
+        let seen = law.seen_at(q);
+        let damage = system.law_of(&segment);
+        if !system.directions.along(axis).law.is_damaging(seen, segment.history) {
+            continue;
+        }
+        // Twice the stiffness stands for the modulus: energies are then those of `RateLaw::stored`.
+        let material = Segment { modulus: 2.0 * segment.undamaged, damage_rate: segment.damage_rate };
+        let dissipated = |q: f64| damage.dissipated(&material, damage.alpha(segment.damage_rate, q));
+        let more = dissipated(seen) - dissipated(segment.history);
+        taken += weight(system.layout.x, axis, i) * law.excess(q, seen) * more;
+    }
+    taken
+}
+
+/// Segments of one direction that start in a row.
 struct RowJob<'a> {
-    directions: &'a Directions,
-    rates: &'a Rates,
+    law: &'a RateLaw,
+    rest: &'a Rest,
+    /// q from which damage is looked for.
+    limit: f64,
     row: &'a [Chunk<HOT_PLANES>],
     /// The row above; empty for the top row.
     above: &'a [Chunk<HOT_PLANES>],
     history: &'a [Chunk<HISTORY_PLANES>],
-    yarn: &'a YarnRow<'a>,
-    /// Horizontal and vertical segments start before these columns.
-    ends: [usize; 2],
-    line: Line,
     found: &'a mut [Chunk<RATE_PLANES>],
 }
 
-impl Job for RowJob<'_> {
-    type Output = [[f64; 2]; 2];
+/// Finds logarithms. Gives what relaxation takes by the growth of ln t, in sums over the columns, and whether any segment may break
+/// further.
+struct Along<'a, const VERTICAL: bool>(RowJob<'a>);
+
+impl<const VERTICAL: bool> Job for Along<'_, VERTICAL> {
+    type Output = ([f64; CHUNK], bool);
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> [[f64; 2]; 2] {
-        let RowJob { directions, rates, row, above, history, yarn, ends, line, found } = self;
-        let (rest_h, rest_v) = (&directions.horizontal.rest, &directions.vertical.rest);
-        let [law_h, law_v] = &rates.laws;
-        let mut cold = Cold { directions, rates, yarn, ends, line, broken: [0.0; 2] };
-        let mut relaxing = [[0.0; CHUNK]; 2];
+    fn run<L: Lane>(self) -> ([f64; CHUNK], bool) {
+        let RowJob { law, rest, limit, row, above, history, found } = self.0;
+        let plane = usize::from(VERTICAL);
+        let (mut relaxing, mut beyond) = ([0.0; CHUNK], false);
         for (c, ((chunk, history), found)) in row.iter().zip(history).zip(found).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let above = above.get(c).unwrap_or(&NOTHING);
             for g in 0..CHUNK / L::WIDTH {
-                let column = c * CHUNK + g * L::WIDTH;
-                let q_h = rest_h.twice_strain(to_the_right(chunk, next, 0, g));
-                let q_v = rest_v.twice_strain(vertical_axes(upwards(chunk, above, 0, g)));
-                for (k, q, law) in [(0, q_h, law_h), (1, q_v, law_v)] {
-                    let logarithm = law.logarithm(q);
-                    put(found, k, g, logarithm);
-                    let sum: L = at(&relaxing, k, g);
-                    put(&mut relaxing, k, g, sum.add(law.relaxing(at(chunk, 6 + k, g), q)));
-                    let largest: L = at(history, k, g);
-                    if q.any_not_below(L::splat(rates.limits[k])) && q.any_above(largest) {
-                        cold.rupture(k, column, q, logarithm, largest);
-                    }
-                }
+                let q: L = if VERTICAL {
+                    rest.twice_strain(vertical_axes(upwards(chunk, above, 0, g)))
+                } else {
+                    rest.twice_strain(to_the_right(chunk, next, 0, g))
+                };
+                put(found, plane, g, law.logarithm(q));
+                let sum = &mut L::groups_mut(&mut relaxing)[g];
+                L::load(sum).add(law.relaxing(at(chunk, 6 + plane, g), q)).store(sum);
+                beyond |= q.any_not_below(L::splat(limit)) && q.any_above(at(history, plane, g));
             }
         }
-        let mut relaxing = relaxing.map(|columns| columns.iter().sum::<f64>());
-        if line.mirrored {
-            // All columns but the last are there twice.
-            let (across, up) = (ends[0].saturating_sub(1), ends[1].saturating_sub(1));
-            let d_h = difference(row, across, row, across + 1);
-            let d_v = difference(row, up, above, up);
-            let last = [
-                (2.0 - line.segment_weight(across)) * last_relaxing(law_h, row, 6, across, rest_h.twice_strain(d_h)),
-                (2.0 - line.node_weight(up))
-                    * last_relaxing(law_v, row, 7, up, rest_v.twice_strain(vertical_axes(d_v))),
-            ];
-            relaxing = [2.0 * relaxing[0] - last[0], 2.0 * relaxing[1] - last[1]];
-        }
-        [relaxing, cold.broken]
-    }
-}
-
-/// What relaxation takes of the segment that starts in this column.
-fn last_relaxing(law: &RateLaw, row: &[Chunk<HOT_PLANES>], plane: usize, column: usize, q: f64) -> f64 {
-    law.relaxing(planes::get(row, plane, column).unwrap_or(0.0), q)
-}
-
-/// Displacement of node `j` of row `to` relative to node `i` of row `from`.
-fn difference(from: &[Chunk<HOT_PLANES>], i: usize, to: &[Chunk<HOT_PLANES>], j: usize) -> [f64; 3] {
-    [0, 1, 2].map(|plane| planes::get(to, plane, j).unwrap_or(0.0) - planes::get(from, plane, i).unwrap_or(0.0))
-}
-
-/// What only segments need that break further.
-struct Cold<'a> {
-    directions: &'a Directions,
-    rates: &'a Rates,
-    yarn: &'a YarnRow<'a>,
-    ends: [usize; 2],
-    line: Line,
-    /// Energy so far, of horizontal and of vertical segments.
-    broken: [f64; 2],
-}
-
-impl Cold<'_> {
-    /// A lane group in which some segment may break further in this pass: what that dissipates beyond the law of the reference
-    /// rate, which the balance counts (`energy.rs`).
-    #[cold]
-    #[inline(never)]
-    fn rupture<L: Lane>(&mut self, k: usize, column: usize, q: L, logarithm: L, largest: L) {
-        let axis = if k == 0 { Axis::Horizontal } else { Axis::Vertical };
-        let (law, rate) = (&self.directions.along(axis).law, self.rates.along(axis));
-        let (mut qs, mut logarithms, mut histories) = (L::ZEROS, L::ZEROS, L::ZEROS);
-        q.store(&mut qs);
-        logarithm.store(&mut logarithms);
-        largest.store(&mut histories);
-        let lanes = qs.as_ref().iter().zip(logarithms.as_ref()).zip(histories.as_ref());
-        for (lane, ((&q, &logarithm), &history)) in lanes.enumerate() {
-            let i = column + lane;
-            let seen = rate.seen(q, logarithm);
-            if i >= self.ends[k] || !law.is_damaging(seen, history) {
-                continue;
-            }
-            let (undamaged, damage_rate) = self.yarn.constants(axis, i);
-            let law = law.at(self.yarn.critical_stretch(law, axis, i));
-            let weight = if k == 0 { self.line.segment_weight(i) } else { self.line.node_weight(i) };
-            // Twice the stiffness stands for the modulus: energies are then those of `RateLaw::stored`.
-            let material = Segment { modulus: 2.0 * undamaged, damage_rate };
-            let dissipated = |q: f64| law.dissipated(&material, law.alpha(damage_rate, q));
-            self.broken[k] += weight * rate.excess(q, seen) * (dissipated(seen) - dissipated(history));
-        }
+        (relaxing, beyond)
     }
 }

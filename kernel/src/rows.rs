@@ -57,7 +57,7 @@ impl Terms {
         YarnRow {
             constants,
             strength: planes::row(strength, chunks, k),
-            logarithms: planes::row(logarithms, chunks, k),
+            logarithms: if logarithms.is_empty() { &[] } else { planes::row(logarithms, chunks, k) },
         }
     }
 }
@@ -136,7 +136,7 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             let pushes = planes::row(pushes, chunks, k);
-            let mut taken = taken.get_mut(k).filter(|_| layout.viscous);
+            let mut taken = if layout.viscous { taken.get_mut(k) } else { None };
             if let Some(taken) = &mut taken {
                 let before = if layout.rate { **taken } else { 0.0 };
                 **taken = before + half_taken::<true>(row, pushes, terms, j);

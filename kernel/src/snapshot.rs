@@ -355,7 +355,7 @@ fn malformed(value: f64, limit: f64) -> Error {
     Error::new(Code::ImageMalformed, "image", value, limit)
 }
 
-/// Scalar values beyond being finite: unit quaternions and a path that covers the present step.
+/// Scalar values beyond being finite: unit quaternions, a path that covers the present step and a load that began before it.
 fn plausible(state: &State) -> bool {
     let unit = |q: &nalgebra::Quaternion<f64>| {
         let squared = q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k;
@@ -364,7 +364,8 @@ fn plausible(state: &State) -> bool {
     let track = &state.track;
     let path = track.steps == 0 || track.first <= state.step;
     let still = |v: &Vector| v.iter().all(|x| x.is_finite());
-    unit(&state.body.orientation)
+    state.loaded <= state.step + 1
+        && unit(&state.body.orientation)
         && unit(&track.start.orientation)
         && unit(&track.end.orientation)
         && path

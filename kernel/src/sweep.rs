@@ -5,8 +5,8 @@
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart; so has a fabric that is not plain
-//! (`direction.rs`): directions unlike each other, crimp or pre-tension.
+//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
@@ -215,7 +215,7 @@ impl Job for LiftJob<'_> {
                     stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
-                    stiffness = stiffness.mul(pass.rates.laws[1].stiffening(L::load(&L::groups(logarithm)[g])));
+                    stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
                 }
                 let lift = vertical_axes(upwards.rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
@@ -366,9 +366,9 @@ impl<L: Lane> Along<L> {
             kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
         }
         if FACTOR == RATE {
-            let [law_h, law_v] = &cold.pass.rates.laws;
-            kh = kh.mul(law_h.stiffening(L::load(&L::groups(factor_h)[g])));
-            kv = kv.mul(law_v.stiffening(L::load(&L::groups(factor_v)[g])));
+            let rates = cold.pass.rates;
+            kh = kh.mul(rates.stiffening(L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(rates.stiffening(L::load(&L::groups(factor_v)[g])));
         }
         let (stress_v, stress_h) = (yarn::stress(kv, q_v), yarn::stress(kh, q_h));
         let (lift, force) = if PLAIN {
@@ -481,7 +481,7 @@ impl Pass<'_> {
         }
         let law = &self.directions.along(axis).law;
         let q = match planes::get(yarn.logarithms, axis as usize, column) {
-            Some(logarithm) => self.rates.along(axis).seen(q, logarithm),
+            Some(logarithm) => self.rates.seen(q, logarithm),
             None => q,
         };
         if !law.is_damaging(q, *history) {

@@ -215,14 +215,19 @@ impl System<'_> {
         let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
-            let (q, rate) = (segment.twice_strain(), self.rate_law(axis));
-            let seen = rate.seen_at(q);
+            let q = segment.twice_strain();
+            let (seen, stiffening) = if self.layout.rate {
+                let rate = self.rate_law(axis);
+                (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
+            } else {
+                (q, 1.0)
+            };
             let stiffness = if self.directions.along(axis).law.is_damaging(seen, segment.history) {
                 self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
             } else {
                 segment.stiffness
             };
-            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * rate.stiffening(rate.logarithm(q));
+            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * stiffening;
             segment.force(stiffness, q)
         };
         let right = force(Axis::Horizontal, Some(i), Some(j));
