@@ -18,6 +18,7 @@ mod run;
 mod stability;
 mod table;
 mod threads;
+mod validate;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -53,6 +54,8 @@ enum Command {
     Stability(stability::Options),
     /// Every result of the paper from ensembles.
     Paper(paper::Options),
+    /// The model against closed forms and published measurements.
+    Validate(validate::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
+        Command::Validate(options) => validate::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     match result {
