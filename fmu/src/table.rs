@@ -46,6 +46,7 @@ pub enum Id {
     EnergyDissipated,
     EnergyContactLoss,
     EnergyViscous,
+    EnergyFriction,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -440,6 +441,7 @@ const OWN: &[Variable] = &[
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
     output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that the viscosity of the yarn has taken"),
+    output(Id::EnergyFriction, "energy.friction", 417, &ENERGY, "Energy rubbed away between yarn and projectile"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

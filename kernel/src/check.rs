@@ -221,6 +221,9 @@ impl Scene {
                 ("yarn.viscosity_quadratic", self.yarn.viscosity_quadratic),
                 ("yarn.viscosity_bending", self.yarn.viscosity_bending),
             ];
+            if self.contact.friction != 0.0 {
+                return Err(Error::new(Code::OutOfRange, "contact.friction", self.contact.friction, 0.0));
+            }
             if let Some((field, value)) = viscosity.into_iter().find(|(_, value)| *value != 0.0) {
                 return Err(Error::new(Code::OutOfRange, field, value, 0.0));
             }

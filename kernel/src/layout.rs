@@ -2,6 +2,7 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
+use crate::friction::TANGENTIAL_REALS;
 use crate::lanes::CacheLine;
 use crate::planes::{
     Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
@@ -26,11 +27,15 @@ pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 
 const PART_WORDS: usize = 2;
 /// Words of the scalar state that only viscous yarn has.
 const VISCOUS_WORDS: usize = 1;
+/// Words of the scalar state that only friction has.
+const FRICTION_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
     let viscous = if parts.viscous { VISCOUS_WORDS } else { 0 };
-    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + viscous + 1
+    let friction = if parts.friction { FRICTION_WORDS } else { 0 };
+    let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
+    HEADER_WORDS + STATE_WORDS + steps + viscous + friction + 1
 }
 
 /// Sizes of a scene's memory.
@@ -60,6 +65,8 @@ pub struct Layout {
     pub toe: bool,
     /// true if the yarn is viscous.
     pub viscous: bool,
+    /// true if yarn and projectile rub.
+    pub friction: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -82,6 +89,7 @@ impl Layout {
         halving: false,
         toe: false,
         viscous: false,
+        friction: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -114,6 +122,7 @@ impl Layout {
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let toe = scene.slack_toe > 0.0;
         let viscous = scene.viscosity() != [0.0; 3];
+        let friction = scene.contact.friction > 0.0;
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
@@ -125,11 +134,12 @@ impl Layout {
         let planes = planes + if viscous { PUSH_PLANES } else { 0 };
         let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
+        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
             .checked_add(nodes_y.checked_mul(2 + usize::from(viscous))?)?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
         let reals = rows.checked_add(scratch)?;
 
@@ -144,7 +154,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, friction }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -166,6 +176,7 @@ impl Layout {
             halving,
             toe,
             viscous,
+            friction,
             candidates,
             reals,
             words,
@@ -233,7 +244,7 @@ impl Layout {
 
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous }
+        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous, friction: self.friction }
     }
 
     /// How often node (i, j) appears in the whole sheet.
@@ -312,6 +323,9 @@ mod tests {
         // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * VISCOUS_PLANES + 5, 0, 1));
+        // The tangential parts of 10 candidates; a word of the image.
+        let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
+        assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));

@@ -403,10 +403,14 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for (implicit, halving, viscous) in
-            [(false, false, false), (true, false, false), (false, true, false), (false, false, true)]
-        {
-            let parts = Parts { implicit, halving, viscous };
+        let none = Parts { implicit: false, halving: false, viscous: false, friction: false };
+        for parts in [
+            none,
+            Parts { implicit: true, ..none },
+            Parts { halving: true, ..none },
+            Parts { viscous: true, ..none },
+            Parts { friction: true, ..none },
+        ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));

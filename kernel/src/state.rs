@@ -50,6 +50,8 @@ pub struct Sums {
     pub halving_energy: f64,
     /// Energy that viscosity has taken, J.
     pub viscous: f64,
+    /// Energy rubbed away between nodes and projectile, J.
+    pub friction: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -78,6 +80,7 @@ impl Sums {
         most_iterations: 0,
         halving_energy: 0.0,
         viscous: 0.0,
+        friction: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -97,6 +100,8 @@ pub struct Parts {
     pub halving: bool,
     /// What only viscous yarn has.
     pub viscous: bool,
+    /// What only friction has.
+    pub friction: bool,
 }
 
 /// Scalar state at step count n.
@@ -158,6 +163,9 @@ impl State {
         }
         if parts.viscous {
             visitor.real(&mut self.sums.viscous);
+        }
+        if parts.friction {
+            visitor.real(&mut self.sums.friction);
         }
         visit_watch(&mut self.watch, visitor);
     }
