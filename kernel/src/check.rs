@@ -10,7 +10,7 @@ use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE,
     Scene, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
 };
-use crate::shape::{self, Solid};
+use crate::shape;
 use crate::weave;
 
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
@@ -322,7 +322,7 @@ impl Scene {
         Ok(())
     }
 
-    #[inline(never)] // Its solid must not add to the stack of what is checked next.
+    #[inline(never)] // Its half-spaces must not add to the stack of what is checked next.
     fn check_attachment(&self) -> Result<(), Error> {
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());
@@ -337,9 +337,7 @@ impl Scene {
         let pose = crate::pose::Pose::of_sheet(&self.sheet);
         let offset = pose.point_in(self.projectile.position);
         let orientation = crate::pose::normalised(pose.orientation_in(self.projectile.orientation));
-        let mut solid = Solid::NOTHING;
-        solid.set(&self.projectile);
-        let reach = solid.reach_in_plane(&orientation);
+        let reach = shape::reach_in_plane(&self.projectile, &orientation);
         for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
             if gap <= radius {

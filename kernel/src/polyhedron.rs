@@ -48,11 +48,72 @@ impl Face {
     }
 }
 
+/// The half-spaces that a polyhedron is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct HalfSpaces {
+    faces: [Face; MAX_FACES],
+    count: usize,
+}
+
+impl HalfSpaces {
+    /// None: a place for [`HalfSpaces::set`].
+    pub(crate) const NONE: HalfSpaces =
+        HalfSpaces { faces: [Face { normal: Vector::new(0.0, 0.0, 0.0), distance: 0.0 }; MAX_FACES], count: 0 };
+
+    /// Takes these planes, where it is: a copy would take half a kilobyte of stack.
+    pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>) {
+        self.count = 0;
+        for (face, plane) in self.faces.iter_mut().zip(planes) {
+            *face = Face::of(plane);
+            self.count += 1;
+        }
+    }
+
+    fn faces(&self) -> &[Face] {
+        self.faces.get(..self.count).unwrap_or(&self.faces)
+    }
+
+    /// Calls `each` with every point, m, in which three planes meet and that lies outside none, and with its distance from the
+    /// centre of mass. A vertex of more than three faces comes more than once.
+    fn for_each_corner(&self, mut each: impl FnMut(Vector, f64)) {
+        for i in 0..self.count {
+            for j in i + 1..self.count {
+                for k in j + 1..self.count {
+                    let Some(corner) = self.meeting_point(i, j, k) else { continue };
+                    let length = math::length([corner.x, corner.y, corner.z]);
+                    let near = SAME * length;
+                    if !self.faces().iter().any(|face| face.gap(&corner) > near) {
+                        each(corner, length);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The point on three faces' planes; None if two of them, or all three, are nearly parallel to one line.
+    fn meeting_point(&self, i: usize, j: usize, k: usize) -> Option<Vector> {
+        let (a, b, c) = (self.faces.get(i)?, self.faces.get(j)?, self.faces.get(k)?);
+        let (bc, ca, ab) = (b.normal.cross(&c.normal), c.normal.cross(&a.normal), a.normal.cross(&b.normal));
+        let volume = a.normal.dot(&bc);
+        let parallel = (-PARALLEL..=PARALLEL).contains(&volume);
+        (!parallel).then(|| (bc * a.distance + ca * b.distance + ab * c.distance) / volume)
+    }
+
+    /// Greatest distance of a corner from the line through the centre of mass along a unit direction, m.
+    pub(crate) fn reach_across(&self, direction: &Vector) -> f64 {
+        let mut greatest = 0.0;
+        self.for_each_corner(|corner, _| {
+            let across = direction.cross(&corner);
+            greatest = math::max(math::length([across.x, across.y, across.z]), greatest);
+        });
+        greatest
+    }
+}
+
 /// A polyhedron with its vertices and its inertia per mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyhedron {
-    faces: [Face; MAX_FACES],
-    face_count: usize,
+    half_spaces: HalfSpaces,
     vertices: [Vector; MAX_VERTICES],
     /// Vertices found; more than there are places only if the faces are refused.
     vertex_count: usize,
@@ -70,8 +131,7 @@ impl Polyhedron {
 
     /// No faces: a place for [`Polyhedron::set`].
     pub(crate) const NOTHING: Polyhedron = Polyhedron {
-        faces: [Face { normal: Vector::new(0.0, 0.0, 0.0), distance: 0.0 }; MAX_FACES],
-        face_count: 0,
+        half_spaces: HalfSpaces::NONE,
         vertices: [Vector::new(0.0, 0.0, 0.0); MAX_VERTICES],
         vertex_count: 0,
         reach: 0.0,
@@ -80,16 +140,13 @@ impl Polyhedron {
 
     /// Makes a polyhedron of nothing, where it is: a copy would take a kilobyte of stack.
     pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>, gyration: [f64; 3]) {
-        for (face, plane) in self.faces.iter_mut().zip(planes) {
-            *face = Face::of(plane);
-            self.face_count += 1;
-        }
+        self.half_spaces.set(planes);
         self.gyration = gyration;
         self.find_vertices();
     }
 
     fn faces(&self) -> &[Face] {
-        self.faces.get(..self.face_count).unwrap_or(&self.faces)
+        self.half_spaces.faces()
     }
 
     /// The vertices, m.
@@ -108,44 +165,23 @@ impl Polyhedron {
         pairs.filter(move |[a, b]| on_both(a, b))
     }
 
+    /// Keeps every corner once.
     fn find_vertices(&mut self) {
-        for i in 0..self.face_count {
-            for j in i + 1..self.face_count {
-                for k in j + 1..self.face_count {
-                    if let Some(vertex) = self.meeting_point(i, j, k) {
-                        self.add_vertex(vertex);
-                    }
-                }
+        let (vertices, count, reach) = (&mut self.vertices, &mut self.vertex_count, &mut self.reach);
+        self.half_spaces.for_each_corner(|corner, length| {
+            let known = vertices.get(..*count).unwrap_or(vertices).iter().any(|other| {
+                let apart = corner - other;
+                math::length([apart.x, apart.y, apart.z]) <= SAME * length
+            });
+            if known {
+                return;
             }
-        }
-    }
-
-    /// The point on three faces' planes; None if two of them, or all three, are nearly parallel to one line.
-    fn meeting_point(&self, i: usize, j: usize, k: usize) -> Option<Vector> {
-        let (a, b, c) = (self.faces.get(i)?, self.faces.get(j)?, self.faces.get(k)?);
-        let (bc, ca, ab) = (b.normal.cross(&c.normal), c.normal.cross(&a.normal), a.normal.cross(&b.normal));
-        let volume = a.normal.dot(&bc);
-        let parallel = (-PARALLEL..=PARALLEL).contains(&volume);
-        (!parallel).then(|| (bc * a.distance + ca * b.distance + ab * c.distance) / volume)
-    }
-
-    /// Keeps a point where three planes meet, unless it lies outside another or is known.
-    fn add_vertex(&mut self, vertex: Vector) {
-        let length = math::length([vertex.x, vertex.y, vertex.z]);
-        let near = SAME * length;
-        let outside = self.faces().iter().any(|face| face.gap(&vertex) > near);
-        let known = self.vertices().iter().any(|other| {
-            let apart = vertex - other;
-            math::length([apart.x, apart.y, apart.z]) <= near
+            if let Some(place) = vertices.get_mut(*count) {
+                *place = corner;
+            }
+            *count += 1;
+            *reach = math::max(length, *reach);
         });
-        if outside || known {
-            return;
-        }
-        if let Some(place) = self.vertices.get_mut(self.vertex_count) {
-            *place = vertex;
-        }
-        self.vertex_count += 1;
-        self.reach = math::max(length, self.reach);
     }
 
     /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
@@ -177,15 +213,6 @@ impl Polyhedron {
     /// Distance of the farthest vertex from the centre of mass, m.
     pub fn reach(&self) -> f64 {
         self.reach
-    }
-
-    /// Greatest distance of a vertex from the line through the centre of mass along a unit direction, m.
-    pub fn reach_across(&self, direction: &Vector) -> f64 {
-        self.vertices().iter().fold(0.0, |greatest, vertex| {
-            let across = direction.cross(vertex);
-            let distance = math::length([across.x, across.y, across.z]);
-            math::max(distance, greatest)
-        })
     }
 
     /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and is across a
@@ -298,7 +325,7 @@ mod tests {
         assert_eq!(counts(&octahedron()), (6, 12));
         let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
         assert!((body.reach() - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
-        assert!((body.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
+        assert!((body.half_spaces.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
         assert_eq!(body.least_distance(), 0.01);
         // A plane that cuts nothing off adds nothing.
         let idle = [&cube[..], &[[0.6, 0.8, 0.0, 0.03]]].concat();

@@ -9,7 +9,7 @@
 
 use crate::error::{Code, Error};
 use crate::math;
-use crate::polyhedron::{self, Gap, Polyhedron};
+use crate::polyhedron::{self, Gap, HalfSpaces, Polyhedron};
 use crate::pose::{Vector, into_body};
 use crate::prism;
 use crate::scene::{MAX_FACES, Projectile, Sector, Shape};
@@ -124,6 +124,19 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
     Ok(())
 }
 
+/// Radius of the circle in the sheet's plane that a projectile covers, seen along the sheet's normal, m. `orientation`: the
+/// body's in the sheet's frame. Cylinders count as upright, as in the paper. Its solid is not made: it would take a kilobyte of stack.
+pub(crate) fn reach_in_plane(body: &Projectile, orientation: &Quaternion<f64>) -> f64 {
+    let mut half_spaces = HalfSpaces::NONE;
+    match body.shape {
+        Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => return body.radius,
+        Shape::Box => half_spaces.set(box_faces(body.size).into_iter()),
+        Shape::Polyhedron => half_spaces.set(body.faces.in_use().iter().copied()),
+        Shape::DiscSector => half_spaces.set(prism::of_sector(&body.sector).planes()),
+    }
+    half_spaces.reach_across(&into_body(orientation, &Vector::new(0.0, 0.0, 1.0)))
+}
+
 impl Solid {
     /// The solid of a projectile.
     pub fn of(body: &Projectile) -> Solid {
@@ -201,15 +214,6 @@ impl Solid {
                 math::max(nose + radius, rim)
             }
             Solid::Polyhedron(body) => body.reach(),
-        }
-    }
-
-    /// Radius of the circle in the sheet's plane that the body covers, seen along the sheet's normal, m. `orientation`: the
-    /// body's in the sheet's frame. Cylinders count as upright, as in the paper.
-    pub fn reach_in_plane(&self, orientation: &Quaternion<f64>) -> f64 {
-        match self {
-            Solid::Polyhedron(body) => body.reach_across(&into_body(orientation, &Vector::new(0.0, 0.0, 1.0))),
-            _ => self.radius(),
         }
     }
 
@@ -719,9 +723,10 @@ mod tests {
             [6.35e-3, 6e-3, 5e-3]
         );
         // Seen from above, a box covers a circle through its corners, a cylinder by convention that of its radius.
-        assert_eq!(cylinder().reach_in_plane(&about_x), 6.35e-3);
+        let body = |shape, size| Projectile { shape, radius: 6.35e-3, size, ..Scene::sheet_3in_sphere().projectile };
+        assert_eq!(reach_in_plane(&body(Shape::Cylinder, [0.0; 3]), &about_x), 6.35e-3);
         let corners = math::sqrt(5e-3 * 5e-3 + 0.012 * 0.012);
-        assert!((cuboid([0.01, 0.016, 0.024]).reach_in_plane(&about_x) - corners).abs() < 1e-16);
+        assert!((reach_in_plane(&body(Shape::Box, [0.01, 0.016, 0.024]), &about_x) - corners).abs() < 1e-16);
         assert!(!all()[0].feels_torque() && all()[1..].iter().all(Solid::feels_torque));
     }
 

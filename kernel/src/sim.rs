@@ -160,13 +160,14 @@ impl<'a> Sim<'a> {
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
         blocks::check(memory, &layout)?;
         let limits = scene.step_limits()?;
-        let body = start::start_body(scene, limits)?;
+        start::check_body(scene, limits)?;
         let sim = place();
         sim.system.scene = *scene;
         sim.system.layout = layout;
         sim.system.model.derive(scene, limits);
         sim.system.directions.derive(scene, limits.dt);
-        sim.system.state = State::at_start(body);
+        start::place_body(scene, &sim.system.model, &mut sim.system.state.body)?;
+        sim.system.state = State::at_start(sim.system.state.body);
         sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;
         Ok(sim)

@@ -21,20 +21,26 @@ pub(crate) const LARGEST_STRETCH: f64 = 1e100;
 /// first step may find it lost (see [`crate::yarn::LOST`]).
 const LARGEST_GIVEN_MOTION: f64 = 1e30;
 
-/// The projectile at the start of a checked scene, in the sheet's frame.
+/// Refuses a start of the projectile that the checks of the scene let pass.
 ///
 /// # Errors
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
-pub(crate) fn start_body(scene: &Scene, limits: StepLimits) -> Result<Body, Error> {
+pub(crate) fn check_body(scene: &Scene, limits: StepLimits) -> Result<(), Error> {
     let mut model = Model::NOTHING;
     model.derive(scene, limits);
+    let mut body = Body::AT_REST;
+    place_body(scene, &model, &mut body)?;
+    refuse_overlap(scene, &model, &body)
+}
+
+/// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does not suit the scene.
+#[inline(never)] // What it needs must not add to the stack of the search for overlaps.
+pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Result<(), Error> {
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;
-    let mut body = Body::of(&motion);
-    scene.symmetry.align(&model.solid, &mut body, scene.sheet.spacing)?;
-    refuse_overlap(scene, &model, &body)?;
-    Ok(body)
+    *body = Body::of(&motion);
+    scene.symmetry.align(&model.solid, body, scene.sheet.spacing)
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
