@@ -136,6 +136,13 @@ static void toe(fk_scene *scene)
     scene->track_support = 0;
 }
 
+/* Friction between yarn and a sphere that spins. */
+static void rubs(fk_scene *scene)
+{
+    sphere(scene);
+    scene->contact.friction = 0.4;
+}
+
 /* A cylinder of unknown mass, moved by the host. */
 static void prescribed(fk_scene *scene)
 {
@@ -144,11 +151,12 @@ static void prescribed(fk_scene *scene)
     scene->projectile.mass = 0.0;
 }
 
-enum { TEST_SCENES = 8 };
+enum { TEST_SCENES = 9 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
     {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
+    {"rubs", rubs, 400},
 };
 
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */

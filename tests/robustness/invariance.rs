@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 6] {
+fn scenes() -> [Scene; 7] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -25,7 +25,9 @@ fn scenes() -> [Scene; 6] {
     let mut viscous = small_sheet(21, 250.0);
     let yarn = &mut viscous.yarn;
     (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
-    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous]
+    let mut rough = oblong;
+    rough.contact.friction = 0.4;
+    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, rough]
 }
 
 /// Digest of a plain run.

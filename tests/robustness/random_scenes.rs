@@ -67,6 +67,7 @@ prop_compose! {
         toe in prop_oneof![3 => Just(0.0), 1 => near(0.02)],
         strength in (0..3usize, near(10.0), near(0.05), near(0.5)),
         viscosity in prop_oneof![3 => Just((0.0, 0.0, 0.0)), 1 => (near(0.06), near(1.5), near(0.06))],
+        friction in prop_oneof![2 => Just(0.0), 1 => near(0.3)],
         weft in prop_oneof![2 => Just(None), 1 => weft().prop_map(Some)],
     ) -> Scene {
         let mut scene = small_sheet(5, 0.0);
@@ -105,6 +106,7 @@ prop_compose! {
         scene.slack_toe = toe;
         let yarn = &mut scene.yarn;
         (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = viscosity;
+        scene.contact.friction = friction;
         if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
             (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);
