@@ -296,7 +296,7 @@ pub fn solve(
     sweeps::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
 }
 
-/// (M8, M19) The same with friction of this coefficient. `tangential`: one for each candidate.
+/// The same with friction (M22) of this coefficient. `tangential`: one for each candidate.
 pub fn solve_with_friction(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],

@@ -582,7 +582,7 @@ pub const FIELDS: &[Field] = &[
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
-        "Coefficient of Coulomb friction between yarn and projectile (M19); 0 = none. With it a sphere turns, too. Velocity Verlet only")
+        "Coefficient of Coulomb friction between yarn and projectile (M22); 0 = none. With it a sphere turns, too. Velocity Verlet only")
         .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,

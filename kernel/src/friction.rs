@@ -1,7 +1,7 @@
 //! Coulomb friction of the nodes on the projectile: two tangential impulses beside the normal one of a contact.
 //!
 //! Method: at a contact with the normal impulse lambda the tangential impulse p on the node satisfies |p| <= mu lambda, and with
-//! the slip s = (v - V - w x r) less its normal part at the end of the step p = -mu lambda s/|s| where s is not 0 (M19). Solved in the
+//! the slip s = (v - V - w x r) less its normal part at the end of the step p = -mu lambda s/|s| where s is not 0. Solved in the
 //! sweeps of `contact.rs`: p <- the nearest point to p - s/W of the disc |p| <= mu lambda, with the largest inverse mass W of the
 //! contact along its tangents. So the cone is exact, and a node that is alone on a body that does not turn is solved at once.
 //! The impulses act on node and body at the place of the node at t_n: linear and angular momentum are exact.
@@ -117,7 +117,7 @@ impl Tangential {
         self.arms[0] * p + self.arms[1] * q
     }
 
-    /// The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
+    /// (M22) The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
     pub fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
         let trial = [self.impulse[0] - s * self.effective_mass, self.impulse[1] - t * self.effective_mass];
         let size = math::length([trial[0], trial[1], 0.0]);
