@@ -27,7 +27,7 @@ NOTES = (
 )
 CROSSINGS = (
     "Energy that friction of coefficient 0.3 takes where yarns at an angle of crimp of 0.2 rad (1 % crimp) turn on each other, if every crossing turns "
-    "once to its largest angle of shear under its largest tension ([model](../model.md#friction)); one run each, without friction on the sphere."
+    "once, to where tension and angle of shear have their largest product, under the tension there ([model](../model.md#friction)); one run each, without friction on the sphere."
 )
 SHARE = 0.3 * 0.2
 

@@ -125,7 +125,7 @@ fn limit(case: &Case, friction: f64, number: u64) -> Result<f64> {
 }
 
 /// What friction of crossing yarns that turn on each other takes, J, were its coefficient 1 and the yarns' angle of crimp 1 rad, if
-/// every crossing turned once to its largest angle under its largest tension.
+/// every crossing turned once, to where tension and angle have their largest product, under the tension there.
 ///
 /// At a crossing with the mean tension T the yarns press on each other by N = 2 T theta, theta being the angle at which they cross
 /// the plane of the cloth. On a patch as wide as a yarn, h, uniform pressure gives the moment mu N h/3 against a change of the angle
@@ -136,17 +136,16 @@ fn crossings(scene: &Scene) -> Result<f64> {
     let mut sim = buffers.sim(scene)?;
     let steps = ((EVERY / sim.step_limits().dt) as u64).max(1);
     let ends = mask_of(&[Outcome::Arrested, Outcome::Exited, Outcome::Detached]);
-    let mut largest = vec![[0.0_f64; 2]; sim.layout().nodes()];
+    let mut largest = vec![0.0_f64; sim.layout().nodes()];
     while !sim.outcomes().mask.has(ends) && sim.time() < LONGEST {
         sim.advance(steps)?;
         for (largest, now) in largest.iter_mut().zip(angles(&sim)?) {
             if let Some([tension, angle]) = now {
-                *largest = [largest[0].max(tension), largest[1].max(angle.abs())];
+                *largest = largest.max(tension * angle.abs());
             }
         }
     }
-    let sum: f64 = largest.iter().map(|[tension, angle]| 2.0 * tension * angle).sum();
-    Ok(sum * scene.sheet.spacing / 3.0)
+    Ok(2.0 * largest.iter().sum::<f64>() * scene.sheet.spacing / 3.0)
 }
 
 /// Of every crossing inside the sheet, while its four segments live: mean tension, N, and angle of shear, rad.
@@ -198,6 +197,16 @@ enum Found {
 pub fn run(options: &Options) -> Result<bool> {
     std::fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
     let cases = cases(options)?;
+    // Without friction between yarn and projectile: what friction between yarns could be.
+    let mut turning = Table::new(&["case", "impact velocity m/s", "turning J", "absorbed J"]);
+    for case in &cases {
+        for velocity in &case.velocities {
+            let scene = shot(&case.scene, 0.0, *velocity, 0);
+            let row = [*velocity, crossings(&scene)?, impact(&scene)?.absorbed];
+            turning.add(std::iter::once(Cell::text(case.name)).chain(row.map(Cell::Number)).collect());
+        }
+    }
+    turning.write(&options.out.join("friction_crossings.csv"))?;
     let runs: u64 = if options.smoke {
         2
     } else if options.quick {
@@ -266,16 +275,6 @@ pub fn run(options: &Options) -> Result<bool> {
             }
         }
     }
-    // Without friction between yarn and projectile: what friction between yarns could be.
-    let mut turning = Table::new(&["case", "impact velocity m/s", "turning J", "absorbed J"]);
-    for case in &cases {
-        for velocity in &case.velocities {
-            let scene = shot(&case.scene, 0.0, *velocity, 0);
-            let row = [*velocity, crossings(&scene)?, impact(&scene)?.absorbed];
-            turning.add(std::iter::once(Cell::text(case.name)).chain(row.map(Cell::Number)).collect());
-        }
-    }
-    turning.write(&options.out.join("friction_crossings.csv"))?;
     impacts.write(&options.out.join("friction.csv"))?;
     limits.write(&options.out.join("friction_limits.csv"))?;
     println!("largest energy residual: {:.3} % of the impact energy", 100.0 * worst);

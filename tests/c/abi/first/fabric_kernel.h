@@ -409,7 +409,7 @@ typedef struct fk_scene_projectile {
 
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
-    // Coefficient of Coulomb friction between yarn and projectile (M19); 0 = none. With it a sphere turns, too.
+    // Coefficient of Coulomb friction between yarn and projectile (M22); 0 = none. With it a sphere turns, too.
     // Velocity Verlet only. 0 to 10. Default 0.
     double friction;
 } fk_scene_contact;
