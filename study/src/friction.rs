@@ -52,12 +52,17 @@ struct Case {
 fn cases(options: &Options) -> Result<Vec<Case>> {
     let mut paper = Scene::sheet_3in_sphere();
     if options.smoke {
-        (paper.sheet.nodes_x, paper.sheet.nodes_y) = (31, 31);
+        (paper.sheet.nodes_x, paper.sheet.nodes_y) = (21, 21);
     }
     let speed = |energy: f64| (2.0 * energy / paper.projectile.mass).sqrt();
     let energies: &[f64] = if options.smoke { &[40.0] } else { &[20.0, 40.0, 80.0, 160.0, 320.0] };
     let velocities = energies.iter().map(|energy| speed(*energy)).collect();
-    let mut cases = vec![Case { name: "paper's sphere, 3 in, four sides", scene: paper, guess: 55.0, velocities }];
+    let mut cases = vec![Case {
+        name: "paper's sphere, 3 in, four sides",
+        scene: paper,
+        guess: if options.smoke { 20.0 } else { 55.0 },
+        velocities,
+    }];
     if !options.smoke {
         let scene = fabric_scene::parse(include_str!("../scenes/kevlar_km2_s706.toml"))?;
         let velocities = vec![150.0, 200.0, 300.0, 450.0, 600.0];
