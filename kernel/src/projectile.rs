@@ -1,4 +1,4 @@
-//! The rigid body: translation always, rotation only for shapes that feel torque.
+//! The rigid body: translation always, rotation only where contact can turn it.
 //!
 //! Method: contact and external load enter as impulses. The torque-free rotation of a step is the implicit midpoint rule
 //! I dw = dt (I w_m) x w_m with w_m = (w_n + w_{n+1})/2, solved by fixed point, and the Cayley map for the quaternion:
