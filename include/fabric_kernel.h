@@ -186,7 +186,7 @@
 // yarn.strength_draw: every segment has its own: U_c - 1 is drawn from a Weibull distribution.
 #define FK_STRENGTH_DRAW_WEIBULL 1
 
-// projectile.shape: sphere; feels no torque.
+// projectile.shape: sphere; feels no torque without friction.
 #define FK_SHAPE_SPHERE 0
 
 // projectile.shape: flat-ended cylinder along the body's z axis.
@@ -418,6 +418,13 @@ typedef struct fk_scene_projectile {
     fk_scene_projectile_sector sector;
 } fk_scene_projectile;
 
+// Contact of yarn and projectile: a part of fk_scene.
+typedef struct fk_scene_contact {
+    // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
+    // Velocity Verlet only. 0 to 10. Default 0.
+    double friction;
+} fk_scene_contact;
+
 // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled: a part of fk_scene.
 typedef struct fk_scene_symmetry {
     // Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred,
@@ -474,6 +481,8 @@ typedef struct fk_scene {
     fk_scene_weft weft;
     // The rigid projectile and its motion at the start, in the host's frame.
     fk_scene_projectile projectile;
+    // Contact of yarn and projectile.
+    fk_scene_contact contact;
     // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled.
     fk_scene_symmetry symmetry;
     // Who moves the projectile. One of FK_DRIVE_FREE and FK_DRIVE_PRESCRIBED. Default FK_DRIVE_FREE.
@@ -503,8 +512,8 @@ typedef struct fk_scene {
     uint64_t track_detachment;
     // Sum the impulses on the supports; the momentum residual needs them. 0 or 1. Default 1.
     uint64_t track_support;
-    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule); more
-    // are a failure. 0 = every node. Default 0.
+    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
+    // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
 } fk_scene;
 
@@ -692,6 +701,8 @@ typedef struct fk_energy {
     double residual;
     // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     double viscous;
+    // Energy rubbed away between yarn and projectile, J.
+    double friction;
 } fk_energy;
 
 // Extremes of the fabric at the present time.

@@ -714,7 +714,7 @@ mod tests {
     }
 
     /// The scenes of tests/c/scenes.h, and small_scene() of tests/c/host.c.
-    fn hosts_scenes() -> [(&'static str, Scene, u64); 7] {
+    fn hosts_scenes() -> [(&'static str, Scene, u64); 8] {
         let mut theta = askew();
         theta.projectile.shape = Shape::Cylinder;
         theta.yarn.draw = Draw::Yarn;
@@ -737,6 +737,8 @@ mod tests {
         halved.attachment.kind = AttachmentKind::TwoSides;
         halved.time_step = TimeStep::seconds(2e-8);
         halved.step_after_failure = StepAfterFailure::Half;
+        let mut rubs = bullet;
+        rubs.contact.friction = 0.25;
         let mut small = Scene::sheet_3in_sphere();
         (small.sheet.nodes_x, small.sheet.nodes_y) = (41, 41);
         [
@@ -746,6 +748,7 @@ mod tests {
             ("bullet", bullet, 1000),
             ("sector", sector, 500),
             ("halved", halved, 3000),
+            ("rubs", rubs, 1000),
             ("small", small, 3000),
         ]
     }

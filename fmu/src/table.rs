@@ -46,6 +46,7 @@ pub enum Id {
     EnergyDissipated,
     EnergyContactLoss,
     EnergyViscous,
+    EnergyFriction,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -441,6 +442,7 @@ const OWN: &[Variable] = &[
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
     output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that viscosity of the yarn and its dependence on the rate of strain have taken"),
+    output(Id::EnergyFriction, "energy.friction", 417, &ENERGY, "Energy rubbed away between yarn and projectile"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

@@ -1,6 +1,7 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
 use crate::error::{Code, Error};
+use crate::friction::TANGENTIAL_REALS;
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, Layout};
 use crate::planes::{
@@ -42,6 +43,8 @@ pub(crate) struct Blocks<'a> {
     /// Least and greatest y displacement of each row.
     pub ranges: &'a mut [[f64; 2]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
+    /// The candidates' tangential parts, where there is friction.
+    pub tangential: &'a mut [[f64; TANGENTIAL_REALS]],
     /// The theta rule's phi/dt of the candidates.
     pub gaps_over_dt: &'a mut [f64],
     pub runs: &'a mut [[u32; 4]],
@@ -69,6 +72,7 @@ impl<'a> Blocks<'a> {
             kept: &mut [],
             ranges: &mut [],
             candidates: &mut [],
+            tangential: &mut [],
             gaps_over_dt: &mut [],
             runs: &mut [],
             flags: &mut [],
@@ -86,6 +90,7 @@ impl<'a> Blocks<'a> {
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let viscous = |count: usize| if layout.viscous { count } else { 0 };
+        let rough = |count: usize| if layout.friction { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
                 hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
@@ -102,6 +107,7 @@ impl<'a> Blocks<'a> {
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
+                tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
@@ -118,6 +124,7 @@ impl Blocks<'_> {
     pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
         swap(self.candidates, a, b);
         swap(self.candidate_nodes, a, b);
+        swap(self.tangential, a, b);
         swap(self.gaps_over_dt, a, b);
     }
 }

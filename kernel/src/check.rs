@@ -235,6 +235,9 @@ impl Scene {
                 ("yarn.rate_modulus", self.yarn.rate_modulus),
                 ("yarn.rate_stretch", self.yarn.rate_stretch),
             ];
+            if self.contact.friction != 0.0 {
+                return Err(Error::new(Code::OutOfRange, "contact.friction", self.contact.friction, 0.0));
+            }
             if let Some((field, value)) = explicit.into_iter().find(|(_, value)| *value != 0.0) {
                 return Err(Error::new(Code::OutOfRange, field, value, 0.0));
             }

@@ -2,7 +2,7 @@
 //!
 //! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
-//! accumulated but contact loss, what viscosity and rate take, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
+//! accumulated but contact loss, what friction, viscosity and rate take, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
@@ -38,6 +38,8 @@ pub struct Energy {
     pub residual: f64,
     /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     pub viscous: f64,
+    /// Energy rubbed away between yarn and projectile, J.
+    pub friction: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -47,7 +49,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let prescribed = system.scene.drive == Drive::Prescribed;
     let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.loss;
+    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy - sums.halving_energy
     } else {
@@ -64,6 +66,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         halving: sums.halving_energy,
         residual,
         viscous: sums.viscous,
+        friction: sums.friction,
     })
 }
 

@@ -119,7 +119,7 @@ const STRENGTH_DRAWS: [StrengthDraw; 2] = [StrengthDraw::None, StrengthDraw::Wei
 pub const SHAPE: Choice = Choice {
     name: "Shape",
     items: &[
-        ("sphere", "sphere; feels no torque"),
+        ("sphere", "sphere; feels no torque without friction"),
         ("cylinder", "flat-ended cylinder along the body's z axis"),
         ("hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end"),
         ("box", "box with its edges along the body's axes"),
@@ -188,6 +188,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
     ("projectile.faces", "Faces of a polyhedron, in body axes"),
     ("projectile.sector", "Dimensions of a disc sector"),
+    ("contact", "Contact of yarn and projectile"),
     ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
     ("integrator", "How the nodes are stepped"),
     ("time_step", "The time step, constant for the life of a simulation"),
@@ -592,6 +593,10 @@ pub const FIELDS: &[Field] = &[
         "Angle of a disc sector. Read for a disc sector only").read(sector).image(Image::WhereRead),
     real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    // ---- Contact
+    real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only")
+        .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
         "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit")
@@ -634,7 +639,7 @@ pub const FIELDS: &[Field] = &[
         "Watch whether the touched nodes are still held (4 bytes a node); without it a projectile that carries torn cloth never exits"),
     flag("track_support", |s| &mut s.track_support, 292, "Sum the impulses on the supports; the momentum residual needs them"),
     count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
-        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule); more are a failure. 0 = every node")
+        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
         .image(Image::Never),
 ];
 

@@ -2,6 +2,7 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
+use crate::friction::TANGENTIAL_REALS;
 use crate::lanes::CacheLine;
 use crate::planes::{
     Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
@@ -28,11 +29,16 @@ const PART_WORDS: usize = 2;
 const TAKEN_WORDS: usize = 1;
 /// Words of the scalar state that only yarn has that depends on the rate of strain.
 const RATE_WORDS: usize = 1;
+/// Words of the scalar state that only friction has.
+const FRICTION_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
-    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 } + if parts.rate { RATE_WORDS } else { 0 };
-    HEADER_WORDS + STATE_WORDS + PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + taken + 1
+    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 };
+    let rate = if parts.rate { RATE_WORDS } else { 0 };
+    let friction = if parts.friction { FRICTION_WORDS } else { 0 };
+    let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
+    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + 1
 }
 
 /// Sizes of a scene's memory.
@@ -64,6 +70,8 @@ pub struct Layout {
     pub viscous: bool,
     /// true if the yarn depends on the rate of strain.
     pub rate: bool,
+    /// true if yarn and projectile rub.
+    pub friction: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -87,6 +95,7 @@ impl Layout {
         toe: false,
         viscous: false,
         rate: false,
+        friction: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -120,6 +129,7 @@ impl Layout {
         let toe = scene.slack_toe > 0.0;
         let viscous = scene.viscosity() != [0.0; 3];
         let rate = scene.depends_on_rate();
+        let friction = scene.contact.friction > 0.0;
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
@@ -131,11 +141,12 @@ impl Layout {
         let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
         let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
+        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
             .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
         let reals = rows.checked_add(scratch)?;
 
@@ -150,7 +161,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous, rate }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -173,6 +184,7 @@ impl Layout {
             toe,
             viscous,
             rate,
+            friction,
             candidates,
             reals,
             words,
@@ -247,7 +259,8 @@ impl Layout {
 
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous, rate: self.rate }
+        let Layout { implicit, halving, viscous, rate, friction, .. } = *self;
+        Parts { implicit, halving, viscous, rate, friction }
     }
 
     /// How often node (i, j) appears in the whole sheet.
@@ -331,6 +344,9 @@ mod tests {
             (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
         };
         assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
+        // The tangential parts of 10 candidates; a word of the image.
+        let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
+        assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));

@@ -46,6 +46,7 @@ pub mod error;
 #[cfg(feature = "micro")]
 pub mod fibril;
 pub mod fields;
+pub mod friction;
 pub mod lanes;
 pub mod layout;
 mod marks;
@@ -89,9 +90,9 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
-    RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
-    TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, ContactLaw, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile,
+    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw,
+    Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};

@@ -171,7 +171,7 @@ pub struct Symmetry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Shape {
-    /// A sphere of `radius`; feels no torque.
+    /// A sphere of `radius`; feels no torque without friction.
     Sphere = 0,
     /// A flat-ended cylinder of `radius` and `length` along its body z axis.
     Cylinder = 1,
@@ -257,6 +257,14 @@ pub struct Projectile {
     pub orientation: [f64; 4],
     /// Angular velocity at the start, rad/s, in the host's axes.
     pub angular_velocity: [f64; 3],
+}
+
+/// What acts between yarn and projectile besides the impulses that keep them apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels torque, too.
+    /// See docs/model.md, "Friction".
+    pub friction: f64,
 }
 
 /// Who moves the projectile.
@@ -386,6 +394,8 @@ pub struct Scene {
     pub weft: Weft,
     /// Projectile.
     pub projectile: Projectile,
+    /// Contact of the two.
+    pub contact: ContactLaw,
     /// Who moves the projectile.
     pub drive: Drive,
     /// Seed of the stochastic yarn.
@@ -413,7 +423,7 @@ pub struct Scene {
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
     /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the
-    /// theta rule); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
+    /// theta rule, 268 with friction); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
     /// A smaller number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
     pub contact_capacity: u32,
 }
@@ -519,6 +529,7 @@ impl Scene {
                 orientation: [1.0, 0.0, 0.0, 0.0],
                 angular_velocity: [0.0; 3],
             },
+            contact: ContactLaw { friction: 0.0 },
             drive: Drive::Free,
             seed: 1,
             time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),
@@ -555,6 +566,11 @@ impl Scene {
     /// Whether modulus or critical stretch depend on the rate of strain.
     pub fn depends_on_rate(&self) -> bool {
         self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0
+    }
+
+    /// Whether contact can turn the projectile: every body with friction, without it all but a sphere.
+    pub fn projectile_turns(&self) -> bool {
+        self.projectile.shape != Shape::Sphere || self.contact.friction > 0.0
     }
 
     /// Linear, quadratic and bending viscosity.

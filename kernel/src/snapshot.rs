@@ -404,7 +404,7 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        let none = Parts { implicit: false, halving: false, viscous: false, rate: false };
+        let none = Parts { implicit: false, halving: false, viscous: false, rate: false, friction: false };
         for parts in [
             none,
             Parts { implicit: true, ..none },
@@ -412,6 +412,7 @@ mod tests {
             Parts { viscous: true, ..none },
             Parts { rate: true, ..none },
             Parts { viscous: true, rate: true, ..none },
+            Parts { friction: true, ..none },
         ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);

@@ -50,6 +50,8 @@ pub struct Sums {
     pub halving_energy: f64,
     /// Energy that viscosity and rate have taken, J.
     pub viscous: f64,
+    /// Energy rubbed away between nodes and projectile, J.
+    pub friction: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -78,6 +80,7 @@ impl Sums {
         most_iterations: 0,
         halving_energy: 0.0,
         viscous: 0.0,
+        friction: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -99,6 +102,8 @@ pub struct Parts {
     pub viscous: bool,
     /// What only yarn has that depends on the rate of strain.
     pub rate: bool,
+    /// What only friction has.
+    pub friction: bool,
 }
 
 /// Scalar state at step count n.
@@ -167,6 +172,9 @@ impl State {
         }
         if parts.rate {
             visitor.count(&mut self.loaded);
+        }
+        if parts.friction {
+            visitor.real(&mut self.sums.friction);
         }
         visit_watch(&mut self.watch, visitor);
     }

@@ -7,7 +7,7 @@ mod bench;
 mod error_time;
 mod event;
 mod fabrics;
-
+mod friction;
 mod machine;
 mod memory;
 mod paper;
@@ -50,6 +50,8 @@ enum Command {
     },
     /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
+    /// Energy absorbed and ballistic limit against the coefficient of friction between yarn and projectile.
+    Friction(friction::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
     /// Every result of the paper from ensembles.
@@ -82,6 +84,7 @@ fn main() -> ExitCode {
         Command::Scene { preset } => fabric_scene::print(&preset),
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
         Command::ErrorTime(options) => error_time::run(&options),
+        Command::Friction(options) => friction::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Validate(options) => validate::run(&options),

@@ -136,6 +136,13 @@ static void toe(fk_scene *scene)
     scene->track_support = 0;
 }
 
+/* Friction between yarn and a sphere that spins. */
+static void rubs(fk_scene *scene)
+{
+    sphere(scene);
+    scene->contact.friction = 0.4;
+}
+
 /* A cylinder of unknown mass, moved by the host. */
 static void prescribed(fk_scene *scene)
 {
@@ -190,12 +197,12 @@ static void textile(fk_scene *scene)
     (void)fk_scene_set_textile(scene, &kevlar, sizeof kevlar, 0, 0);
 }
 
-enum { TEST_SCENES = 11 };
+enum { TEST_SCENES = 12 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
     {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
-    {"unlike", unlike, 400}, {"strength", strength, 400}, {"textile", textile, 400},
+    {"unlike", unlike, 400},   {"strength", strength, 400}, {"textile", textile, 400}, {"rubs", rubs, 400},
 };
 
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */

@@ -65,6 +65,11 @@ fn sphere_on_viscous_yarn() {
 }
 
 #[test]
+fn sphere_that_rubs() {
+    assert_pin(digest_after(&scenes::sphere_that_rubs(), 3000, true), pins::SPHERE_THAT_RUBS);
+}
+
+#[test]
 fn taut_warp_and_crimped_weft() {
     assert_pin(digest_after(&scenes::taut_warp_and_crimped_weft(), 3000, true), pins::TAUT_WARP_AND_CRIMPED_WEFT);
 }

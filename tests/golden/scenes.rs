@@ -43,6 +43,16 @@ pub fn sphere_on_yarn_that_depends_on_rate() -> Scene {
     scene
 }
 
+/// The same on drawn yarn with friction, askew and spinning.
+pub fn sphere_that_rubs() -> Scene {
+    let mut scene = uniform_sphere();
+    scene.yarn.stochastic = true;
+    scene.contact.friction = 0.3;
+    scene.projectile.velocity = [40.0, -20.0, 100.0];
+    scene.projectile.angular_velocity = [3000.0, 0.0, -5000.0];
+    scene
+}
+
 /// The same with the step halved after the first failure.
 pub fn uniform_sphere_in_halves() -> Scene {
     let mut scene = uniform_sphere();

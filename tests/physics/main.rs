@@ -10,6 +10,7 @@ mod fabrics;
 mod force_window;
 mod frames;
 mod free_flight;
+mod friction;
 mod halving;
 mod ledger;
 mod long_yarn;

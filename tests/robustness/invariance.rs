@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 7] {
+fn scenes() -> [Scene; 8] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -28,7 +28,9 @@ fn scenes() -> [Scene; 7] {
     let mut dependent = small_sheet(21, 250.0);
     golden::depend_on_rate(&mut dependent.yarn);
     (dependent.yarn.stochastic, dependent.sheet.crimp) = (true, [0.002, 0.0]);
-    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, dependent]
+    let mut rough = oblong;
+    rough.contact.friction = 0.4;
+    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, dependent, rough]
 }
 
 /// Digest of a plain run.

@@ -22,15 +22,16 @@ fn component() -> impl Strategy<Value = f64> {
     prop_oneof![8 => Just(0.0), 4 => -300.0..300.0, 1 => any::<f64>()]
 }
 
-/// Viscosity, and dependence on the rate: mostly neither.
-fn resistance() -> impl Strategy<Value = ([f64; 3], [f64; 4])> {
-    prop_oneof![
+/// Viscosity, dependence on the rate, and friction on the projectile: mostly none.
+fn resistance() -> impl Strategy<Value = ([f64; 3], [f64; 4], f64)> {
+    let of_yarn = prop_oneof![
         6 => Just(([0.0; 3], [0.0; 4])),
         2 => [near(0.06), near(1.5), near(0.06)].prop_map(|viscosity| (viscosity, [0.0; 4])),
         2 => [near(0.1), near(0.1), near(30.0), near(1000.0)].prop_map(|rate| ([0.0; 3], rate)),
         1 => [near(0.1), near(30.0), near(1000.0), near(0.06)].prop_map(|[a, b, c, d]| ([d, 0.0, d], [a, a, b, c])),
-    ]
-    .boxed()
+    ];
+    let friction = prop_oneof![2 => Just(0.0), 1 => near(0.3)];
+    (of_yarn, friction).prop_map(|((viscosity, rate), friction)| (viscosity, rate, friction)).boxed()
 }
 
 /// Spacing and section along y, crimp, pre-tension and a law of the weft's own.
@@ -117,6 +118,7 @@ prop_compose! {
         let yarn = &mut scene.yarn;
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = resistance.0;
         [yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit] = resistance.1;
+        scene.contact.friction = resistance.2;
         if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
             (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);
