@@ -186,7 +186,7 @@
 // yarn.strength_draw: every segment has its own: U_c - 1 is drawn from a Weibull distribution.
 #define FK_STRENGTH_DRAW_WEIBULL 1
 
-// projectile.shape: sphere; feels no torque.
+// projectile.shape: sphere; feels no torque without friction.
 #define FK_SHAPE_SPHERE 0
 
 // projectile.shape: flat-ended cylinder along the body's z axis.
@@ -296,7 +296,7 @@ typedef struct fk_scene_sheet {
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
     // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
-    // Verlet and no mirror planes only. 1 to 1000. Default 1.
+    // Verlet only; not with mirror planes, friction or a dependence on the rate of strain. 1 to 1000. Default 1.
     uint64_t plies;
     // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
     // for more than one ply only. In m, >= 0. Default 0.
@@ -364,6 +364,17 @@ typedef struct fk_scene_yarn {
     // Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none.
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
+    // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
+    // Verlet only; not with a toe, pre-tension or separate plies. 0 to 1. Default 0.
+    double rate_modulus;
+    // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
+    double rate_stretch;
+    // Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this.
+    // Read for yarn that depends on the rate only. In 1/s, 0 to 1e9. Default 0.
+    double rate_reference;
+    // Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that
+    // depends on the rate only. In 1/s, 0 to 1e9. Default 0.
+    double rate_limit;
 } fk_scene_yarn;
 
 // The yarn along y, where it is unlike that along x: a part of fk_scene.
@@ -419,6 +430,13 @@ typedef struct fk_scene_projectile {
     // Dimensions of a disc sector.
     fk_scene_projectile_sector sector;
 } fk_scene_projectile;
+
+// Contact of yarn and projectile: a part of fk_scene.
+typedef struct fk_scene_contact {
+    // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
+    // Velocity Verlet only; not with separate plies. 0 to 10. Default 0.
+    double friction;
+} fk_scene_contact;
 
 // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled: a part of fk_scene.
 typedef struct fk_scene_symmetry {
@@ -478,6 +496,8 @@ typedef struct fk_scene {
     fk_scene_weft weft;
     // The rigid projectile and its motion at the start, in the host's frame.
     fk_scene_projectile projectile;
+    // Contact of yarn and projectile.
+    fk_scene_contact contact;
     // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled.
     fk_scene_symmetry symmetry;
     // Who moves the projectile. One of FK_DRIVE_FREE and FK_DRIVE_PRESCRIBED. Default FK_DRIVE_FREE.
@@ -507,8 +527,8 @@ typedef struct fk_scene {
     uint64_t track_detachment;
     // Sum the impulses on the supports; the momentum residual needs them. 0 or 1. Default 1.
     uint64_t track_support;
-    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule); more
-    // are a failure. 0 = every node. Default 0.
+    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
+    // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
 } fk_scene;
 
@@ -697,8 +717,10 @@ typedef struct fk_energy {
     double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
-    // Energy that the viscosity of the yarn has taken, J.
+    // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     double viscous;
+    // Energy rubbed away between yarn and projectile, J.
+    double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
 } fk_energy;
@@ -789,7 +811,8 @@ int32_t fk_scene_fill(fk_scene *scene,
                       uint32_t preset);
 
 // Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
-// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+// the yarn law, without one of the weft's own, and the viscosity 0.06, 1.5, 0.06, which the theta rule does not take; all else
+// stays (docs/model.md, "From a textile to a scene").
 // `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
 // "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
 // Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
@@ -877,9 +900,9 @@ int32_t fk_bands_size(const struct fk_sim *sim, uint32_t of, uint64_t *bytes);
 // use), FK_MOVED_BLOCK, a latched failure.
 int32_t fk_bands_begin(struct fk_sim *sim, uint32_t of, void *scratch, uint64_t bytes);
 
-// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
-// pass, in any order, from any threads, at the same time. Nothing waits in here: the last band to be done completes the pass
-// for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
+// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
+// these. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
 // changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.

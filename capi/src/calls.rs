@@ -109,7 +109,8 @@ fn scene_of(preset: u32) -> Result<Scene, Error> {
 }
 
 /// Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
-/// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+/// the yarn law, without one of the weft's own, and the viscosity 0.06, 1.5, 0.06, which the theta rule does not take; all else
+/// stays (docs/model.md, "From a textile to a scene").
 /// `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
 /// "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
 /// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
@@ -354,9 +355,9 @@ pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, scratch: Lent, b
     status(in_our_environment(|| block::begin(sim, of, scratch, bytes)))
 }
 
-/// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
-/// pass, in any order, from any threads, at the same time. Nothing waits in here: the last band to be done completes the pass
-/// for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
+/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
+/// these. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+/// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 /// calls the same band again: until then it is refused. The bits are those of fk_step.
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
 /// changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
@@ -722,7 +723,7 @@ mod tests {
     }
 
     /// The scenes of tests/c/scenes.h, and small_scene() of tests/c/host.c.
-    fn hosts_scenes() -> [(&'static str, Scene, u64); 7] {
+    fn hosts_scenes() -> [(&'static str, Scene, u64); 8] {
         let mut theta = askew();
         theta.projectile.shape = Shape::Cylinder;
         theta.yarn.draw = Draw::Yarn;
@@ -745,6 +746,8 @@ mod tests {
         halved.attachment.kind = AttachmentKind::TwoSides;
         halved.time_step = TimeStep::seconds(2e-8);
         halved.step_after_failure = StepAfterFailure::Half;
+        let mut rubs = bullet;
+        rubs.contact.friction = 0.25;
         let mut small = Scene::sheet_3in_sphere();
         (small.sheet.nodes_x, small.sheet.nodes_y) = (41, 41);
         [
@@ -754,6 +757,7 @@ mod tests {
             ("bullet", bullet, 1000),
             ("sector", sector, 500),
             ("halved", halved, 3000),
+            ("rubs", rubs, 1000),
             ("small", small, 3000),
         ]
     }

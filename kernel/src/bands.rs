@@ -1,10 +1,11 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
-//! Method: a pass (a step, or half of one after `step_after_failure`) is one call of [`Bands::pass`] for every band, in any
-//! order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
+//! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
+//! that none has changed yet, and the second one sweeps. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -49,9 +50,12 @@ use crate::error::{Code, Error, Failure};
 use crate::lanes::{CacheLine, InstructionSet};
 use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::rate::Rates;
+use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
@@ -105,6 +109,8 @@ struct Plan {
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
     /// rest are left out.
     rows: [usize; 2],
+    /// Whether the bands find now what viscosity changes, and sweep afterwards.
+    pushing: bool,
     /// Whether rows at rest are swept.
     all: bool,
     /// Whether every other ply is turned.
@@ -112,6 +118,7 @@ struct Plan {
     layout: Layout,
     directions: Directions,
     toe: Toe,
+    rates: Rates,
     instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -126,8 +133,9 @@ struct Pointers {
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
     strength: *const Chunk<STRENGTH_PLANES>,
+    logarithms: *const Chunk<RATE_PLANES>,
     marks: *const Chunk<MARK_PLANES>,
-    pushes: *const Chunk<PUSH_PLANES>,
+    pushes: *mut Chunk<PUSH_PLANES>,
     taken: *mut f64,
     before: *mut [f64; CHUNK],
     awake: *const [u32; 2],
@@ -143,6 +151,8 @@ struct Scratch<'r> {
     above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     carry: &'r mut [Chunk<CARRY_PLANES>],
+    /// Work row of viscosity.
+    work: &'r mut [Chunk<VISCOUS_PLANES>],
     kept: &'r mut [[f64; 3]],
 }
 
@@ -196,7 +206,8 @@ impl Bands<'_, '_> {
         // SAFETY: this call has claimed the band, so no other has its rows, scratch and report; the claim has acquired what
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
-            let met = (*self.plan.get()).sweep(self.of, band);
+            let plan = &*self.plan.get();
+            let met = if plan.pushing { plan.push(self.of, band) } else { plan.sweep(self.of, band) };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
@@ -247,6 +258,10 @@ impl Bands<'_, '_> {
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
+        if plan.pushing {
+            plan.pushing = false;
+            return Ok(());
+        }
         let mut report = Report::default();
         for cell in self.reports.iter().take(self.of as usize) {
             // SAFETY: the band has arrived.
@@ -267,11 +282,12 @@ impl Bands<'_, '_> {
 }
 
 impl Drop for Bands<'_, '_> {
-    /// Does what is missing of a begun step: at most this pass and the next.
+    /// Does what is missing of a begun step: at most four passes, two halves of a viscous one.
     fn drop(&mut self) {
-        for _ in 0..2 {
-            let called = *self.claimed.get_mut();
-            if called != 0 || self.plan.get_mut().second_half {
+        for _ in 0..4 {
+            let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
+            let pushed = plan.layout.viscous && plan.found.is_ok() && !plan.pushing;
+            if called != 0 || plan.second_half || pushed {
                 // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
                 (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
                     let _ = self.pass(band);
@@ -292,6 +308,7 @@ impl Plan {
         };
         let found = step::look_ahead(system, end);
         let mut rows = [system.layout.nodes_y, 0];
+        let pushing = system.layout.viscous && found.is_ok();
         for ply in 0..system.layout.plies {
             let [first, end] = system.rows_to_step(ply);
             if first == end {
@@ -299,21 +316,26 @@ impl Plan {
             }
             rows = [rows[0].min(first), rows[1].max(end)];
             step::place_images_above(system, end);
-            if system.layout.viscous && found.is_ok() {
-                viscosity::find_pushes(system, [first, end]);
+            if system.layout.rate && found.is_ok() {
+                relaxation::find_rates(system, [first, end]);
+            }
+            if pushing {
+                viscosity::place_images(system, [first, end]);
             }
         }
         rows[0] = rows[0].min(rows[1]);
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, pushes, taken, before, awake, ranges, runs, .. } =
-            &mut system.blocks;
+        let Blocks {
+            hot, history, yarn, strength, logarithms, marks, pushes, taken, before, awake, ranges, runs, ..
+        } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
+            logarithms: logarithms.as_ptr(),
             marks: marks.as_ptr(),
-            pushes: pushes.as_ptr(),
+            pushes: pushes.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             before: before.as_mut_ptr(),
             awake: awake.as_ptr(),
@@ -329,11 +351,13 @@ impl Plan {
             failed_before,
             found,
             rows,
+            pushing,
             all,
             turned,
             layout: system.layout,
             directions: system.directions,
             toe: system.model.toe,
+            rates: step::rates(system),
             instructions: system.instructions,
             marked,
             track_support,
@@ -370,7 +394,8 @@ impl Plan {
 
     /// Constants of the sweep.
     fn terms(&self) -> Terms<'_> {
-        Terms { layout: &self.layout, directions: &self.directions, toe: self.toe, instructions: self.instructions }
+        let Plan { layout, directions, toe, rates, instructions, .. } = self;
+        Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
     }
 
     /// Whether a ply is turned.
@@ -406,18 +431,56 @@ impl Plan {
             if first > low[0] && first < low[1] {
                 let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
                 let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
+                let logarithms = if layout.rate { rows(memory.logarithms, chunks, first - 1, 1) } else { &[] };
                 let below = rows(memory.hot, chunks, first - 1, 1);
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
                 let turned = self.is_turned(lowest);
                 let terms = self.terms();
-                let yarn = terms.yarn_row(yarn, strength, 0, turned);
+                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, turned);
                 terms.pass(turned).lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
         }
+    }
+
+    /// Finds what viscosity changes of a band's rows; none is swept yet.
+    ///
+    /// # Safety
+    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    unsafe fn push(&self, of: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(of, band);
+        if first == end {
+            return Report::default();
+        }
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's
+            // alone; hot rows and marks are only read by all bands.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
+                }
+                let pushing = viscosity::Pushing {
+                    layout,
+                    directions: self.directions.of_ply(self.is_turned(ply)),
+                    toe: &self.toe,
+                    instructions: self.instructions,
+                    all: [low, top],
+                    own: [start, stop],
+                    hot: rows(memory.hot, chunks, 0, layout.stored_rows()),
+                    marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
+                    work: self.scratch(band).work,
+                    pushes: rows_mut(memory.pushes, chunks, start, stop - start),
+                };
+                pushing.find();
+            }
+        }
+        Report::default()
     }
 
     /// Sweeps a band's rows.
@@ -444,7 +507,7 @@ impl Plan {
                     continue;
                 }
                 let count = stop - start;
-                let Scratch { above, carry, kept } = self.scratch(band);
+                let Scratch { above, carry, kept, .. } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
                 } else if stop == ply_end && layout.is_stack() {
@@ -466,9 +529,10 @@ impl Plan {
                     history: rows_mut(memory.history, chunks, start, count),
                     yarn: if layout.stochastic { rows(memory.yarn, chunks, start, count) } else { &[] },
                     strength: if layout.strength { rows(memory.strength, chunks, start, count) } else { &[] },
+                    logarithms: if layout.rate { rows(memory.logarithms, chunks, start, count) } else { &[] },
                     marks: if self.marked { rows(memory.marks, chunks, start, count) } else { &[] },
                     pushes: if layout.viscous { rows(memory.pushes, chunks, start, count) } else { &[] },
-                    taken: if layout.viscous { rows_mut(memory.taken, 1, start, count) } else { &mut [] },
+                    taken: if layout.takes_energy() { rows_mut(memory.taken, 1, start, count) } else { &mut [] },
                     before: if layout.is_stack() { rows_mut(memory.before, chunks, start, count) } else { &mut [] },
                     ranges: rows_mut(memory.ranges, 1, start, count),
                     runs: rows(memory.runs, 1, start, count),
@@ -498,7 +562,7 @@ impl Plan {
                 continue;
             }
             system.set_awake(ply, [first, end]);
-            step::book_viscosity(system, [first, end]);
+            step::book_taken(system, [first, end]);
             if !self.track_support {
                 continue;
             }
@@ -527,10 +591,13 @@ impl Plan {
         unsafe {
             let above = self.memory.scratch.add(band as usize * layout.reals_of_a_band());
             let carry = above.add(chunks * CHUNK * HOT_PLANES);
-            let kept = carry.add(chunks * CHUNK * CARRY_PLANES);
+            let work = carry.add(chunks * CHUNK * CARRY_PLANES);
+            let worked = if layout.viscous { chunks } else { 0 };
+            let kept = work.add(worked * CHUNK * VISCOUS_PLANES);
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
+                work: from_raw_parts_mut(work.cast(), worked),
                 kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
             }
         }

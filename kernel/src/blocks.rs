@@ -1,11 +1,12 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
 use crate::error::{Code, Error};
+use crate::friction::TANGENTIAL_REALS;
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, POOLED_REALS};
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    VISCOUS_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 
 /// Refuses memory that is too short for a scene of these sizes.
@@ -33,7 +34,9 @@ pub(crate) struct Blocks<'a> {
     pub pushes: &'a mut [Chunk<PUSH_PLANES>],
     /// Work row of viscosity.
     pub viscous: &'a mut [Chunk<VISCOUS_PLANES>],
-    /// Energy that viscosity has taken of each row in the present pass, in units of m (h/dt)^2.
+    /// Rows of the logarithms of the rate, horizontal and vertical.
+    pub logarithms: &'a mut [Chunk<RATE_PLANES>],
+    /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
     /// Of a stack (`stack.rs`), as all up to `slots`: velocities along z before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
@@ -52,6 +55,8 @@ pub(crate) struct Blocks<'a> {
     /// Least and greatest y displacement of each row.
     pub ranges: &'a mut [[f64; 2]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
+    /// The candidates' tangential parts, where there is friction.
+    pub tangential: &'a mut [[f64; TANGENTIAL_REALS]],
     /// The theta rule's phi/dt of the candidates.
     pub gaps_over_dt: &'a mut [f64],
     pub runs: &'a mut [[u32; 4]],
@@ -73,6 +78,7 @@ impl<'a> Blocks<'a> {
             iterate: &mut [],
             pushes: &mut [],
             viscous: &mut [],
+            logarithms: &mut [],
             taken: &mut [],
             before: &mut [],
             column: &mut [],
@@ -84,6 +90,7 @@ impl<'a> Blocks<'a> {
             kept: &mut [],
             ranges: &mut [],
             candidates: &mut [],
+            tangential: &mut [],
             gaps_over_dt: &mut [],
             runs: &mut [],
             flags: &mut [],
@@ -102,6 +109,7 @@ impl<'a> Blocks<'a> {
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let viscous = |count: usize| if layout.viscous { count } else { 0 };
         let stack = |count: usize| if layout.is_stack() { count } else { 0 };
+        let rough = |count: usize| if layout.friction { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
                 hot: chunked(reals.take(layout.stored_rows() * HOT_PLANES * row)?),
@@ -112,14 +120,16 @@ impl<'a> Blocks<'a> {
                 iterate: chunked(reals.take(implicit(layout.stored_rows() * ITERATE_PLANES * row))?),
                 pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
                 viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
+                logarithms: chunked(reals.take(if layout.rate { ny * RATE_PLANES * row } else { 0 })?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
-                taken: reals.take(viscous(ny))?,
+                taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 before: reals.take(stack(ny * row))?.as_chunks_mut().0,
                 column: reals.take(stack(layout.plies * COLUMN_REALS))?.as_chunks_mut().0,
                 pooled: reals.take(stack(layout.candidates * POOLED_REALS))?.as_chunks_mut().0,
+                tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
@@ -139,6 +149,7 @@ impl Blocks<'_> {
     pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
         swap(self.candidates, a, b);
         swap(self.candidate_nodes, a, b);
+        swap(self.tangential, a, b);
         swap(self.gaps_over_dt, a, b);
     }
 }

@@ -2,10 +2,11 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
+use crate::friction::TANGENTIAL_REALS;
 use crate::lanes::CacheLine;
 use crate::planes::{
-    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    VISCOUS_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::scene::{IntegratorKind, Scene, StepAfterFailure, StrengthDraw};
 use crate::state::Parts;
@@ -29,18 +30,24 @@ pub(crate) const HEADER_WORDS: usize = 4;
 pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
 /// Words of the scalar state that only the theta rule, or a step to be halved, has.
 const PART_WORDS: usize = 2;
-/// Words of the scalar state that only viscous yarn has.
-const VISCOUS_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has whose viscosity or rate takes energy.
+const TAKEN_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has that depends on the rate of strain.
+const RATE_WORDS: usize = 1;
+/// Words of the scalar state that only friction has.
+const FRICTION_WORDS: usize = 1;
 
 /// Words of the scalar state that only a stack has.
 const STACK_WORDS: usize = 2;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
-    let viscous = if parts.viscous { VISCOUS_WORDS } else { 0 };
+    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 };
+    let rate = if parts.rate { RATE_WORDS } else { 0 };
+    let friction = if parts.friction { FRICTION_WORDS } else { 0 };
     let stack = if parts.stack { STACK_WORDS } else { 0 };
-    let optional = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving)) + viscous + stack;
-    HEADER_WORDS + STATE_WORDS + optional + 1
+    let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
+    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + 1
 }
 
 /// Sizes of a scene's memory.
@@ -72,6 +79,10 @@ pub struct Layout {
     pub toe: bool,
     /// true if the yarn is viscous.
     pub viscous: bool,
+    /// true if the yarn depends on the rate of strain.
+    pub rate: bool,
+    /// true if yarn and projectile rub.
+    pub friction: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -95,6 +106,8 @@ impl Layout {
         halving: false,
         toe: false,
         viscous: false,
+        rate: false,
+        friction: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -128,6 +141,8 @@ impl Layout {
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let toe = scene.slack_toe > 0.0;
         let viscous = scene.viscosity() != [0.0; 3];
+        let rate = scene.depends_on_rate();
+        let friction = scene.contact.friction > 0.0;
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
@@ -136,14 +151,15 @@ impl Layout {
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
         let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
-        let planes = planes + if viscous { PUSH_PLANES } else { 0 };
+        let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
         let image_row = usize::from(y.mirrored) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
+        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous))?)?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
+            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
         let stack = |count: usize| if plies > 1 { count } else { 0 };
         let scratch = scratch
@@ -170,7 +186,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous, stack: plies > 1 }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1 }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -193,6 +209,8 @@ impl Layout {
             halving,
             toe,
             viscous,
+            rate,
+            friction,
             candidates,
             reals,
             words,
@@ -225,9 +243,11 @@ impl Layout {
         Ok((of as usize * self.reals_of_a_band() + 6 * self.nodes_y).div_ceil(CacheLine::REALS))
     }
 
-    /// Numbers of one band: a row above it, forces from below it, its fixed nodes; whole cache lines.
+    /// Numbers of one band: a row above it, forces from below it, its work row of viscosity, its fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES) + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
+        let viscous = if self.viscous { VISCOUS_PLANES } else { 0 };
+        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES + viscous)
+            + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 
     /// Bytes of memory in all.
@@ -292,9 +312,15 @@ impl Layout {
         row < self.y.segments() && ply < self.plies
     }
 
+    /// Whether viscosity or the rate takes energy.
+    pub fn takes_energy(&self) -> bool {
+        self.viscous || self.rate
+    }
+
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous, stack: self.is_stack() }
+        let Layout { implicit, halving, viscous, rate, friction, .. } = *self;
+        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack() }
     }
 
     /// How often node (i, j) appears in the whole sheet.
@@ -373,6 +399,14 @@ mod tests {
         // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * VISCOUS_PLANES + 5, 0, 1));
+        // Logarithms of 5 rows, the energy of each row; two words of the image.
+        let rate = |scene: &mut Scene| {
+            (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
+        };
+        assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
+        // The tangential parts of 10 candidates; a word of the image.
+        let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
+        assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));

@@ -46,6 +46,7 @@ pub mod error;
 #[cfg(feature = "micro")]
 pub mod fibril;
 pub mod fields;
+pub mod friction;
 pub mod lanes;
 pub mod layout;
 mod marks;
@@ -59,6 +60,8 @@ pub mod pose;
 pub mod prism;
 pub mod projectile;
 pub mod random;
+mod rate;
+mod relaxation;
 mod rows;
 pub mod scene;
 pub mod shape;
@@ -88,12 +91,12 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile, RotationKind,
-    RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
-    TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, ContactLaw, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile,
+    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck, StepLimits,
+    StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
-pub use textile::{Textile, Threads};
+pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};
 pub use watch::{Latch, Outcome, OutcomeSet};
 
 #[cfg(doctest)]

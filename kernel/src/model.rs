@@ -75,6 +75,9 @@ impl Model {
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
+        if scene.contact.friction > 0.0 {
+            self.inertia.feel_friction();
+        }
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
@@ -101,7 +104,7 @@ impl Model {
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
     pub(crate) fn too_fast(&self, speed: f64, rate: f64) -> bool {
-        let turning = if self.solid.feels_torque() { rate } else { 0.0 };
+        let turning = if self.inertia.turns { rate } else { 0.0 };
         let within = self.surface_speed(speed, rate) < self.unit_speed && self.limits.dt * turning <= 0.5;
         !within
     }
@@ -110,7 +113,7 @@ impl Model {
     fn too_fast_error(&self, field: &'static str, speed: f64, rate: f64) -> Error {
         let crossing = self.unit_speed * self.limits.dt / self.surface_speed(speed, rate);
         let turning = 0.5 / rate;
-        let largest = if self.solid.feels_torque() && turning < crossing { turning } else { crossing };
+        let largest = if self.inertia.turns && turning < crossing { turning } else { crossing };
         // A few roundings less: the bound itself is too fast, and the number is to be of use as it stands.
         Error::new(Code::ProjectileTooFast, field, speed, largest * (1.0 - 8.0 * f64::EPSILON))
     }
@@ -124,7 +127,7 @@ impl Model {
     /// The speed that no point of the body's surface exceeds, m/s.
     fn surface_speed(&self, speed: f64, rate: f64) -> f64 {
         // A body that does not turn may be of any size: 0 times an infinite reach is no number.
-        let turns = self.solid.feels_torque() && rate != 0.0;
+        let turns = self.inertia.turns && rate != 0.0;
         speed + if turns { rate * self.solid.reach() } else { 0.0 }
     }
 

@@ -561,7 +561,7 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         self.copy_segments(out, |sim, segment| {
             let q = segment.twice_strain();
-            let largest = math::max(q, segment.history);
+            let largest = math::max(sim.system.rate_law(segment.axis).seen_at(q), segment.history);
             sim.system.law_of(segment).alpha(segment.damage_rate, largest)
         })
     }

@@ -358,7 +358,7 @@ fn malformed(value: f64, limit: f64) -> Error {
     Error::new(Code::ImageMalformed, "image", value, limit)
 }
 
-/// Scalar values beyond being finite: unit quaternions and a path that covers the present step.
+/// Scalar values beyond being finite: unit quaternions, a path that covers the present step and a load that began before it.
 fn plausible(state: &State) -> bool {
     let unit = |q: &nalgebra::Quaternion<f64>| {
         let squared = q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k;
@@ -367,7 +367,8 @@ fn plausible(state: &State) -> bool {
     let track = &state.track;
     let path = track.steps == 0 || track.first <= state.step;
     let still = |v: &Vector| v.iter().all(|x| x.is_finite());
-    unit(&state.body.orientation)
+    state.loaded <= state.step + 1
+        && unit(&state.body.orientation)
         && unit(&track.start.orientation)
         && unit(&track.end.orientation)
         && path
@@ -406,9 +407,18 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for part in 0..5 {
-            let [implicit, halving, viscous, stack] = [1, 2, 3, 4].map(|number| number == part);
-            let parts = Parts { implicit, halving, viscous, stack };
+        let none =
+            Parts { implicit: false, halving: false, viscous: false, rate: false, friction: false, stack: false };
+        for parts in [
+            none,
+            Parts { implicit: true, ..none },
+            Parts { halving: true, ..none },
+            Parts { viscous: true, ..none },
+            Parts { rate: true, ..none },
+            Parts { viscous: true, rate: true, ..none },
+            Parts { friction: true, ..none },
+            Parts { stack: true, ..none },
+        ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
@@ -522,6 +532,10 @@ mod tests {
             print(&|s| s.yarn.viscosity_linear = 0.02),
             print(&|s| s.yarn.viscosity_quadratic = 0.02),
             print(&|s| s.yarn.viscosity_bending = 0.02),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
+            print(&|s| (s.yarn.rate_stretch, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 20.0, 170.0)),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 200.0)),
             print(&|s| s.rotation_rule = RotationRule::theta(0.5)),
             print(&|s| s.rotation_rule = RotationRule::theta(1.0)),
             print(&|s| s.track_detachment = !s.track_detachment),
@@ -565,6 +579,11 @@ mod tests {
         check(&|s| s.yarn.viscosity_linear = 0.06, &[0x8_0000, 0.06_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_quadratic = 1.5, &[0x8_0001, 1.5_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_bending = 0.06, &[0x8_0002, 0.06_f64.to_bits()]);
+        let with_rate = |s: &mut Scene| {
+            (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.125, 30.0, 170.0);
+        };
+        let bits = [0.125_f64, 30.0, 170.0].map(f64::to_bits);
+        check(&with_rate, &[0x67_0000, bits[0], bits[1], bits[2]]);
         // Several at once, in the order in which they came.
         check(
             &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),

@@ -133,6 +133,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
         }
         system.set_node(i, j, u, v);
     }
+    system.state.loaded = 1;
     system.rebuild_derived();
     step::start_forces(system);
     // The explicit scheme stores the velocity at t_{-1/2}: back by half a step with the forces at t_0.

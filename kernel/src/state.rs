@@ -48,8 +48,10 @@ pub struct Sums {
     pub most_iterations: u64,
     /// Change of the audited energy when the step was halved, J.
     pub halving_energy: f64,
-    /// Energy that viscosity has taken, J.
+    /// Energy that viscosity and rate have taken, J.
     pub viscous: f64,
+    /// Energy rubbed away between nodes and projectile, J.
+    pub friction: f64,
     /// Kinetic energy lost where plies meet, J.
     pub ply_loss: f64,
     /// Deepest that facing nodes of two plies have been through each other, m.
@@ -82,6 +84,7 @@ impl Sums {
         most_iterations: 0,
         halving_energy: 0.0,
         viscous: 0.0,
+        friction: 0.0,
         ply_loss: 0.0,
         ply_penetration: 0.0,
         first_energy: 0.0,
@@ -103,6 +106,10 @@ pub struct Parts {
     pub halving: bool,
     /// What only viscous yarn has.
     pub viscous: bool,
+    /// What only yarn has that depends on the rate of strain.
+    pub rate: bool,
+    /// What only friction has.
+    pub friction: bool,
     /// What only a stack of plies has.
     pub stack: bool,
 }
@@ -118,6 +125,9 @@ pub struct State {
     pub force: Vector,
     /// External torque on it, N m, sheet's frame.
     pub torque: Vector,
+    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
+    /// on the rate.
+    pub loaded: u64,
     /// true once every step is taken as two halves.
     pub halved: bool,
     /// Path being followed (prescribed body).
@@ -136,6 +146,7 @@ impl State {
             body,
             force: ZERO,
             torque: ZERO,
+            loaded: 0,
             halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::NOTHING,
@@ -164,8 +175,14 @@ impl State {
             self.halved = flag == 1;
             visitor.real(&mut self.sums.halving_energy);
         }
-        if parts.viscous {
+        if parts.viscous || parts.rate {
             visitor.real(&mut self.sums.viscous);
+        }
+        if parts.rate {
+            visitor.count(&mut self.loaded);
+        }
+        if parts.friction {
+            visitor.real(&mut self.sums.friction);
         }
         if parts.stack {
             visitor.real(&mut self.sums.ply_loss);

@@ -12,9 +12,11 @@ use crate::error::Failure;
 use crate::marks;
 use crate::math;
 use crate::outcome::{self, TEST_INTERVAL};
-use crate::planes::{CARRY_PLANES, CHUNK};
+use crate::planes::{Axis, CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::rate::Rates;
+use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::scene::{IntegratorKind, Scene, Symmetry};
 use crate::stack;
@@ -51,6 +53,9 @@ pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<()
         halve_step(system)?;
     }
     system.state.step += 1;
+    if system.layout.rate && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
+        system.state.loaded += 1;
+    }
     if system.layout.toe && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL) {
         marks::mark_slack(system);
     }
@@ -192,14 +197,17 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
         return Report::default();
     }
     place_images_above(system, end);
+    if system.layout.rate {
+        relaxation::find_rates(system, [first, end]);
+    }
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
-    let turned = system.scene.is_turned(ply as u32);
+    let (turned, rates) = (system.scene.is_turned(ply as u32), rates(system));
     let failed = system.failed_segments > 0;
     let System { scene, layout, directions, model, state, blocks, instructions, .. } = &mut *system;
-    let (sums, terms) = (&mut state.sums, Terms { layout, directions, toe: model.toe, instructions: *instructions });
-    let [bottom, _] = layout.rows_of(ply);
+    let terms = Terms { layout, directions, toe: model.toe, rates, instructions: *instructions };
+    let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.
     let marked = layout.toe && failed;
@@ -210,13 +218,13 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
             book_pulls(sums, scene, j - bottom, &pulls);
         }
     });
-    book_viscosity(system, [first, end]);
+    book_taken(system, [first, end]);
     system.set_awake(ply, [first, end]);
     report
 }
 
-/// Books the energy that viscosity has taken of rows [first, end), lowest row first.
-pub(crate) fn book_viscosity(system: &mut System<'_>, [first, end]: [usize; 2]) {
+/// Books the energy that viscosity and rate have taken of rows [first, end), lowest row first.
+pub(crate) fn book_taken(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let unit = system.model.unit_energy;
     let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);
     taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
@@ -227,6 +235,13 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
     if system.layout.y.mirrored && end == system.layout.nodes_y {
         system.place_image_row();
     }
+}
+
+/// What a sweep needs of the dependence on the rate of strain.
+pub(crate) fn rates(system: &System<'_>) -> Rates {
+    // Below it damage sees no strain beyond the critical one.
+    let limit = |axis: Axis| system.rate_law(axis).limit(system.directions.along(axis).critical);
+    Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)])
 }
 
 /// At the end of a force window: keeps the largest mean force.

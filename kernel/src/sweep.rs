@@ -5,8 +5,8 @@
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart; so has a fabric that is not plain
-//! (`direction.rs`): directions unlike each other, crimp or pre-tension.
+//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
@@ -14,9 +14,10 @@ use crate::direction::Along;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES,
-    YARN_PLANES, vertical_axes,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
+use crate::rate::Rates;
 use crate::toe::{NO_TOE, Toe};
 use crate::yarn::{self, DamageLaw, LOST};
 
@@ -36,6 +37,8 @@ pub struct YarnRow<'a> {
     pub constants: Constants<'a>,
     /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
     pub strength: &'a [Chunk<STRENGTH_PLANES>],
+    /// Chunks of logarithms of the rate, horizontal and vertical; empty where yarn does not depend on it.
+    pub logarithms: &'a [Chunk<RATE_PLANES>],
 }
 
 /// Stiffness and damage rate of a row's segments.
@@ -79,6 +82,8 @@ pub struct Pass<'a> {
     pub directions: Along<'a>,
     /// The toe of marked segments.
     pub toe: Toe,
+    /// Dependence on the rate of strain.
+    pub rates: &'a Rates,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
 }
@@ -106,8 +111,15 @@ struct Row<'a> {
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
-/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`]; TOE: whether there are marks.
-struct RowJob<'a, const PLAIN: bool, const TOE: bool>(Row<'a>);
+/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`]; FACTOR: what the stiffnesses are multiplied by.
+struct RowJob<'a, const PLAIN: bool, const FACTOR: u8>(Row<'a>);
+
+/// Nothing.
+const NONE: u8 = 0;
+/// The toe's factor.
+const TOE: u8 = 1;
+/// That of the rate.
+const RATE: u8 = 2;
 
 /// Marks of no toe.
 const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
@@ -130,11 +142,13 @@ impl Pass<'_> {
     ) -> (Report, [f64; 2]) {
         let set = self.instructions;
         let job = Row { pass: self, row, history, above, carry, yarn, marks };
+        // A dependence on the rate excludes the toe.
         match (self.directions.plain, marks.is_empty()) {
-            (true, true) => lanes::dispatch(set, RowJob::<true, false>(job)),
-            (true, false) => lanes::dispatch(set, RowJob::<true, true>(job)),
-            (false, true) => lanes::dispatch(set, RowJob::<false, false>(job)),
-            (false, false) => lanes::dispatch(set, RowJob::<false, true>(job)),
+            _ if !yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, RATE>(job)),
+            (true, true) => lanes::dispatch(set, RowJob::<true, NONE>(job)),
+            (true, false) => lanes::dispatch(set, RowJob::<true, TOE>(job)),
+            (false, true) => lanes::dispatch(set, RowJob::<false, NONE>(job)),
+            (false, false) => lanes::dispatch(set, RowJob::<false, TOE>(job)),
         }
     }
 
@@ -171,7 +185,8 @@ impl Job for LiftJob<'_> {
     fn run<L: Lane>(self) {
         let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
         let upwards = pass.directions.vertical;
-        let limit = L::splat(upwards.critical);
+        let dependent = !yarn.logarithms.is_empty();
+        let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
@@ -199,6 +214,9 @@ impl Job for LiftJob<'_> {
                 if let Some([_, mark]) = marks.get(c) {
                     stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
+                if let Some([_, logarithm]) = yarn.logarithms.get(c) {
+                    stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
+                }
                 let lift = vertical_axes(upwards.rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
@@ -208,7 +226,7 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
+impl<const PLAIN: bool, const FACTOR: u8> Job for RowJob<'_, PLAIN, FACTOR> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
@@ -223,7 +241,8 @@ impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
         };
         let zero = L::splat(0.0);
         let Along { horizontal, vertical, .. } = pass.directions;
-        let limits = [L::splat(horizontal.critical), L::splat(vertical.critical)];
+        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
+        let limits = [L::splat(limits[0]), L::splat(limits[1])];
         let mut along = Carried::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
@@ -231,20 +250,24 @@ impl<const PLAIN: bool, const TOE: bool> Job for RowJob<'_, PLAIN, TOE> {
             let above = above.get(c).unwrap_or(&NOTHING);
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
-            let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
+            let factors = match FACTOR {
+                TOE => marks.get(c).unwrap_or(&NO_MARKS),
+                RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
+                _ => &NO_MARKS,
+            };
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, FACTOR>(&mut planes, 0, &mut cold),
                 2 => {
-                    along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, FACTOR>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, FACTOR>(&mut planes, 1, &mut cold);
                 }
                 _ => {
-                    along.group::<PLAIN, TOE>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, TOE>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, FACTOR>(&mut planes, 0, &mut cold);
+                    along.group::<PLAIN, FACTOR>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, FACTOR>(&mut planes, 2, &mut cold);
+                    along.group::<PLAIN, FACTOR>(&mut planes, 3, &mut cold);
                 }
             }
             rest = tail;
@@ -259,7 +282,8 @@ struct Planes<'a> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
-    marks: &'a Chunk<MARK_PLANES>,
+    /// What the factors of the stiffnesses follow from: marks of the toe, or logarithms of the rate.
+    factors: &'a Chunk<MARK_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -292,7 +316,7 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const TOE: bool>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
+    fn group<const PLAIN: bool, const FACTOR: u8>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -336,10 +360,15 @@ impl<L: Lane> Carried<L> {
             }
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
-        if TOE {
-            let [mark_h, mark_v] = planes.marks;
-            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(mark_h)[g])));
-            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+        let [factor_h, factor_v] = planes.factors;
+        if FACTOR == TOE {
+            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
+        }
+        if FACTOR == RATE {
+            let rates = cold.pass.rates;
+            kh = kh.mul(rates.stiffening(L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(rates.stiffening(L::load(&L::groups(factor_v)[g])));
         }
         let (stress_v, stress_h) = (yarn::stress(kv, q_v), yarn::stress(kh, q_h));
         let (lift, force) = if PLAIN {
@@ -451,6 +480,10 @@ impl Pass<'_> {
             return Report::LOST;
         }
         let law = &self.directions.along(axis).law;
+        let q = match planes::get(yarn.logarithms, axis as usize, column) {
+            Some(logarithm) => self.rates.seen(q, logarithm),
+            None => q,
+        };
         if !law.is_damaging(q, *history) {
             return Report::default();
         }

@@ -9,10 +9,12 @@ use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
 use crate::planes::{
-    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
 };
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
 use crate::state::State;
@@ -205,6 +207,22 @@ impl System<'_> {
         self.directions.along(segment.fabric).law.at(segment.critical_stretch)
     }
 
+    /// Time since the load began, s; a step at least.
+    pub fn load_time(&self) -> f64 {
+        self.state.loaded.max(1) as f64 * self.model.limits.dt
+    }
+
+    /// How the segments of a direction depend on the rate of strain at t_n.
+    pub fn rate_law(&self, axis: Axis) -> RateLaw {
+        RateLaw::of(&self.scene, self.directions.along(axis).rest.twice_strain, self.load_time())
+    }
+
+    /// The same at t_{n-1}.
+    pub fn rate_law_before(&self, axis: Axis) -> RateLaw {
+        let time = self.state.loaded.saturating_sub(1).max(1) as f64 * self.model.limits.dt;
+        RateLaw::of(&self.scene, self.directions.along(axis).rest.twice_strain, time)
+    }
+
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
     /// The same expressions in the same order as the sweep.
     pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
@@ -212,12 +230,18 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let stiffness = if self.directions.along(segment.fabric).law.is_damaging(q, segment.history) {
-                self.law_of(&segment).alpha(segment.damage_rate, q) * segment.undamaged
+            let (seen, stiffening) = if self.layout.rate {
+                let rate = self.rate_law(segment.fabric);
+                (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
+            } else {
+                (q, 1.0)
+            };
+            let stiffness = if self.directions.along(segment.fabric).law.is_damaging(seen, segment.history) {
+                self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
             } else {
                 segment.stiffness
             };
-            let stiffness = stiffness * self.model.toe.factor(q, segment.mark);
+            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * stiffening;
             segment.force(stiffness, q)
         };
         let right = force(Axis::Horizontal, Some(i), Some(j));
@@ -308,6 +332,7 @@ impl System<'_> {
         self.failure = None;
         // Rows at rest have none until they are swept, and contact reads them.
         self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
+        self.blocks.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
         self.blocks.before.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {

@@ -184,7 +184,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
         let constants =
             if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
-        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
+        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j), logarithms: &[] };
         let stiffness = |axis: Axis, i: usize, q: f64| {
             let law = &directions.along(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {

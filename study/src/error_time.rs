@@ -26,7 +26,7 @@
 mod coarse;
 mod coupling;
 mod impact;
-mod overshoot;
+pub mod overshoot;
 mod pointwise;
 mod quarter;
 mod runs;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 7] {
+fn scenes() -> [Scene; 9] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -28,7 +28,12 @@ fn scenes() -> [Scene; 7] {
     (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
     let mut stack = small_sheet(21, 250.0);
     stack.stack = Stack { plies: 3, gap: 2.5e-4, turned: false };
-    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, stack]
+    let mut dependent = small_sheet(21, 250.0);
+    golden::depend_on_rate(&mut dependent.yarn);
+    (dependent.yarn.stochastic, dependent.sheet.crimp) = (true, [0.002, 0.0]);
+    let mut rough = oblong;
+    rough.contact.friction = 0.4;
+    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, dependent, rough, stack]
 }
 
 /// Digest of a plain run.

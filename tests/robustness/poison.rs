@@ -58,11 +58,14 @@ fn a_poisoned_state_is_refused() {
     let mut taken = Vec::new();
     let mut strength = stochastic;
     strength.yarn.strength_draw = StrengthDraw::Weibull;
+    let mut friction = stochastic;
+    friction.contact.friction = 0.3;
     for (name, scene, steps) in [
         ("stochastic", stochastic, 60),
         ("strength", strength, 60),
         ("toe", toe, 400),
         ("viscous", viscous, 60),
+        ("friction", friction, 60),
         ("stack", stack, 60),
         ("theta", theta, 60),
     ] {

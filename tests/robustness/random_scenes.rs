@@ -22,6 +22,18 @@ fn component() -> impl Strategy<Value = f64> {
     prop_oneof![8 => Just(0.0), 4 => -300.0..300.0, 1 => any::<f64>()]
 }
 
+/// Viscosity, dependence on the rate, and friction on the projectile: mostly none.
+fn resistance() -> impl Strategy<Value = ([f64; 3], [f64; 4], f64)> {
+    let of_yarn = prop_oneof![
+        6 => Just(([0.0; 3], [0.0; 4])),
+        2 => [near(0.06), near(1.5), near(0.06)].prop_map(|viscosity| (viscosity, [0.0; 4])),
+        2 => [near(0.1), near(0.1), near(30.0), near(1000.0)].prop_map(|rate| ([0.0; 3], rate)),
+        1 => [near(0.1), near(30.0), near(1000.0), near(0.06)].prop_map(|[a, b, c, d]| ([d, 0.0, d], [a, a, b, c])),
+    ];
+    let friction = prop_oneof![2 => Just(0.0), 1 => near(0.3)];
+    (of_yarn, friction).prop_map(|((viscosity, rate), friction)| (viscosity, rate, friction)).boxed()
+}
+
 /// Spacing and section along y, crimp, pre-tension and a law of the weft's own.
 fn weft() -> impl Strategy<Value = (f64, f64, [f64; 2], [f64; 2], Weft)> {
     let some = |value: f64| prop_oneof![2 => Just(0.0), 1 => near(value)];
@@ -66,7 +78,7 @@ prop_compose! {
         fraction in near(0.4),
         toe in prop_oneof![3 => Just(0.0), 1 => near(0.02)],
         strength in (0..3usize, near(10.0), near(0.05), near(0.5)),
-        viscosity in prop_oneof![3 => Just((0.0, 0.0, 0.0)), 1 => (near(0.06), near(1.5), near(0.06))],
+        resistance in resistance(),
         weft in prop_oneof![2 => Just(None), 1 => weft().prop_map(Some)],
     ) -> Scene {
         let mut scene = small_sheet(5, 0.0);
@@ -104,7 +116,9 @@ prop_compose! {
         scene.time_step = TimeStep::fraction(fraction);
         scene.slack_toe = toe;
         let yarn = &mut scene.yarn;
-        (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = viscosity;
+        [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = resistance.0;
+        [yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit] = resistance.1;
+        scene.contact.friction = resistance.2;
         if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
             (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);

@@ -100,6 +100,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("toe", &[("time_step.seconds", 0.0), ("slack_toe", 0.02)]),
     ("unchecked", &[("time_step.seconds", 0.0), ("step_check", 1.0)]),
     ("theta", &[("integrator.kind", 1.0)]),
+    ("rate", &[("yarn.rate_modulus", 0.13), ("yarn.rate_stretch", 0.16), ("yarn.rate_reference", 30.0), ("yarn.rate_limit", 170.0)]),
     ("turning", &[("rotation_rule.kind", 1.0)]),
 ];
 
@@ -236,11 +237,19 @@ fn rows() -> Vec<Row> {
         not_read("sphere", &["stack.gap"]),
         real("stack", &["stack.gap"], &[negative, (To(1e6 * h), Accepted), beyond], &[]),
         count("stack", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "stack.plies")), (End, own(UnknownChoice))], &[]),
+        real("stack", &["contact.friction"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        count("rate", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (About(1000.0), Refused(OutOfRange, "yarn.rate_modulus")), beyond], &[]),
         count("theta", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), beyond], &[]),
         count("stack", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (About(1000.0), Accepted), beyond], &[]),
         not_read("sphere", &["yarn.weibull_shape", "yarn.weibull_gauge_length", "yarn.weibull_correlation"]),
         real("strength", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
         real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("sphere", &["yarn.rate_modulus", "yarn.rate_stretch"], &[negative, (To(0.0), Accepted), (To(1.0), Refused(OutOfRange, "yarn.rate_reference")), beyond], &[0.1]),
+        not_read("sphere", &["yarn.rate_reference", "yarn.rate_limit"]),
+        real("rate", &["yarn.rate_modulus", "yarn.rate_stretch"], &[negative, (To(1.0), Accepted), beyond], &[0.1]),
+        real("rate", &["yarn.rate_reference"], &[(Below(1e-9), own(OutOfRange)), (To(170.0), Accepted), (To(1e9), Refused(OutOfRange, "yarn.rate_limit")), beyond], &[1e-8, 1e3]),
+        real("rate", &["yarn.rate_limit"], &[(Below(30.0), own(OutOfRange)), (To(1e9), Accepted), beyond], &[1e3]),
+        real("rate", &["sheet.pre_strain[0]", "sheet.pre_strain[1]", "slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
         real("theta", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
     ];
     // What is good or bad by itself.

@@ -94,6 +94,15 @@ pub fn viscous(size: u32) -> Case {
     case
 }
 
+/// The hot pass of yarn that depends on the rate of strain.
+pub fn rate(size: u32) -> Case {
+    let mut case = sweep(size);
+    case.name = "rate";
+    let yarn = &mut case.scene.yarn;
+    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 170.0);
+    case
+}
+
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
 pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
