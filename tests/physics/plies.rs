@@ -293,6 +293,14 @@ fn what_a_stack_cannot_be_is_refused_by_name() {
     };
     assert_eq!(named(&turned), (Code::NotInEquilibrium, "stack.turned"));
     assert_eq!(named(&|s| s.integrator = Integrator::THETA), (Code::OutOfRange, "stack.plies"));
+    assert_eq!(named(&|s| s.contact.friction = 0.2), (Code::OutOfRange, "contact.friction"));
+    for (modulus, stretch, field) in [(0.1, 0.0, "yarn.rate_modulus"), (0.0, 0.1, "yarn.rate_stretch")] {
+        let rate = |s: &mut Scene| {
+            (s.yarn.rate_modulus, s.yarn.rate_stretch) = (modulus, stretch);
+            (s.yarn.rate_reference, s.yarn.rate_limit) = (30.0, 170.0);
+        };
+        assert_eq!(named(&rate), (Code::OutOfRange, field));
+    }
     // A projectile that starts in the stack, and plies that start through each other.
     let mut inside = stack;
     inside.projectile.position[2] = 0.0;
