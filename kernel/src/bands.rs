@@ -255,6 +255,7 @@ impl Bands<'_, '_> {
     ///
     /// # Safety
     /// All bands have arrived and none can be claimed.
+    #[inline(never)] // The next plan must not add to the stack of a sweep.
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
@@ -407,7 +408,7 @@ impl Plan {
     ///
     /// # Safety
     /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
-    #[inline(never)] // As above.
+    #[inline(never)] // Its constants must not add to the stack of the plan.
     unsafe fn cut(&self, of: u32, band: u32) {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {

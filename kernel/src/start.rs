@@ -47,11 +47,6 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Resul
 /// which it has no contact.
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
-    (0..scene.stack.plies).try_for_each(|ply| refuse_overlap_of(scene, model, body, f64::from(ply) * scene.stack.gap))
-}
-
-/// The same of one ply, which lies at this height, m.
-fn refuse_overlap_of(scene: &Scene, model: &Model, body: &Body, z: f64) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
     let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
@@ -62,9 +57,12 @@ fn refuse_overlap_of(scene: &Scene, model: &Model, body: &Body, z: f64) -> Resul
         }
         let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
         for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, z);
-            if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
-                return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+            let mut x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
+            for ply in 0..scene.stack.plies {
+                x.z = f64::from(ply) * scene.stack.gap;
+                if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
+                    return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+                }
             }
         }
     }
