@@ -11,6 +11,7 @@ use proptest::test_runner::RngSeed;
 /// Mostly a usual value changed a little, sometimes any f64 at all.
 fn near(value: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
+        60 => (0.9..1.1).prop_map(move |factor: f64| value * factor),
         6 => (0.5..2.0).prop_map(move |factor: f64| value * factor),
         1 => Just(value),
         1 => any::<f64>(),
@@ -56,11 +57,11 @@ fn weft() -> impl Strategy<Value = (f64, f64, [f64; 2], [f64; 2], Weft)> {
 
 prop_compose! {
     fn scenes()(
-        nodes in (0u32..13, 0u32..13),
-        plies in prop_oneof![4 => Just(1u32), 1 => any::<u32>()],
+        nodes in (prop_oneof![9 => 3u32..13, 1 => 0u32..3], prop_oneof![9 => 3u32..13, 1 => 0u32..3]),
+        plies in prop_oneof![20 => Just(1u32), 1 => any::<u32>()],
         sheet in (near(7.26e-4), near(6.52e-8), near(1.075e-7)),
         yarn in (near(140e9), near(2e9), near(7.91e-9), near(-878.0), near(8.35)),
-        law in (near(1.03), near(1.0), near(0.0), near(0.01)),
+        law in (near(0.03).prop_map(|strain| 1.0 + strain), near(0.9), near(0.0), near(0.01)),
         body in (near(6.35e-3), near(0.0381), near(8.4e-3), near(-7e-3)),
         velocity in (component(), component(), near(100.0)),
         rates in [component(), component(), component()],
