@@ -186,7 +186,7 @@
 // yarn.strength_draw: every segment has its own: U_c - 1 is drawn from a Weibull distribution.
 #define FK_STRENGTH_DRAW_WEIBULL 1
 
-// projectile.shape: sphere; feels no torque.
+// projectile.shape: sphere; feels no torque without friction.
 #define FK_SHAPE_SPHERE 0
 
 // projectile.shape: flat-ended cylinder along the body's z axis.
@@ -234,20 +234,6 @@
 // rotation_rule.kind: the paper's theta rule, which does not conserve.
 #define FK_ROTATION_THETA 1
 
-// Graded network: bars that stand for several yarns, away from the hit: a part of fk_scene.
-typedef struct fk_scene_sheet_grading {
-    // Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow
-    // by factors of two away from the fine part. Not with viscosity. 0 to 64. Default 0.
-    uint64_t largest;
-    // Bars of each size before the next. Read with grading only. 1 to 1000000. Default 4.
-    uint64_t run;
-    // Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror
-    // plane. Read with grading only. In m. Default 0 each.
-    double centre[2];
-    // Half the width of the fine part along x and along y. Read with grading only. In m, >= 0. Default 0 each.
-    double half_width[2];
-} fk_scene_sheet_grading;
-
 // Faces of a polyhedron, in body axes: a part of fk_scene.
 typedef struct fk_scene_projectile_faces {
     // Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only. 0 to 16. Default 0.
@@ -278,8 +264,8 @@ typedef struct fk_scene_sheet {
     uint64_t nodes_x;
     // Nodes along y. 2 to 1048576. Default 350 (3 in preset: 105).
     uint64_t nodes_y;
-    // Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each
-    // other. 1 to 1000. Default 1.
+    // Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart. 1 to 1000.
+    // Default 1.
     uint64_t plies;
     // Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension. In m, > 0. Default
     // 7.257142857142857e-4.
@@ -305,9 +291,20 @@ typedef struct fk_scene_sheet {
     // Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's. Of unit length to 1e-3.
     // Default (1, 0, 0, 0).
     double orientation[4];
-    // Graded network: bars that stand for several yarns, away from the hit.
-    fk_scene_sheet_grading grading;
 } fk_scene_sheet;
+
+// Separate plies one behind the other: a part of fk_scene.
+typedef struct fk_scene_stack {
+    // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
+    // Verlet only; not with mirror planes, friction or a dependence on the rate of strain. 1 to 1000. Default 1.
+    uint64_t plies;
+    // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
+    // for more than one ply only. In m, >= 0. Default 0.
+    double gap;
+    // Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for
+    // more than one ply only. 0 or 1. Default 0.
+    uint64_t turned;
+} fk_scene_stack;
 
 // How the sheet is held: a part of fk_scene.
 typedef struct fk_scene_attachment {
@@ -367,6 +364,17 @@ typedef struct fk_scene_yarn {
     // Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none.
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
+    // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
+    // Verlet only; not with a toe, pre-tension or separate plies. 0 to 1. Default 0.
+    double rate_modulus;
+    // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
+    double rate_stretch;
+    // Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this.
+    // Read for yarn that depends on the rate only. In 1/s, 0 to 1e9. Default 0.
+    double rate_reference;
+    // Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that
+    // depends on the rate only. In 1/s, 0 to 1e9. Default 0.
+    double rate_limit;
 } fk_scene_yarn;
 
 // The yarn along y, where it is unlike that along x: a part of fk_scene.
@@ -423,6 +431,13 @@ typedef struct fk_scene_projectile {
     fk_scene_projectile_sector sector;
 } fk_scene_projectile;
 
+// Contact of yarn and projectile: a part of fk_scene.
+typedef struct fk_scene_contact {
+    // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
+    // Velocity Verlet only; not with separate plies. 0 to 10. Default 0.
+    double friction;
+} fk_scene_contact;
+
 // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled: a part of fk_scene.
 typedef struct fk_scene_symmetry {
     // Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred,
@@ -471,6 +486,8 @@ typedef struct fk_scene {
     uint64_t struct_size;
     // Grid of nodes, its mass and its place.
     fk_scene_sheet sheet;
+    // Separate plies one behind the other.
+    fk_scene_stack stack;
     // How the sheet is held.
     fk_scene_attachment attachment;
     // The yarn law and its scatter.
@@ -479,6 +496,8 @@ typedef struct fk_scene {
     fk_scene_weft weft;
     // The rigid projectile and its motion at the start, in the host's frame.
     fk_scene_projectile projectile;
+    // Contact of yarn and projectile.
+    fk_scene_contact contact;
     // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled.
     fk_scene_symmetry symmetry;
     // Who moves the projectile. One of FK_DRIVE_FREE and FK_DRIVE_PRESCRIBED. Default FK_DRIVE_FREE.
@@ -508,8 +527,8 @@ typedef struct fk_scene {
     uint64_t track_detachment;
     // Sum the impulses on the supports; the momentum residual needs them. 0 or 1. Default 1.
     uint64_t track_support;
-    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule); more
-    // are a failure. 0 = every node. Default 0.
+    // Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with
+    // friction); more are a failure. 0 = every node. Default 0.
     uint64_t contact_capacity;
 } fk_scene;
 
@@ -641,16 +660,19 @@ typedef struct fk_step_limits {
     double step_max;
 } fk_step_limits;
 
-// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
+// has, and arrays hold `plies` times as much, ply by ply.
 typedef struct fk_grid {
-    // Nodes along x: sheet.nodes_x, of a graded network its own, or what symmetry.mirror_x leaves of them.
+    // Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
     uint64_t nodes_x;
-    // Nodes along y: sheet.nodes_y, of a graded network its own, or what symmetry.mirror_y leaves of them.
+    // Nodes along y: sheet.nodes_y, or what symmetry.mirror_y leaves of them.
     uint64_t nodes_y;
     // Segments along x, row by row, horizontal / nodes_y in each row.
     uint64_t horizontal;
     // Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
     uint64_t vertical;
+    // Separate plies.
+    uint64_t plies;
 } fk_grid;
 
 // Contact sums (M8) since the start or reset, host's axes.
@@ -695,9 +717,25 @@ typedef struct fk_energy {
     double halving;
     // What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     double residual;
-    // Energy that the viscosity of the yarn has taken, J.
+    // Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     double viscous;
+    // Energy rubbed away between yarn and projectile, J.
+    double friction;
+    // Kinetic energy lost where separate plies meet, J.
+    double ply_loss;
 } fk_energy;
+
+// What one ply of a stack holds.
+typedef struct fk_ply {
+    // Segments with alpha = 0 (M5) in the forces of the last step.
+    uint64_t failed_segments;
+    // Kinetic energy, J.
+    double kinetic;
+    // Strain energy, J.
+    double strain;
+    // Energy dissipated by rupture, J.
+    double dissipated;
+} fk_ply;
 
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
@@ -730,9 +768,8 @@ typedef struct fk_counters {
     uint64_t iterations;
     // Most iterations of one step.
     uint64_t most_iterations;
-    // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
-    // too far apart to feel it: 0 in a run that is to be trusted.
-    uint64_t beyond_fine;
+    // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    double ply_penetration;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -774,7 +811,8 @@ int32_t fk_scene_fill(fk_scene *scene,
                       uint32_t preset);
 
 // Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
-// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+// the yarn law, without one of the weft's own, and the viscosity 0.06, 1.5, 0.06, which the theta rule does not take; all else
+// stays (docs/model.md, "From a textile to a scene").
 // `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
 // "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
 // Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
@@ -783,16 +821,6 @@ int32_t fk_scene_fill(fk_scene *scene,
 int32_t fk_scene_set_textile(fk_scene *scene,
                              const struct fk_textile *textile,
                              uint64_t textile_size,
-                             struct fk_fault *fault,
-                             uint64_t fault_size);
-
-// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
-// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
-// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
-// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
-// Errors: FK_OUT_OF_RANGE and FK_NOT_FINITE of `error`, and those of fk_scene_check.
-int32_t fk_scene_set_grading(fk_scene *scene,
-                             double error,
                              struct fk_fault *fault,
                              uint64_t fault_size);
 
@@ -872,9 +900,9 @@ int32_t fk_bands_size(const struct fk_sim *sim, uint32_t of, uint64_t *bytes);
 // use), FK_MOVED_BLOCK, a latched failure.
 int32_t fk_bands_begin(struct fk_sim *sim, uint32_t of, void *scratch, uint64_t bytes);
 
-// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
-// pass, in any order, from any threads, at the same time. Nothing waits in here: the last band to be done completes the pass
-// for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
+// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
+// these. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
 // changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
@@ -924,7 +952,7 @@ int32_t fk_get_projectile(const struct fk_sim *sim, struct fk_motion *out, uint6
 // FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const double *torque);
 
-// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers each,
 // node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
 // Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 // fk_set_largest_stretch.
@@ -932,7 +960,10 @@ int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const doub
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 // moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
 // FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
-int32_t fk_set_motion(struct fk_sim *sim, const double *positions, const double *velocities, uint64_t n);
+int32_t fk_set_motion(struct fk_sim *sim,
+                      const double *positions,
+                      const double *velocities,
+                      uint64_t n);
 
 // Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
 // vertical (fk_get_grid) numbers, horizontal ones first, row by row, in [0, 1e100]; up to the critical stretch means
@@ -956,6 +987,11 @@ int32_t fk_get_support(const struct fk_sim *sim, struct fk_support *out, uint64_
 // Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out, uint64_t size);
+
+// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
+// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
+int32_t fk_get_ply(const struct fk_sim *sim, uint32_t ply, struct fk_ply *out, uint64_t size);
 
 // Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 // numbers, host's axes. Rounding in a sound run. Needs track_support.
@@ -984,7 +1020,7 @@ int32_t fk_get_fault(const struct fk_sim *sim, struct fk_fault *out, uint64_t si
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_outcome(const struct fk_sim *sim, struct fk_outcome *out, uint64_t size);
 
-// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 // Threads: looks. Time: a pass over the sheet. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_copy_positions(const struct fk_sim *sim, double *out, uint64_t n);

@@ -9,6 +9,8 @@ STUDIES = {
     "paper": ("target/study/paper", "claims with verdicts, figures, report.html; with --docs tables/paper_*.md"),
     "error-time": ("target/study/error-time", "plots of error over cost; with --docs tables/accuracy_*.md and their pictures"),
     "stability": ("target/study/stability", "the map; with --docs tables/stability.md and the map's picture"),
+    "validate": ("target/study/validate", "verdicts from intervals; with --docs tables/validation.md and its pictures"),
+    "friction": ("target/study/friction", "means with intervals; with --docs tables/friction.md"),
     "bench": ("target/study/bench", "goals and the plot; with --docs tables/performance.md and the plot"),
     "run": (None, "velocity, force, energies and the sheet of one run"),
 }

@@ -3,7 +3,7 @@
 import math
 import unittest
 
-from . import claims, front, page
+from . import claims, front, page, validate
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -68,6 +68,22 @@ class Claims(unittest.TestCase):
         self.assertEqual(verdict(2, 4, 2, 2, 4, 2, 2, 2, 4, 2), AGREES)
         self.assertEqual(verdict(1, 1, 3, 1, 8, 1, 1, 5, 1, 1), DOES_NOT)
         self.assertEqual([verdict(2, 1, 4, 3), verdict()], [CANNOT_BE_TOLD] * 2)
+
+
+class Validate(unittest.TestCase):
+    def test_a_comparison_is_as_good_as_its_worst_point(self):
+        point = lambda name, low, high: validate.Point(name, interval(low, high), validate.about(100, 0.1))
+        good, bad, wide = point("a", 95, 105), point("b", 111, 120), point("c", 85, 95)
+        row = lambda *points: validate.Comparison("x", "theory", "", list(points), 0).row()
+        self.assertEqual(row(good)[4], AGREES)
+        self.assertEqual((row(good, wide)[4], row(good, bad, wide)[4]), (CANNOT_BE_TOLD, DOES_NOT))
+        self.assertIn("3; b:", row(good, bad, wide)[3])
+
+    def test_a_mean_has_the_error_of_its_hits_and_of_the_bisection(self):
+        row = {"limit": 100.0, "limit: deviation": 0.0, "hits": 4}
+        self.assertEqual(validate.mean_of(row, "limit"), Estimate.exact(100.0))
+        # Student's 3.182 for three degrees of freedom times 1/sqrt(12).
+        self.assertAlmostEqual(validate.mean_of(row, "limit", 0.01).high, 100.9187, 3)
 
 
 class Front(unittest.TestCase):

@@ -109,7 +109,8 @@ fn scene_of(preset: u32) -> Result<Scene, Error> {
 }
 
 /// Makes the sheet of `scene` that of a textile's data sheet: sheet.spacing, spacing_y, node_mass, yarn_area, yarn_area_y and crimp,
-/// and the yarn law, without one of the weft's own; all else stays (docs/model.md, "From a textile to a scene").
+/// the yarn law, without one of the weft's own, and the viscosity 0.06, 1.5, 0.06, which the theta rule does not take; all else
+/// stays (docs/model.md, "From a textile to a scene").
 /// `textile_size` is sizeof(fk_textile). `fault` may be null; on an error it receives the number, the first bad field, e.g.
 /// "textile.warp.count", its value and the limit. `fault_size` is its sizeof.
 /// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
@@ -369,9 +370,9 @@ pub unsafe extern "C" fn fk_bands_begin(sim: ToChange, of: u32, scratch: Lent, b
     status(in_our_environment(|| block::begin(sim, of, scratch, bytes)))
 }
 
-/// One band's part of a pass: a pass is a step, or half of one after step_after_failure. To be called for every band once a
-/// pass, in any order, from any threads, at the same time. Nothing waits in here: the last band to be done completes the pass
-/// for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
+/// One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
+/// these. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+/// last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 /// calls the same band again: until then it is refused. The bits are those of fk_step.
 /// Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
 /// changed. FK_NULL_POINTER, FK_MOVED_BLOCK. A failure as fk_step: to the last band, and to every band in later passes.
@@ -455,12 +456,13 @@ pub unsafe extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_l
 pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let layout = sim.layout();
-        let horizontal = layout.x.segments() * layout.nodes_y;
+        let rows = layout.y.modelled();
         Ok(fk_grid {
             nodes_x: layout.nodes_x as u64,
-            nodes_y: layout.nodes_y as u64,
-            horizontal: horizontal as u64,
-            vertical: (layout.segments() - horizontal) as u64,
+            nodes_y: rows as u64,
+            horizontal: (layout.x.segments() * rows) as u64,
+            vertical: (layout.nodes_x * layout.y.segments()) as u64,
+            plies: layout.plies as u64,
         })
     };
     get(sim, out, size, work)
@@ -491,7 +493,7 @@ pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, 
     change(sim, work)
 }
 
-/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers each,
 /// node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
 /// Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 /// fk_set_largest_stretch.
@@ -537,6 +539,14 @@ pub unsafe extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>, 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>, size: u64) -> i32 {
     get(sim, out, size, |sim| Ok(sim.energy()?))
+}
+
+/// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
+/// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>, size: u64) -> i32 {
+    get(sim, out, size, |sim| sim.ply(ply))
 }
 
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
@@ -604,7 +614,7 @@ pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, 
     get(sim, out, size, work)
 }
 
-/// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+/// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
@@ -728,7 +738,7 @@ mod tests {
     }
 
     /// The scenes of tests/c/scenes.h, and small_scene() of tests/c/host.c.
-    fn hosts_scenes() -> [(&'static str, Scene, u64); 7] {
+    fn hosts_scenes() -> [(&'static str, Scene, u64); 8] {
         let mut theta = askew();
         theta.projectile.shape = Shape::Cylinder;
         theta.yarn.draw = Draw::Yarn;
@@ -751,6 +761,8 @@ mod tests {
         halved.attachment.kind = AttachmentKind::TwoSides;
         halved.time_step = TimeStep::seconds(2e-8);
         halved.step_after_failure = StepAfterFailure::Half;
+        let mut rubs = bullet;
+        rubs.contact.friction = 0.25;
         let mut small = Scene::sheet_3in_sphere();
         (small.sheet.nodes_x, small.sheet.nodes_y) = (41, 41);
         [
@@ -760,6 +772,7 @@ mod tests {
             ("bullet", bullet, 1000),
             ("sector", sector, 500),
             ("halved", halved, 3000),
+            ("rubs", rubs, 1000),
             ("small", small, 3000),
         ]
     }

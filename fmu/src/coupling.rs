@@ -132,7 +132,7 @@ fn distance(a: &Motion, b: &Motion, inputs: &Parameters) -> f64 {
     let (p, q) = (a.position, b.position);
     let apart = math::length([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
     let solid = Solid::of(&inputs.scene().projectile);
-    if !solid.feels_torque() {
+    if !inputs.scene().projectile_turns() {
         return apart;
     }
     // |q0 - q1| = 2 sin(angle/4); q and -q are the same orientation.

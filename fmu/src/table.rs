@@ -46,6 +46,8 @@ pub enum Id {
     EnergyDissipated,
     EnergyContactLoss,
     EnergyViscous,
+    EnergyFriction,
+    EnergyPlyLoss,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -258,6 +260,7 @@ const fn unit(name: &'static str, exponents: [i32; 4], display: &'static [(&'sta
 /// Every unit in use.
 pub const UNITS: &[Unit] = &[
     unit("1", [0, 0, 0, 0], &[]),
+    unit("1/s", [0, 0, -1, 0], &[]),
     unit("1/Pa", [-1, 1, 2, 0], &[("1/GPa", 1e9)]),
     unit("J", [1, 2, -2, 0], &[("mJ", 1e3)]),
     unit("N", [1, 1, -2, 0], &[("kN", 1e-3)]),
@@ -439,7 +442,9 @@ const OWN: &[Variable] = &[
         &ENERGY,
         "Kinetic energy lost when nodes are swept up by the projectile",
     ),
-    output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that the viscosity of the yarn has taken"),
+    output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that viscosity of the yarn and its dependence on the rate of strain have taken"),
+    output(Id::EnergyFriction, "energy.friction", 417, &ENERGY, "Energy rubbed away between yarn and projectile"),
+    output(Id::EnergyPlyLoss, "energy.ply_loss", 418, &ENERGY, "Kinetic energy lost where separate plies meet"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

@@ -1,10 +1,11 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
-//! Method: a pass (a step, or half of one after `step_after_failure`) is one call of [`Bands::pass`] for every band, in any
-//! order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
+//! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
-//! called again before all have arrived is refused. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
+//! that none has changed yet, and the second one sweeps. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -50,13 +51,16 @@ use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::{CacheLine, InstructionSet};
 use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::rate::Rates;
+use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
-use crate::system::System;
+use crate::system::{self, System};
 use crate::toe::Toe;
 use crate::viscosity;
 use crate::watch::OutcomeSet;
@@ -103,11 +107,19 @@ struct Plan {
     failed_before: u64,
     /// What lies under the projectile, or why the pass cannot be made.
     found: Result<Gathered, Failure>,
-    /// Rows to sweep [first, end).
+    /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
+    /// rest are left out.
     rows: [usize; 2],
+    /// Whether the bands find now what viscosity changes, and sweep afterwards.
+    pushing: bool,
+    /// Whether rows at rest are swept.
+    all: bool,
+    /// Whether every other ply is turned.
+    turned: bool,
     layout: Layout,
     directions: Directions,
     toe: Toe,
+    rates: Rates,
     instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -122,11 +134,14 @@ struct Pointers {
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
     strength: *const Chunk<STRENGTH_PLANES>,
+    logarithms: *const Chunk<RATE_PLANES>,
     marks: *const Chunk<MARK_PLANES>,
-    pushes: *const Chunk<PUSH_PLANES>,
+    pushes: *mut Chunk<PUSH_PLANES>,
     taken: *mut f64,
     columns: *const Chunk<LINE_PLANES>,
     lines: *const Chunk<LINE_PLANES>,
+    before: *mut [f64; CHUNK],
+    awake: *const [u32; 2],
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
@@ -139,6 +154,8 @@ struct Scratch<'r> {
     above: &'r mut [Chunk<HOT_PLANES>],
     /// Vertical forces from the row below the band.
     carry: &'r mut [Chunk<CARRY_PLANES>],
+    /// Work row of viscosity.
+    work: &'r mut [Chunk<VISCOUS_PLANES>],
     kept: &'r mut [[f64; 3]],
 }
 
@@ -192,7 +209,8 @@ impl Bands<'_, '_> {
         // SAFETY: this call has claimed the band, so no other has its rows, scratch and report; the claim has acquired what
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
-            let met = (*self.plan.get()).sweep(self.of, band);
+            let plan = &*self.plan.get();
+            let met = if plan.pushing { plan.push(self.of, band) } else { plan.sweep(self.of, band) };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
@@ -240,9 +258,14 @@ impl Bands<'_, '_> {
     ///
     /// # Safety
     /// All bands have arrived and none can be claimed.
+    #[inline(never)] // The next plan must not add to the stack of a sweep.
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
+        if plan.pushing {
+            plan.pushing = false;
+            return Ok(());
+        }
         let mut report = Report::default();
         for cell in self.reports.iter().take(self.of as usize) {
             // SAFETY: the band has arrived.
@@ -263,11 +286,12 @@ impl Bands<'_, '_> {
 }
 
 impl Drop for Bands<'_, '_> {
-    /// Does what is missing of a begun step: at most this pass and the next.
+    /// Does what is missing of a begun step: at most four passes, two halves of a viscous one.
     fn drop(&mut self) {
-        for _ in 0..2 {
-            let called = *self.claimed.get_mut();
-            if called != 0 || self.plan.get_mut().second_half {
+        for _ in 0..4 {
+            let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
+            let pushed = plan.layout.viscous && plan.found.is_ok() && !plan.pushing;
+            if called != 0 || plan.second_half || pushed {
                 // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
                 (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
                     let _ = self.pass(band);
@@ -287,41 +311,74 @@ impl Plan {
             _ => system.failed_segments,
         };
         let found = step::look_ahead(system, end);
-        let rows = system.rows_to_step();
-        step::place_images_above(system, rows[1]);
-        if system.layout.viscous && found.is_ok() {
-            viscosity::find_pushes(system, rows);
+        let mut rows = [system.layout.nodes_y, 0];
+        let pushing = system.layout.viscous && found.is_ok();
+        for ply in 0..system.layout.plies {
+            let [first, end] = system.rows_to_step(ply);
+            if first == end {
+                continue;
+            }
+            rows = [rows[0].min(first), rows[1].max(end)];
+            step::place_images_above(system, end);
+            if system.layout.rate && found.is_ok() {
+                relaxation::find_rates(system, [first, end]);
+            }
+            if pushing {
+                viscosity::place_images(system, [first, end]);
+            }
         }
+        rows[0] = rows[0].min(rows[1]);
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, marks, pushes, taken, columns, lines, ranges, runs, .. } =
-            &mut system.blocks;
+        let Blocks {
+            hot,
+            history,
+            yarn,
+            strength,
+            logarithms,
+            marks,
+            pushes,
+            taken,
+            columns,
+            lines,
+            before,
+            awake,
+            ranges,
+            runs,
+            ..
+        } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
             strength: strength.as_ptr(),
+            logarithms: logarithms.as_ptr(),
             marks: marks.as_ptr(),
-            pushes: pushes.as_ptr(),
+            pushes: pushes.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
             columns: columns.as_ptr(),
             lines: lines.as_ptr(),
+            before: before.as_mut_ptr(),
+            awake: awake.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             scratch,
         };
         let track_support = system.scene.track_support;
-        let System { layout, directions, instructions, .. } = *system;
-        let toe = system.model.toe;
+        let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
         let plan = Plan {
             end,
             second_half,
             failed_before,
             found,
             rows,
-            layout,
-            directions,
-            toe,
-            instructions,
+            pushing,
+            all,
+            turned,
+            layout: system.layout,
+            directions: system.directions,
+            toe: system.model.toe,
+            rates: step::rates(system),
+            instructions: system.instructions,
             marked,
             track_support,
             memory,
@@ -333,11 +390,6 @@ impl Plan {
         plan
     }
 
-    /// The constants of the sweep.
-    fn terms(&self) -> Terms<'_> {
-        Terms { layout: &self.layout, directions: &self.directions, toe: self.toe, instructions: self.instructions }
-    }
-
     /// Rows [first, end) of a band.
     fn rows_of(&self, of: u32, band: u32) -> [usize; 2] {
         let [first, end] = self.rows;
@@ -346,10 +398,36 @@ impl Plan {
         [start(band), start(band + 1)]
     }
 
+    /// Rows of a ply that are swept.
+    ///
+    /// # Safety
+    /// Nothing changes the rows that are awake.
+    unsafe fn rows_of_ply(&self, ply: usize) -> [usize; 2] {
+        let layout = &self.layout;
+        if !layout.is_stack() {
+            return self.rows;
+        }
+        // SAFETY: there is an entry for each ply; the caller's promise.
+        let awake = unsafe { self.memory.awake.add(ply).read() };
+        system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
+    }
+
+    /// Constants of the sweep.
+    fn terms(&self) -> Terms<'_> {
+        let Plan { layout, directions, toe, rates, instructions, .. } = self;
+        Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
+    }
+
+    /// Whether a ply is turned.
+    fn is_turned(&self, ply: usize) -> bool {
+        self.turned && ply % 2 == 1
+    }
+
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
     /// # Safety
     /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
+    #[inline(never)] // Its constants must not add to the stack of the plan.
     unsafe fn cut(&self, of: u32, band: u32) {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
@@ -359,72 +437,137 @@ impl Plan {
         // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
         unsafe {
             let Scratch { above, carry, .. } = self.scratch(band);
-            if end < self.rows[1] {
+            // The plies that the band's first row and the row above it belong to, and their rows.
+            let [(lowest, low), (_, [_, top])] = [first, end - 1].map(|j| {
+                let (ply, _) = layout.ply_and_row(j);
+                (ply, self.rows_of_ply(ply))
+            });
+            if end < top {
                 // Displacements are all that is read of it.
                 for (copy, chunk) in above.iter_mut().zip(rows(memory.hot, chunks, end, 1)) {
                     copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
                 }
             }
-            if first > self.rows[0] {
+            if first > low[0] && first < low[1] {
                 let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
                 let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
+                let logarithms = if layout.rate { rows(memory.logarithms, chunks, first - 1, 1) } else { &[] };
                 let below = rows(memory.hot, chunks, first - 1, 1);
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let yarn = self.terms().yarn_row(yarn, strength, 0);
-                self.terms().pass(self.net()).lift(first - 1, below, history, here, carry, &yarn, marks);
+                let turned = self.is_turned(lowest);
+                let terms = self.terms();
+                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, turned);
+                terms.pass(self.net(), turned).lift(first - 1, below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
         }
     }
 
+    /// Finds what viscosity changes of a band's rows; none is swept yet.
+    ///
+    /// # Safety
+    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    unsafe fn push(&self, of: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(of, band);
+        if first == end {
+            return Report::default();
+        }
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's
+            // alone; hot rows and marks are only read by all bands.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
+                }
+                let pushing = viscosity::Pushing {
+                    layout,
+                    directions: self.directions.of_ply(self.is_turned(ply)),
+                    toe: &self.toe,
+                    instructions: self.instructions,
+                    all: [low, top],
+                    own: [start, stop],
+                    hot: rows(memory.hot, chunks, 0, layout.stored_rows()),
+                    marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
+                    work: self.scratch(band).work,
+                    pushes: rows_mut(memory.pushes, chunks, start, stop - start),
+                };
+                pushing.find();
+            }
+        }
+        Report::default()
+    }
+
     /// Sweeps a band's rows.
     ///
     /// # Safety
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
+    #[inline(never)] // Its constants must not add to the stack of the next plan.
     unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return Report::default();
         }
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
-        let count = end - first;
-        // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
-        // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
-        unsafe {
-            let Scratch { above, carry, kept } = self.scratch(band);
-            let above: &[_] = if end < self.rows[1] {
-                above
-            } else if end < layout.y.stored() {
-                rows(memory.hot, chunks, end, 1)
-            } else {
-                &[]
-            };
-            let pulls = self.pulls(of);
-            let rows = Rows {
-                first,
-                hot: rows_mut(memory.hot, chunks, first, count),
-                above,
-                history: rows_mut(memory.history, chunks, first, count),
-                yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
-                strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
-                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
-                pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
-                taken: if layout.viscous { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                ranges: rows_mut(memory.ranges, 1, first, count),
-                runs: rows(memory.runs, 1, first, count),
-                net: self.net(),
-                carry,
-                kept,
-            };
-            rows.sweep(&self.terms(), |j, pulled| {
-                if self.track_support {
-                    pulls.add(j).write(pulled.map(|pull| pull.into()));
+        let (from, to) = (layout.ply_and_row(first).0, layout.ply_and_row(end - 1).0);
+        let mut report = Report::default();
+        for ply in from..=to {
+            let [_, ply_end] = layout.rows_of(ply);
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
+            // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
                 }
-            })
+                let count = stop - start;
+                let Scratch { above, carry, kept, .. } = self.scratch(band);
+                let above: &[_] = if stop < top {
+                    above
+                } else if stop == ply_end && layout.is_stack() {
+                    &[]
+                } else if stop < layout.stored_rows() {
+                    rows(memory.hot, chunks, stop, 1)
+                } else {
+                    &[]
+                };
+                if start == low {
+                    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                }
+                let pulls = self.pulls(of);
+                let rows = Rows {
+                    first: start,
+                    turned: self.is_turned(ply),
+                    hot: rows_mut(memory.hot, chunks, start, count),
+                    above,
+                    history: rows_mut(memory.history, chunks, start, count),
+                    yarn: if layout.stochastic { rows(memory.yarn, chunks, start, count) } else { &[] },
+                    strength: if layout.strength { rows(memory.strength, chunks, start, count) } else { &[] },
+                    logarithms: if layout.rate { rows(memory.logarithms, chunks, start, count) } else { &[] },
+                    marks: if self.marked { rows(memory.marks, chunks, start, count) } else { &[] },
+                    pushes: if layout.viscous { rows(memory.pushes, chunks, start, count) } else { &[] },
+                    taken: if layout.takes_energy() { rows_mut(memory.taken, 1, start, count) } else { &mut [] },
+                    before: if layout.is_stack() { rows_mut(memory.before, chunks, start, count) } else { &mut [] },
+                    ranges: rows_mut(memory.ranges, 1, start, count),
+                    runs: rows(memory.runs, 1, start, count),
+                    net: self.net(),
+                    carry,
+                    kept,
+                };
+                report = report.merged(rows.sweep(&self.terms(), |j, pulled| {
+                    if self.track_support {
+                        pulls.add(j).write(pulled.map(|pull| pull.into()));
+                    }
+                }));
+            }
         }
+        report
     }
 
     /// The part of a pass that is not cut.
@@ -433,14 +576,23 @@ impl Plan {
     /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
     unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
-        system.awake = self.rows;
-        step::book_viscosity(system, self.rows);
-        if self.track_support {
-            for j in self.rows[0]..self.rows[1] {
+        for ply in 0..system.layout.plies {
+            // SAFETY: no band is being swept.
+            let [first, end] = unsafe { self.rows_of_ply(ply) };
+            if first == end {
+                continue;
+            }
+            system.set_awake(ply, [first, end]);
+            step::book_taken(system, [first, end]);
+            if !self.track_support {
+                continue;
+            }
+            let [bottom, _] = system.layout.rows_of(ply);
+            for j in first..end {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
                 let pulls = pulls.map(Vector::from);
-                step::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j, &pulls);
+                step::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j - bottom, &pulls);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;
@@ -479,10 +631,13 @@ impl Plan {
         unsafe {
             let above = self.memory.scratch.add(band as usize * layout.reals_of_a_band());
             let carry = above.add(chunks * CHUNK * HOT_PLANES);
-            let kept = carry.add(chunks * CHUNK * CARRY_PLANES);
+            let work = carry.add(chunks * CHUNK * CARRY_PLANES);
+            let worked = if layout.viscous { chunks } else { 0 };
+            let kept = work.add(worked * CHUNK * VISCOUS_PLANES);
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
+                work: from_raw_parts_mut(work.cast(), worked),
                 kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
             }
         }

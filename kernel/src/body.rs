@@ -21,7 +21,9 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
     ];
     let finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()))
         && body.orientation.coords.iter().all(|x| x.is_finite())
-        && [sums.work, sums.loss, sums.external_work, sums.halving_energy, sums.viscous].iter().all(|x| x.is_finite());
+        && [sums.work, sums.loss, sums.friction, sums.external_work, sums.halving_energy, sums.viscous]
+            .iter()
+            .all(|x| x.is_finite());
     let (v, w) = (body.velocity, body.angular_velocity);
     let lost = system.model.loses_body(math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
     if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
@@ -67,7 +69,7 @@ pub(crate) fn load_body(system: &mut System<'_>, dt: f64) {
     if system.scene.drive == Drive::Free {
         let body = &mut system.state.body;
         body.velocity += force * (dt * system.model.inertia.inverse_mass);
-        if system.model.solid.feels_torque() {
+        if system.model.inertia.turns {
             let twist = pose::into_body(&body.orientation, &(torque * dt));
             body.angular_velocity += twist.component_mul(&system.model.inertia.inverse_moments);
         }
@@ -80,7 +82,7 @@ pub(crate) fn book_load(system: &mut System<'_>, dt: f64, before: &Body) {
     if system.scene.drive == Drive::Free {
         let mean = (before.velocity + system.state.body.velocity) * 0.5;
         let mut work = force.dot(&mean) * dt;
-        if system.model.solid.feels_torque() {
+        if system.model.inertia.turns {
             let spin = (before.angular_velocity + system.state.body.angular_velocity) * 0.5;
             work += pose::into_body(&before.orientation, &torque).dot(&spin) * dt;
         }
@@ -93,16 +95,14 @@ pub(crate) fn move_body(system: &mut System<'_>, target: Option<(Vector, nalgebr
     let dt = system.model.pass_dt;
     let state = &mut system.state;
     match (system.scene.drive, target) {
-        (Drive::Free, _) => {
-            state.body.drift(&system.model.solid, &system.model.inertia, system.scene.rotation_rule, dt)
-        }
+        (Drive::Free, _) => state.body.drift(&system.model.inertia, system.scene.rotation_rule, dt),
         (Drive::Prescribed, Some((position, orientation))) => {
             state.body.position = position;
             state.body.orientation = orientation;
         }
         (Drive::Prescribed, None) => {
             state.body.position += state.body.velocity * dt;
-            if system.model.solid.feels_torque() {
+            if system.model.inertia.turns {
                 let w = state.body.angular_velocity;
                 state.body.orientation = projectile::cayley_turn(&state.body.orientation, &w, dt);
             }

@@ -7,8 +7,9 @@ use crate::fields;
 use crate::math;
 use crate::planes::{AT_REST, Axis};
 use crate::scene::{
-    AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE,
-    Scene, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
+    AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind, STEP_MAX_FRACTION,
+    STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
+    TOE_RANGE, TimeStep,
 };
 use crate::shape;
 use crate::weave;
@@ -63,16 +64,27 @@ impl Scene {
         })
     }
 
-    /// U_c^2 along x and along y; of drawn strength that of the strongest segment, if it is known.
+    /// ln(r_1/r_0) of yarn that depends on the rate of strain, else 0.
+    fn largest_logarithm(&self) -> f64 {
+        if self.depends_on_rate() { math::ln(self.yarn.rate_limit / self.yarn.rate_reference) } else { 0.0 }
+    }
+
+    /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest segment, if it is known.
     fn critical_squares(&self, strongest: Option<f64>) -> [f64; 2] {
         [Axis::Horizontal, Axis::Vertical].map(|axis| {
             let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
-            critical * critical
+            if self.yarn.rate_stretch == 0.0 {
+                return critical * critical;
+            }
+            1.0 + (critical * critical - 1.0) * (1.0 + self.yarn.rate_stretch * self.largest_logarithm())
         })
     }
 
-    /// omega^2 of (M11) with these moduli along x and along y, 1/s^2.
+    /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that depends on the rate is at most
+    /// E (1 + C_E (1 + ln(r_1/r_0))).
     fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>) -> f64 {
+        let tangent = 1.0 + self.yarn.rate_modulus * (1.0 + self.largest_logarithm());
+        let moduli = moduli.map(|modulus| modulus * tangent);
         let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli), self.critical_squares(strongest));
         let largest = math::max(kx, ky);
         // Shares of the larger stiffness, so that nothing overflows before the result does.
@@ -117,10 +129,10 @@ impl Scene {
         let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
         if self.yarn.stochastic {
             stiffest = [0.0; 2];
-            let (nx, ny, shared) = (self.sheet.nodes_x, self.sheet.nodes_y, self.weft.modulus_mean == 0.0);
+            let shared = self.weft.modulus_mean == 0.0;
             for number in 0..self.segments() {
                 let modulus = self.draw_segment(number)?.modulus;
-                let axis = weave::axis_of_segment(nx, ny, number);
+                let axis = self.axis_of_segment(number);
                 let [x, y] = &mut stiffest;
                 if shared || axis == Axis::Horizontal {
                     *x = math::max(modulus, *x);
@@ -138,11 +150,11 @@ impl Scene {
         if self.yarn.strength_draw == StrengthDraw::None {
             return Ok(None);
         }
-        let (nx, ny, [strain_x, strain_y]) = (self.sheet.nodes_x, self.sheet.nodes_y, self.sheet.pre_strain);
+        let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
         for number in 0..self.segments() {
             let critical = self.draw_critical_stretch(number);
-            let weft = weave::axis_of_segment(nx, ny, number) == Axis::Vertical;
+            let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
             if strain > 0.0 && strain >= critical - 1.0 {
                 return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0));
@@ -157,9 +169,11 @@ impl Scene {
     pub fn check(&self) -> Result<(), Error> {
         fields::check(self)?;
         self.check_yarn()?;
+        self.check_rate()?;
         self.check_rest()?;
         self.check_grading()?;
         self.check_projectile()?;
+        self.check_stack()?;
         self.check_attachment()?;
         self.check_symmetry()?;
         self.check_step()?;
@@ -189,8 +203,8 @@ impl Scene {
         if toe == 0.0 {
             return Ok(());
         }
-        if self.yarn.strength_draw != StrengthDraw::None {
-            // It could reach beyond the critical strain of the weakest segments.
+        if self.yarn.strength_draw != StrengthDraw::None || self.depends_on_rate() {
+            // It could reach beyond the critical strain of the weakest segments; its energy with the rate is not known.
             return Err(Error::new(Code::OutOfRange, "slack_toe", toe, 0.0));
         }
         let [narrowest, widest] = TOE_RANGE;
@@ -217,12 +231,17 @@ impl Scene {
             if self.step_after_failure != StepAfterFailure::Keep {
                 return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
             }
-            let viscosity = [
+            let explicit = [
                 ("yarn.viscosity_linear", self.yarn.viscosity_linear),
                 ("yarn.viscosity_quadratic", self.yarn.viscosity_quadratic),
                 ("yarn.viscosity_bending", self.yarn.viscosity_bending),
+                ("yarn.rate_modulus", self.yarn.rate_modulus),
+                ("yarn.rate_stretch", self.yarn.rate_stretch),
             ];
-            if let Some((field, value)) = viscosity.into_iter().find(|(_, value)| *value != 0.0) {
+            if self.contact.friction != 0.0 {
+                return Err(Error::new(Code::OutOfRange, "contact.friction", self.contact.friction, 0.0));
+            }
+            if let Some((field, value)) = explicit.into_iter().find(|(_, value)| *value != 0.0) {
                 return Err(Error::new(Code::OutOfRange, field, value, 0.0));
             }
         }
@@ -252,6 +271,25 @@ impl Scene {
         let critical = self.weft.critical_stretch;
         if critical != 0.0 && critical <= 1.0 {
             return Err(Error::new(Code::OutOfRange, "weft.critical_stretch", critical, 1.0));
+        }
+        Ok(())
+    }
+
+    /// The rates of yarn that depends on them, and what does not go with that.
+    fn check_rate(&self) -> Result<(), Error> {
+        if !self.depends_on_rate() {
+            return Ok(());
+        }
+        let (yarn, [slowest, _]) = (&self.yarn, STRAIN_RATES);
+        if yarn.rate_reference < slowest {
+            return Err(Error::new(Code::OutOfRange, "yarn.rate_reference", yarn.rate_reference, slowest));
+        }
+        if yarn.rate_limit < yarn.rate_reference {
+            return Err(Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference));
+        }
+        // The rate of a strain that is there before the load has no meaning.
+        if let Some(&strain) = self.sheet.pre_strain.iter().find(|strain| **strain != 0.0) {
+            return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, 0.0));
         }
         Ok(())
     }
@@ -299,8 +337,19 @@ impl Scene {
         if !self.is_graded() {
             return Ok(());
         }
-        if self.viscosity() != [0.0; 3] {
-            return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), 0.0));
+        let of_single_yarns = [
+            ("yarn.viscosity_linear", self.yarn.viscosity_linear),
+            ("yarn.viscosity_quadratic", self.yarn.viscosity_quadratic),
+            ("yarn.viscosity_bending", self.yarn.viscosity_bending),
+            ("yarn.rate_modulus", self.yarn.rate_modulus),
+            ("yarn.rate_stretch", self.yarn.rate_stretch),
+            ("contact.friction", self.contact.friction),
+        ];
+        if let Some((field, value)) = of_single_yarns.into_iter().find(|(_, value)| *value != 0.0) {
+            return Err(Error::new(Code::OutOfRange, field, value, 0.0));
+        }
+        if self.stack.plies != 1 {
+            return Err(Error::new(Code::OutOfRange, "stack.plies", self.stack.plies.into(), 1.0));
         }
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
         for (mirrored, centre) in [(mirror_x, grading.centre[0]), (mirror_y, grading.centre[1])] {
@@ -319,6 +368,43 @@ impl Scene {
             if body.mass < self.lumped_mass() {
                 return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
             }
+        }
+        Ok(())
+    }
+
+    /// Plies that push on each other are stepped by velocity Verlet, as whole sheets, without friction and dependence on the rate. A
+    /// ply is turned within the same grid.
+    fn check_stack(&self) -> Result<(), Error> {
+        let Stack { plies, gap, turned } = self.stack;
+        if plies == 1 {
+            return Ok(());
+        }
+        let refused = |code, field| Err(Error::plain(code, field));
+        if self.integrator.kind == IntegratorKind::Theta {
+            return refused(Code::OutOfRange, "stack.plies");
+        }
+        if self.symmetry != Symmetry::default() {
+            return refused(Code::NotSymmetric, "stack.plies");
+        }
+        let of_single_sheets = [
+            ("contact.friction", self.contact.friction),
+            ("yarn.rate_modulus", self.yarn.rate_modulus),
+            ("yarn.rate_stretch", self.yarn.rate_stretch),
+        ];
+        if let Some((field, value)) = of_single_sheets.into_iter().find(|(_, value)| *value != 0.0) {
+            return Err(Error::new(Code::OutOfRange, field, value, 0.0));
+        }
+        let limit = MAX_GAP * self.sheet.spacing;
+        if gap > limit {
+            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit));
+        }
+        let [x, y] = self.spacings();
+        if turned && x != y {
+            return refused(Code::OutOfRange, "stack.turned");
+        }
+        // Half of the plies have their pre-tension along y.
+        if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
+            return refused(Code::NotInEquilibrium, "stack.turned");
         }
         Ok(())
     }

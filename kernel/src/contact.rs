@@ -1,4 +1,4 @@
-//! Impulse contact of the nodes with the rigid projectile, equal and opposite on it. Frictionless, restitution zero.
+//! Impulse contact of the nodes with the rigid projectile, equal and opposite on it. Restitution zero; friction (`friction.rs`) if asked for.
 //! A fixed node is a node of infinite mass: its support takes the impulse, and what the body loses there is lost.
 //!
 //! Method: for every candidate node (gap phi < h at t_n) an impulse lambda >= 0 along the outward normal n, complementary to
@@ -7,12 +7,13 @@
 //! stays outside; no position is projected and no energy is put into the yarns.
 //! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]).
 //! Limits: penetration-free for converged solves (200 sweeps at the most, 4000 with fixed nodes; unconverged solves are counted
-//! and never add energy). A prescribed body passes through fixed nodes: neither gives way.
+//! and never add energy: with friction, impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
 use crate::blocks::Blocks;
 use crate::error::Failure;
+use crate::friction::{self, TANGENTIAL_REALS, Tangential};
 use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::CANDIDATE_REALS;
@@ -181,12 +182,12 @@ impl<'s> Search<'s> {
         row: &[Chunk<HOT_PLANES>],
         columns: &[Chunk<LINE_PLANES>],
         from: usize,
-        first: [f64; 2],
+        first: [f64; 3],
         h: f64,
     ) -> Option<usize> {
         let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
         let across = if columns.is_empty() { centre.x - first[0] } else { centre.x };
-        let centre = [across, centre.y - first[1], centre.z];
+        let centre = [across, centre.y - first[1], centre.z - first[2]];
         if columns.is_empty() {
             lanes::dispatch(self.instructions, Near::<false> { row, columns, from, centre, half })
         } else {
@@ -328,6 +329,36 @@ pub fn solve(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
+    sweeps::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
+}
+
+/// The same with friction (M21) of this coefficient. `tangential`: one for each candidate.
+pub fn solve_with_friction(
+    candidates: &mut [[f64; CANDIDATE_REALS]],
+    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    coefficient: f64,
+    body: &Body,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
+) -> Solved {
+    let solved = sweeps::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
+    if solved.converged {
+        return solved;
+    }
+    scale_back(candidates, tangential, body, inertia, node_mass, solved)
+}
+
+/// Both solves: without friction the compiler leaves out what belongs to it.
+fn sweeps<const FRICTION: bool>(
+    candidates: &mut [[f64; CANDIDATE_REALS]],
+    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    coefficient: f64,
+    body: &Body,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
+) -> Solved {
     let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
     let whole = symmetry == Symmetry::default();
     let push = |c: &Candidate| c.normal.component_mul(&push_mask) * c.images();
@@ -342,7 +373,7 @@ pub fn solve(
         if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
     };
     let (mut fastest, mut farthest, mut supported) = (0.0, 0.0, false);
-    for slot in candidates.iter_mut() {
+    for (k, slot) in candidates.iter_mut().enumerate() {
         let c = Candidate::read(slot);
         let [.., effective_mass, impulse] = slot;
         (*effective_mass, *impulse) = (plain_mass, 0.0);
@@ -358,6 +389,24 @@ pub fn solve(
             let arm = c.arm.dot(&c.arm);
             farthest = math::max(arm, farthest);
         }
+        if FRICTION && let Some(place) = tangential.get_mut(k) {
+            let mut t = Tangential::read(place);
+            let ([t0, t1], [a0, a1]) = (t.tangents, t.arms);
+            // What an impulse along the second tangent changes of the speed along the first.
+            let give = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
+                let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
+                c.images() * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
+            };
+            let [g00, g01, g11] = [give(&t0, &a0, &t0, &a0), give(&t0, &a0, &t1, &a1), give(&t1, &a1, &t1, &a1)];
+            let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
+            let give = own + friction::largest_eigenvalue(g00, g01, g11);
+            (t.effective_mass, t.impulse) = (if give > 0.0 { 1.0 / give } else { 0.0 }, [0.0; 2]);
+            for (slip, arm) in t.slip(&velocity, &rate).into_iter().zip(t.arms) {
+                fastest = math::max(math::abs(slip), fastest);
+                farthest = math::max(arm.dot(&arm), farthest);
+            }
+            t.write(place);
+        }
     }
     // The speeds that a gap rate is the difference of.
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
@@ -366,7 +415,7 @@ pub fn solve(
     let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
-        for slot in candidates.iter_mut() {
+        for (k, slot) in candidates.iter_mut().enumerate() {
             let mut c = Candidate::read(slot);
             if c.impulse > 0.0 {
                 c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
@@ -390,11 +439,77 @@ pub fn solve(
                 }
                 largest_change = math::max(size, largest_change);
             }
+            if FRICTION && let Some(place) = tangential.get_mut(k) {
+                let mut t = Tangential::read(place);
+                let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
+                let [s0, s1] = t.slip(&velocity, &rate);
+                let [p, q] = t.impulse;
+                let next = t.next([s0 + p * own, s1 + q * own], coefficient * impulse);
+                let change = [next[0] - p, next[1] - q];
+                if change != [0.0; 2] {
+                    velocity -= t.push(change).component_mul(&push_mask) * (c.images() * inertia.inverse_mass);
+                    let twist = t.twist(change).component_mul(&twist_mask) * c.images();
+                    rate -= twist.component_mul(&inertia.inverse_moments);
+                    t.impulse = next;
+                    t.write(place);
+                    let mut size = math::max(math::abs(change[0]), math::abs(change[1]));
+                    if c.is_fixed() {
+                        size *= node_mass / t.effective_mass;
+                    }
+                    largest_change = math::max(size, largest_change);
+                }
+            }
         }
         sweeps += 1;
         converged = largest_change <= tolerance;
     }
     Solved { sweeps, converged, velocity, angular_velocity: rate }
+}
+
+/// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
+///
+/// With the kinetic energy taken up by the relative speeds before, b, and half the work of the impulses on what they change, a/2, a part x of the
+/// impulses adds x b + x^2 a/2 and no more.
+fn scale_back(
+    candidates: &mut [[f64; CANDIDATE_REALS]],
+    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    body: &Body,
+    inertia: &Inertia,
+    node_mass: f64,
+    solved: Solved,
+) -> Solved {
+    let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
+    let (mut before, mut change) = (0.0, 0.0);
+    if inertia.inverse_mass > 0.0 {
+        change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
+    }
+    for (slot, place) in candidates.iter().zip(tangential.iter()) {
+        let (c, t) = (Candidate::read(slot), Tangential::read(place));
+        let [p, q] = t.impulse;
+        let [s0, s1] = t.slip(&body.velocity, &body.angular_velocity);
+        // With the gap's part of the speed this is an upper bound.
+        before += c.images() * (c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity) + p * s0 + q * s1);
+        if !c.is_fixed() {
+            change += c.images() * (c.impulse * c.impulse + p * p + q * q) / node_mass;
+        }
+    }
+    let part = if before + 0.5 * change <= 0.0 {
+        return solved;
+    } else if before < 0.0 {
+        -2.0 * before / change * (1.0 - 8.0 * f64::EPSILON)
+    } else {
+        0.0
+    };
+    for (slot, place) in candidates.iter_mut().zip(tangential.iter_mut()) {
+        let mut t = Tangential::read(place);
+        t.impulse = t.impulse.map(|p| p * part);
+        t.write(place);
+        let [.., impulse] = slot;
+        *impulse *= part;
+    }
+    let velocity = body.velocity + dv * part;
+    let angular_velocity = body.angular_velocity + dw * part;
+    Solved { velocity, angular_velocity, ..solved }
 }
 
 fn length(v: &Vector) -> f64 {
@@ -418,12 +533,13 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
     let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
-    let rise = system.directions.vertical.rest.spacing;
+    let (rise, pile) = (system.directions.vertical.rest.spacing, system.model.gap);
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.drive == Drive::Free;
-    let Blocks { hot, ranges, candidates, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
+    let body = &system.state.body;
+    let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let mut count = 0;
@@ -431,14 +547,16 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     // Offsets are exact: those of a row follow from its first.
     let x0 = rest_offset(0, nodes_x);
     for j in 0..ny {
-        let y0 = planes::get(net.lines, PLACE, j).unwrap_or_else(|| rest_offset(j, nodes_y) * rise);
+        let (ply, row_of_ply) = layout.ply_and_row(j);
+        let y0 = planes::get(net.lines, PLACE, j).unwrap_or_else(|| rest_offset(row_of_ply, nodes_y) * rise);
+        let z0 = ply as f64 * pile;
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
             continue;
         }
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
-        let first = [x0, y0];
+        let first = [x0, y0, z0];
         let mut from = 0;
         while let Some(near) = search.next_near(row, net.columns, from, first, h) {
             from = near + 1;
@@ -451,7 +569,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             for lane in 0..CHUNK {
                 let i = near * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;
@@ -478,6 +596,9 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 };
                 found.write(slot);
                 *node = (j * nx + i) as u32;
+                if let Some(place) = tangential.get_mut(count) {
+                    Tangential::at(&(x - body.position), &normal, &(v * unit_speed), body).write(place);
+                }
                 count += 1;
             }
         }
@@ -494,6 +615,9 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
         let (_, v) = system.node(i, j);
         let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
         Found::read(slot).with_velocity(&Vector::from(v), system.model.unit_speed).write(slot);
+        if let Some(place) = system.blocks.tangential.get_mut(c) {
+            Tangential::read(place).with_velocity(&(Vector::from(v) * system.model.unit_speed)).write(place);
+        }
     }
 }
 
@@ -527,14 +651,19 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
         return [Vector::zeros(); 2];
     };
     let (i, j) = system.layout.column_and_row(node as usize);
-    let ([x, y], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
-    let (from, way) = (Vector::new(x + ux, y + uy, uz), system.free_velocity(i, j));
+    let ([x, y, z], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
+    let (from, way) = (Vector::new(x + ux, y + uy, z + uz), system.free_velocity(i, j));
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
 }
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
-/// meets after all, because impulses have changed its rates. Returns how many there are now.
-pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usize) -> (Solved, usize) {
+/// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+pub(crate) fn solve_contact(
+    system: &mut System<'_>,
+    mut kept: usize,
+    count: usize,
+    solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
+) -> (Solved, usize) {
     for _ in 0..2 {
         let solved = solve_first(system, kept);
         if kept == count {
@@ -558,10 +687,16 @@ pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usi
     (solve_first(system, count), count)
 }
 
-/// The impulses of the first `count` candidates.
-fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
+/// The impulses of the first `count` candidates of a single sheet.
+pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
-    solve(slots, &system.state.body, &system.model.inertia, system.model.node_mass, system.scene.symmetry)
+    let (body, model, symmetry) = (&system.state.body, &system.model, system.scene.symmetry);
+    if !system.layout.friction {
+        return solve(slots, body, &model.inertia, model.node_mass, symmetry);
+    }
+    let tangential = system.blocks.tangential.get_mut(..count).unwrap_or(&mut []);
+    let coefficient = system.scene.contact.friction;
+    solve_with_friction(slots, tangential, coefficient, body, &model.inertia, model.node_mass, symmetry)
 }
 
 /// The body's rates after contact, and what the solve took.
@@ -583,7 +718,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
     let mut impulse_sum = Vector::zeros();
     let mut arm_sum = Vector::zeros();
-    let (mut work, mut loss, mut touched) = (0.0, 0.0, 0);
+    let (mut work, mut loss, mut rubbed, mut touched) = (0.0, 0.0, 0.0, 0);
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
             break;
@@ -595,7 +730,16 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         let (impulse, normal) = (candidate.impulse, candidate.normal);
         let (i, j) = system.layout.column_and_row(node as usize);
         let (reached, free) = system.node(i, j);
-        let push = normal * (impulse / system.model.unit_impulse);
+        let mut push = normal * (impulse / system.model.unit_impulse);
+        let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
+        if let Some(t) = &rubbing {
+            push += t.push(t.impulse) * (1.0 / system.model.unit_impulse);
+            impulse_sum -= t.push(t.impulse) * candidate.images();
+            arm_sum -= t.twist(t.impulse) * candidate.images();
+            let done = t.work(t.surface_speed(&mean_velocity, &mean_rate)) * candidate.images();
+            work += done;
+            rubbed += done;
+        }
         if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
@@ -624,6 +768,11 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             normal.dot(&Vector::from(v)) * system.model.unit_speed
         };
         loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
+        if let Some(t) = &rubbing {
+            let [p, q] = t.along(&(Vector::from(v) * system.model.unit_speed));
+            let [p_before, q_before] = t.speed_before;
+            rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
+        }
         if system.layout.viscous {
             // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
             let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
@@ -646,17 +795,17 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.impulses += touched;
     sums.impulse += impulse_sum;
     sums.window += impulse_sum;
-    if system.model.solid.feels_torque() {
+    if system.model.inertia.turns {
         sums.angular_impulse += pose::out_of_body(&before.orientation, &arm_sum);
     }
     sums.work += work;
     sums.loss += loss;
+    sums.friction += rubbed;
 }
 
 /// Notes that a row holds a moving node with this y displacement.
 fn widen(system: &mut System<'_>, j: usize, y: f64) {
-    let [first, end] = system.awake;
-    system.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
+    system.wake(j);
     if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
         *low = math::min(y, *low);
         *high = math::max(y, *high);
@@ -815,7 +964,7 @@ mod tests {
     #[test]
     fn the_next_chunk_is_the_first_with_a_node_in_the_box() {
         let (solid, _, mut body) = sphere();
-        let (h, first) = (1e-3, [-40.0, 2.0]);
+        let (h, first) = (1e-3, [-40.0, 2.0, 0.0]);
         body.position = Vector::new(0.0123, -0.004, 0.002);
         let half = (solid.radius() + h) / h;
         let (mut hits, mut misses) = (0, 0);

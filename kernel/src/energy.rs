@@ -2,16 +2,17 @@
 //!
 //! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
 //! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
-//! accumulated but contact loss, what viscosity takes, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
+//! accumulated but contact loss, what friction, viscosity and rate take, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
-use crate::error::Failure;
+use crate::error::{Code, Error, Failure};
 use crate::planes::{self, Axis};
 use crate::pose::Vector;
+use crate::rate::RateLaw;
 use crate::scene::Drive;
 use crate::system::{SegmentView, System};
-use crate::yarn::{self, Segment};
+use crate::yarn::Segment;
 
 /// Energies (M15), J.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +36,12 @@ pub struct Energy {
     pub halving: f64,
     /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
     pub residual: f64,
-    /// Energy that the viscosity of the yarn has taken, J.
+    /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
     pub viscous: f64,
+    /// Energy rubbed away between yarn and projectile, J.
+    pub friction: f64,
+    /// Kinetic energy lost where separate plies meet, J.
+    pub ply_loss: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -44,9 +49,9 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     system.sound()?;
     let sums = &system.state.sums;
     let prescribed = system.scene.drive == Drive::Prescribed;
-    let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
+    let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.loss;
+    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.ply_loss + sums.loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy - sums.halving_energy
     } else {
@@ -63,6 +68,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         halving: sums.halving_energy,
         residual,
         viscous: sums.viscous,
+        friction: sums.friction,
+        ply_loss: sums.ply_loss,
     })
 }
 
@@ -83,7 +90,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
 
 /// Starts the audit from the present state.
 pub(crate) fn start_audit(system: &mut System<'_>) {
-    let (kinetic, strain, dissipated) = fabric_energy(system);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let mut energy = kinetic + strain + dissipated;
     if system.scene.drive == Drive::Free {
         energy += system.state.body.kinetic_energy(&system.model.inertia);
@@ -109,11 +116,37 @@ fn momentum(system: &System<'_>) -> Vector {
     momentum
 }
 
-/// Kinetic, strain and dissipated energy of the fabric, J. Summed row by row, rows in order.
-fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+/// What one ply of a stack holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Ply {
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
+    pub failed_segments: u64,
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+    /// Strain energy, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+}
+
+/// What a ply holds, with a pass over its rows. Commits nothing.
+pub(crate) fn ply(system: &System<'_>, ply: u32) -> Result<Ply, Error> {
+    system.sound()?;
+    let plies = system.layout.plies;
+    if ply as usize >= plies {
+        return Err(Error::new(Code::OutOfRange, "ply", f64::from(ply), plies as f64 - 1.0));
+    }
+    let rows = system.layout.rows_of(ply as usize);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, rows);
+    Ok(Ply { failed_segments: system.count_failed(rows), kinetic, strain, dissipated })
+}
+
+/// Kinetic, strain and dissipated energy of rows [first, end), J. Summed row by row, rows in order.
+fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f64) {
+    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
-    for j in 0..ny {
+    for j in first..end {
         let row = planes::row(system.blocks.hot, chunks, j);
         let mut sum = 0.0;
         for plane in 3..6 {
@@ -125,16 +158,19 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
         }
         kinetic += sum;
     }
-    for j in 0..ny {
+    // Before and now, along x and along y.
+    let rates = [Axis::Horizontal, Axis::Vertical].map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
+    for j in first..end {
         let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
         for i in 0..nx {
-            for axis in [Axis::Horizontal, Axis::Vertical] {
+            for (axis, rates) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(&rates) {
                 if let Some(segment) = system.segment(axis, i, j) {
-                    let (stored, lost) = segment_energy(system, &segment);
+                    let (stored, lost) = segment_energy(system, rates, &segment);
                     let [segments, yarns] = segment.bar;
                     let weight = system.layout.segment_weight(axis, i, j) * yarns;
+                    let direction = system.directions.along(segment.fabric);
                     row_strain += weight * (stored * (segment.rest.length * segment.rest.length));
-                    row_dissipated += weight * (lost * (system.directions.along(axis).volume * segments));
+                    row_dissipated += weight * (lost * (direction.volume * segments));
                 }
             }
         }
@@ -146,27 +182,28 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
 }
 
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
-fn segment_energy(system: &System<'_>, segment: &SegmentView) -> (f64, f64) {
+fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
-    let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
+    let (direction, toe) = (system.directions.along(segment.fabric), &system.model.toe);
     let marked = segment.alpha_when_marked();
-    let stored = |stiffness: f64, q: f64| {
-        let without_toe = yarn::strain_energy(stiffness, q);
+    let stored = |rate: &RateLaw, stiffness: f64, q: f64| {
+        let without_toe = rate.stored(stiffness, q);
         if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
     };
-    let fresh = direction.law.is_damaging(now, segment.history);
+    let seen = rate_now.seen_at(now);
+    let fresh = direction.law.is_damaging(seen, segment.history);
     if segment.history <= direction.critical && !fresh {
         let stiffness = segment.stiffness;
-        return (0.5 * (stored(stiffness, before) + stored(stiffness, now)), 0.0);
+        return (0.5 * (stored(rate_before, stiffness, before) + stored(rate_now, stiffness, now)), 0.0);
     }
     let law = system.law_of(segment);
     let [segments, _] = segment.bar;
     let modulus = segment.undamaged * (direction.modulus_per_stiffness * segments);
     let material = Segment { modulus, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
-    let alpha_now = if fresh { law.alpha(segment.damage_rate, now) } else { alpha_before };
-    let stored_before = stored(segment.stiffness, before);
-    let stored_now = stored(alpha_now * segment.undamaged, now);
+    let alpha_now = if fresh { law.alpha(segment.damage_rate, seen) } else { alpha_before };
+    let stored_before = stored(rate_before, segment.stiffness, before);
+    let stored_now = stored(rate_now, alpha_now * segment.undamaged, now);
     let dissipated = |alpha: f64| {
         let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
         law.dissipated(&material, alpha) - saved
@@ -447,6 +484,7 @@ mod tests {
                             let along = |stretch: f64| [stretch - 1.0, 0.0, 0.0];
                             let view = SegmentView {
                                 axis: Axis::Horizontal,
+                                fabric: Axis::Horizontal,
                                 rest: direction.rest,
                                 bar: [1.0; 2],
                                 stiffness: alpha(largest) * direction.stiffness,
@@ -466,7 +504,7 @@ mod tests {
                             let stored = alpha(largest) * work(before, marked.is_some())
                                 + alpha(then) * work(now, marked.is_some());
                             let lost = dissipated(largest) + dissipated(then);
-                            let found = segment_energy(&sim.system, &view);
+                            let found = segment_energy(&sim.system, &[RateLaw::NONE; 2], &view);
                             close(found.0 * model.unit_energy, 0.5 * stored * model.segment_volume, 1e-12);
                             close(found.1, 0.5 * lost, 1e-4);
                             fresh += usize::from(alpha(then) < alpha(largest));
@@ -487,6 +525,7 @@ mod tests {
             let (rest, stiffness, critical_stretch) = (crate::yarn::Rest::PLAIN, 1.0, 1.03);
             SegmentView {
                 axis,
+                fabric: axis,
                 rest,
                 bar: [1.0; 2],
                 stiffness,

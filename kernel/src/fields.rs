@@ -11,7 +11,7 @@
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
     AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, GRADING_LARGEST, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE,
-    RotationKind, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
+    MAX_PLIES, RotationKind, STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.
@@ -71,6 +71,8 @@ pub const INERTIA: Quantity = quantity("Inertia", "kg.m2", "", 0.0, 1e-6, "Momen
 pub const MODULUS: Quantity = quantity("Modulus", "Pa", "GPa", 0.0, 1e11, "Young's modulus of a yarn");
 /// Damage rate per modulus.
 pub const DAMAGE_SLOPE: Quantity = quantity("DamageSlope", "1/Pa", "1/GPa", ANY_SIGN, 1e-9, "Damage rate per modulus");
+/// Rate of strain.
+pub const STRAIN_RATE: Quantity = quantity("StrainRate", "1/s", "", 0.0, 100.0, "Rate of strain");
 /// Length of time.
 pub const DURATION: Quantity = quantity("Duration", "s", "us", 0.0, 1e-6, "Length of time");
 
@@ -117,7 +119,7 @@ const STRENGTH_DRAWS: [StrengthDraw; 2] = [StrengthDraw::None, StrengthDraw::Wei
 pub const SHAPE: Choice = Choice {
     name: "Shape",
     items: &[
-        ("sphere", "sphere; feels no torque"),
+        ("sphere", "sphere; feels no torque without friction"),
         ("cylinder", "flat-ended cylinder along the body's z axis"),
         ("hemispherical_cylinder", "cylinder along the body's z axis with a hemisphere at its +z end"),
         ("box", "box with its edges along the body's axes"),
@@ -181,12 +183,14 @@ pub const CHOICES: &[&Choice] =
 pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
     ("sheet.grading", "Graded network: bars that stand for several yarns, away from the hit"),
+    ("stack", "Separate plies one behind the other"),
     ("attachment", "How the sheet is held"),
     ("yarn", "The yarn law and its scatter"),
     ("weft", "The yarn along y, where it is unlike that along x"),
     ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
     ("projectile.faces", "Faces of a polyhedron, in body axes"),
     ("projectile.sector", "Dimensions of a disc sector"),
+    ("contact", "Contact of yarn and projectile"),
     ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
     ("integrator", "How the nodes are stepped"),
     ("time_step", "The time step, constant for the life of a simulation"),
@@ -458,7 +462,7 @@ pub const FIELDS: &[Field] = &[
     count("sheet.nodes_x", |s| &mut s.sheet.nodes_x, Range::Nodes, 220, "Nodes along x"),
     count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
     count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
-        "Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each other"),
+        "Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart"),
     real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
         "Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension"),
     real("sheet.spacing_y", |s| one(&mut s.sheet.spacing_y), &LENGTH, Range::NotNegative, 620,
@@ -490,6 +494,16 @@ pub const FIELDS: &[Field] = &[
     shaped("sheet.grading.half_width", Place::Reals(|s| &mut s.sheet.grading.half_width, &[2]), &LENGTH, Range::NotNegative, 744,
         "Half the width of the fine part along x and along y. Read with grading only")
         .read(graded).image(Image::LaterWhereRead),
+    // ---- Separate plies
+    count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, friction or a dependence on the rate of strain")
+        .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
+    real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
+        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_1000)),
+    flag("stack.turned", |s| &mut s.stack.turned, 722,
+        "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_2000)),
     // ---- Attachment
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
@@ -538,6 +552,17 @@ pub const FIELDS: &[Field] = &[
     real("yarn.viscosity_bending", |s| one(&mut s.yarn.viscosity_bending), &RATIO, Range::Within(0.0, 0.2), 642,
         "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
         .image(Image::Later(0x8_0002)),
+    real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe, pre-tension or separate plies")
+        .image(Image::Later(0x67_0000)),
+    real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
+        "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none").image(Image::Later(0x67_0001)),
+    real("yarn.rate_reference", |s| one(&mut s.yarn.rate_reference), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 682,
+        "Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this. Read for yarn that depends on the rate only")
+        .read(on_rate).image(Image::LaterWhereRead),
+    real("yarn.rate_limit", |s| one(&mut s.yarn.rate_limit), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 683,
+        "Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that depends on the rate only")
+        .read(on_rate).image(Image::LaterWhereRead),
     // ---- Yarn along y
     real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
         "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x").image(Image::Later(0x7_0004)),
@@ -591,6 +616,10 @@ pub const FIELDS: &[Field] = &[
         "Angle of a disc sector. Read for a disc sector only").read(sector).image(Image::WhereRead),
     real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    // ---- Contact
+    real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with separate plies")
+        .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
         "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit")
@@ -633,7 +662,7 @@ pub const FIELDS: &[Field] = &[
         "Watch whether the touched nodes are still held (4 bytes a node); without it a projectile that carries torn cloth never exits"),
     flag("track_support", |s| &mut s.track_support, 292, "Sum the impulses on the supports; the momentum residual needs them"),
     count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
-        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule); more are a failure. 0 = every node")
+        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
         .image(Image::Never),
 ];
 
@@ -647,6 +676,10 @@ fn four_corners(scene: &Scene) -> usize {
 
 fn graded(scene: &Scene) -> usize {
     if_so(scene.is_graded())
+}
+
+fn stacked(scene: &Scene) -> usize {
+    if_so(scene.stack.plies > 1)
 }
 
 fn own_weft(scene: &Scene) -> usize {
@@ -663,6 +696,10 @@ fn sector(scene: &Scene) -> usize {
 
 fn drawn_strength(scene: &Scene) -> usize {
     if_so(scene.yarn.strength_draw != StrengthDraw::None)
+}
+
+fn on_rate(scene: &Scene) -> usize {
+    if_so(scene.depends_on_rate())
 }
 
 fn theta_rule(scene: &Scene) -> usize {

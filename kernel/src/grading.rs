@@ -66,6 +66,9 @@ pub struct NetRow<'a> {
 }
 
 impl<'a> Net<'a> {
+    /// Of no grading.
+    pub const NONE: Net<'static> = Net { columns: &[], lines: &[] };
+
     /// The part of row j.
     #[inline]
     pub fn row(&self, j: usize) -> NetRow<'a> {
@@ -221,11 +224,17 @@ impl Scene {
         ([across(mirror_x, x + time * vx), across(mirror_y, y + time * vy)], extents)
     }
 
-    /// What the bar from node (i, j) of the network is made of. `places`: along x and y.
+    /// What the bar from node (i, j) of the network is made of. `places`: along x and y; `before`: segments of the plies before it.
     ///
     /// # Errors
     /// Those of [`Scene::draw_segment`].
-    pub(crate) fn draw_bar(&self, [x, y]: &[Places; 2], axis: Axis, i: usize, j: usize) -> Result<Bar, Error> {
+    pub(crate) fn draw_bar(
+        &self,
+        [x, y]: &[Places; 2],
+        before: u64,
+        axis: Axis,
+        [i, j]: [usize; 2],
+    ) -> Result<Bar, Error> {
         let (nodes_x, nodes_y) = (self.sheet.nodes_x, self.sheet.nodes_y);
         let (along, across, from, line) = match axis {
             Axis::Horizontal => (x, y, i, j),
@@ -233,10 +242,11 @@ impl Scene {
         };
         let first = along.crossing(from as u32);
         let [_, segments] = along.around(from);
-        let number = |yarn: u32, segment: u32| match axis {
+        let in_ply = |yarn: u32, segment: u32| match axis {
             Axis::Horizontal => weave::horizontal_number(nodes_x, segment as usize, yarn as usize),
             Axis::Vertical => weave::vertical_number(nodes_x, nodes_y, yarn as usize, segment as usize),
         };
+        let number = |yarn: u32, segment: u32| before + in_ply(yarn, segment);
         let count = f64::from(segments);
         let (mut width, mut modulus, mut damage_rate, mut critical_stretch) = (0.0, 0.0, 0.0, 0.0);
         for (yarn, share) in across.yarns(line) {
@@ -328,7 +338,7 @@ mod tests {
             width += share;
         }
         assert!(to - from > 2 && width > 2.0);
-        let bar = scene.draw_bar(&places, Axis::Horizontal, i as usize, j).unwrap();
+        let bar = scene.draw_bar(&places, 0, Axis::Horizontal, [i as usize, j]).unwrap();
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-13, "{a} {b}");
         close(bar.modulus, modulus / width);
         close(bar.damage_rate, rate / width);
@@ -336,8 +346,10 @@ mod tests {
         assert_eq!(bar.segments, f64::from(to - from));
         // Of single segments to the bit.
         let centre = (0..x.nodes()).find(|&k| x.crossing(k) == 33).unwrap() as usize;
-        let (bar, number) =
-            (scene.draw_bar(&places, Axis::Vertical, centre, centre).unwrap(), weave::vertical_number(61, 61, 33, 33));
+        let (bar, number) = (
+            scene.draw_bar(&places, 0, Axis::Vertical, [centre, centre]).unwrap(),
+            weave::vertical_number(61, 61, 33, 33),
+        );
         let segment = scene.draw_segment(number).unwrap();
         assert_eq!((bar.modulus, bar.damage_rate), (segment.modulus, segment.damage_rate));
         assert_eq!(bar.critical_stretch, scene.draw_critical_stretch(number));

@@ -2,12 +2,13 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
+use crate::friction::TANGENTIAL_REALS;
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
 use crate::places::Places;
 use crate::planes::{
-    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    VISCOUS_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::scene::{IntegratorKind, Scene, StepAfterFailure, StrengthDraw};
 use crate::state::Parts;
@@ -15,6 +16,11 @@ use crate::symmetry::Line;
 
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
+
+/// Numbers kept per ply of a column of facing nodes.
+pub(crate) const COLUMN_REALS: usize = 6;
+/// Numbers kept per contact candidate of a stack besides.
+pub(crate) const POOLED_REALS: usize = 4;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -26,17 +32,26 @@ pub(crate) const HEADER_WORDS: usize = 4;
 pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
 /// Words of the scalar state that only the theta rule, or a step to be halved, has.
 const PART_WORDS: usize = 2;
-/// Words of the scalar state that only viscous yarn has.
-const VISCOUS_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has whose viscosity or rate takes energy.
+const TAKEN_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has that depends on the rate of strain.
+const RATE_WORDS: usize = 1;
+/// Words of the scalar state that only friction has.
+const FRICTION_WORDS: usize = 1;
+/// Words of the scalar state that only a stack has.
+const STACK_WORDS: usize = 2;
 /// Words of the scalar state that only a graded network has.
 const GRADED_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
-    let viscous = if parts.viscous { VISCOUS_WORDS } else { 0 };
+    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 };
+    let rate = if parts.rate { RATE_WORDS } else { 0 };
+    let friction = if parts.friction { FRICTION_WORDS } else { 0 };
+    let stack = if parts.stack { STACK_WORDS } else { 0 };
     let graded = if parts.graded { GRADED_WORDS } else { 0 };
-    let pairs = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
-    HEADER_WORDS + STATE_WORDS + pairs + viscous + graded + 1
+    let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
+    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + graded + 1
 }
 
 /// Sizes of a scene's memory.
@@ -44,11 +59,13 @@ pub fn frame_words(parts: Parts) -> usize {
 pub struct Layout {
     /// Nodes modelled along x: of a mirrored sheet only its half, of a graded network its own.
     pub nodes_x: usize,
-    /// Nodes modelled along y.
+    /// Rows of nodes modelled, ply by ply.
     pub nodes_y: usize,
+    /// Separate plies.
+    pub plies: usize,
     /// A row of nodes.
     pub x: Line,
-    /// A column of nodes.
+    /// A column of nodes of one ply.
     pub y: Line,
     /// The first row of nodes beyond the middle of the sheet.
     pub upper: usize,
@@ -70,6 +87,10 @@ pub struct Layout {
     pub viscous: bool,
     /// true if bars stand for several yarns anywhere.
     pub graded: bool,
+    /// true if the yarn depends on the rate of strain.
+    pub rate: bool,
+    /// true if yarn and projectile rub.
+    pub friction: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -82,6 +103,7 @@ impl Layout {
     pub(crate) const NOTHING: Layout = Layout {
         nodes_x: 0,
         nodes_y: 0,
+        plies: 1,
         x: Line { nodes: 0, mirrored: false },
         y: Line { nodes: 0, mirrored: false },
         upper: 0,
@@ -94,6 +116,8 @@ impl Layout {
         toe: false,
         viscous: false,
         graded: false,
+        rate: false,
+        friction: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -108,7 +132,7 @@ impl Layout {
         Layout::compute(scene).filter(numbered).ok_or(Error::new(
             Code::TooManyNodes,
             "sheet.nodes_x",
-            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64,
+            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64 * scene.stack.plies as f64,
             u32::MAX.into(),
         ))
     }
@@ -117,7 +141,8 @@ impl Layout {
         let [across, up] = scene.network();
         let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
         let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
-        let (nodes_x, nodes_y) = (x.modelled(), y.modelled());
+        let plies = scene.stack.plies as usize;
+        let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
         let graded = scene.is_graded();
@@ -128,6 +153,8 @@ impl Layout {
         let halving = scene.step_after_failure == StepAfterFailure::Half;
         let toe = scene.slack_toe > 0.0;
         let viscous = scene.viscosity() != [0.0; 3];
+        let rate = scene.depends_on_rate();
+        let friction = scene.contact.friction > 0.0;
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
@@ -136,20 +163,33 @@ impl Layout {
         let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
         let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
-        let planes = planes + if viscous { PUSH_PLANES } else { 0 };
-        let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
+        let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
+        let image_row = usize::from(y.mirrored) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
+        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous))?)?
+            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
             .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit))?)?;
-        let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
+        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
+        let stack = |count: usize| if plies > 1 { count } else { 0 };
+        let scratch = scratch
+            .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
+            .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
+            .checked_add(stack(candidates.checked_mul(POOLED_REALS)?))?;
+        let segments =
+            x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
+        let columns = nodes_x.checked_mul(y.modelled())?;
+        let words = words
+            .checked_add(stack(plies.checked_mul(2)?))?
+            .checked_add(stack(columns))?
+            .checked_add(stack(candidates.checked_mul(2)?))?;
 
         // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
         // segment where they exist.
@@ -159,7 +199,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous, graded }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1, graded }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -171,6 +211,7 @@ impl Layout {
         Some(Layout {
             nodes_x,
             nodes_y,
+            plies,
             x,
             y,
             upper: Places::of(scene, Axis::Vertical).upper(),
@@ -183,6 +224,8 @@ impl Layout {
             toe,
             viscous,
             graded,
+            rate,
+            friction,
             candidates,
             reals,
             words,
@@ -215,9 +258,11 @@ impl Layout {
         Ok((of as usize * self.reals_of_a_band() + 6 * self.nodes_y).div_ceil(CacheLine::REALS))
     }
 
-    /// Numbers of one band: a row above it, forces from below it, its fixed nodes; whole cache lines.
+    /// Numbers of one band: a row above it, forces from below it, its work row of viscosity, its fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES) + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
+        let viscous = if self.viscous { VISCOUS_PLANES } else { 0 };
+        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES + viscous)
+            + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 
     /// Bytes of memory in all.
@@ -245,12 +290,52 @@ impl Layout {
 
     /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
-        self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()
+        self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies
+    }
+
+    /// Rows of the hot block: those modelled, and the images behind the plane y = 0.
+    pub(crate) fn stored_rows(&self) -> usize {
+        self.nodes_y + usize::from(self.y.mirrored)
+    }
+
+    /// Whether there are several plies.
+    pub fn is_stack(&self) -> bool {
+        self.plies > 1
+    }
+
+    /// Rows [first, end) of a ply.
+    pub fn rows_of(&self, ply: usize) -> [usize; 2] {
+        let rows = self.y.modelled();
+        [ply * rows, (ply + 1) * rows]
+    }
+
+    /// The ply of a row, and the row's number in it.
+    #[inline]
+    pub fn ply_and_row(&self, j: usize) -> (usize, usize) {
+        if !self.is_stack() {
+            return (0, j);
+        }
+        // At least 1, so that no division by zero has to be compiled in.
+        let rows = self.y.modelled().max(1);
+        (j / rows, j % rows)
+    }
+
+    /// Whether segments go upwards from row j.
+    #[inline]
+    pub fn has_verticals(&self, j: usize) -> bool {
+        let (ply, row) = self.ply_and_row(j);
+        row < self.y.segments() && ply < self.plies
+    }
+
+    /// Whether viscosity or the rate takes energy.
+    pub fn takes_energy(&self) -> bool {
+        self.viscous || self.rate
     }
 
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        Parts { implicit: self.implicit, halving: self.halving, viscous: self.viscous, graded: self.graded }
+        let Layout { implicit, halving, viscous, rate, friction, graded, .. } = *self;
+        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack(), graded }
     }
 
     /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
@@ -329,6 +414,14 @@ mod tests {
         // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
         let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
         assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * VISCOUS_PLANES + 5, 0, 1));
+        // Logarithms of 5 rows, the energy of each row; two words of the image.
+        let rate = |scene: &mut Scene| {
+            (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
+        };
+        assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
+        // The tangential parts of 10 candidates; a word of the image.
+        let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
+        assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));

@@ -46,6 +46,7 @@ pub mod error;
 #[cfg(feature = "micro")]
 pub mod fibril;
 pub mod fields;
+pub mod friction;
 pub mod grading;
 pub mod lanes;
 pub mod layout;
@@ -61,11 +62,14 @@ pub mod pose;
 pub mod prism;
 pub mod projectile;
 pub mod random;
+mod rate;
+mod relaxation;
 mod rows;
 pub mod scene;
 pub mod shape;
 pub mod sim;
 pub mod snapshot;
+mod stack;
 mod start;
 pub mod state;
 mod step;
@@ -82,19 +86,19 @@ pub mod weave;
 pub mod yarn;
 
 pub use bands::Bands;
-pub use energy::Energy;
+pub use energy::{Energy, Ply};
 pub use error::{Code, Error, Failure};
 pub use lanes::{CacheLine, InstructionSet};
 pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES, Projectile,
-    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw,
-    Symmetry, TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
+    Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck,
+    StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
-pub use textile::{Textile, Threads};
+pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};
 pub use watch::{Latch, Outcome, OutcomeSet};
 
 #[cfg(doctest)]

@@ -1,15 +1,19 @@
 //! The search for slack segments, which get a toe (`toe.rs`).
 
-use crate::direction::Directions;
+use crate::direction::Along;
 use crate::grading::NetRow;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, vertical_axes};
 use crate::rows::place_image_column;
 use crate::system::System;
+use crate::yarn::Rest;
 
 /// Marks the segments that are slack at t_n and were at t_{n-1}.
 pub(crate) fn mark_slack(system: &mut System<'_>) {
-    let [first, end] = system.rows_to_step();
+    (0..system.layout.plies).for_each(|ply| mark_slack_rows(system, system.rows_to_step(ply)));
+}
+
+fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (chunks, line) = (system.layout.chunks, system.layout.x);
     if line.mirrored {
         (first..end).for_each(|j| place_image_column(planes::row_mut(system.blocks.hot, chunks, j), line));
@@ -32,6 +36,7 @@ pub(crate) fn mark_slack(system: &mut System<'_>) {
 /// The next chunk of row j, from one on, with a segment that is slack at t_n and has no mark.
 fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let chunks = system.layout.chunks;
+    let Along { horizontal, vertical, .. } = system.directions.of_ply(system.is_turned(j));
     let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,
@@ -39,7 +44,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             row,
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
-            directions: &system.directions,
+            rests: [&horizontal.rest, &vertical.rest],
             net: system.net().row(j),
             from,
         },
@@ -62,7 +67,7 @@ struct NextSlack<'a> {
     row: &'a [Chunk<HOT_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     marks: &'a [Chunk<MARK_PLANES>],
-    directions: &'a Directions,
+    rests: [&'a Rest; 2],
     net: NetRow<'a>,
     from: usize,
 }
@@ -73,8 +78,8 @@ impl Job for NextSlack<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         let one = L::splat(1.0);
-        let Directions { horizontal, vertical, .. } = self.directions;
-        let rest_v = self.net.upwards(&vertical.rest);
+        let [horizontal, vertical] = self.rests;
+        let rest_v = self.net.upwards(vertical);
         for (c, (chunk, [mark_h, mark_v])) in self.row.iter().zip(self.marks).enumerate().skip(self.from) {
             let behind = displacement::<L>(self.row.get(c + 1), 0);
             for g in 0..CHUNK / L::WIDTH {
@@ -85,7 +90,7 @@ impl Job for NextSlack<'_> {
                     here[1].right_of(next[1]).sub(here[1]),
                     here[2].right_of(next[2]).sub(here[2]),
                 ];
-                let rest_h = self.net.along(c, g, &horizontal.rest);
+                let rest_h = self.net.along(c, g, horizontal);
                 // A mark is 1 or at most 0: U^2 is below it where a segment is slack that has none.
                 if L::load(&L::groups(mark_h)[g]).any_above(rest_h.twice_strain(d).add(one)) {
                     return Some(c);

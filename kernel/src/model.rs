@@ -28,6 +28,8 @@ pub(crate) struct Model {
     pub node_mass: f64,
     /// h/dt, m/s.
     pub unit_speed: f64,
+    /// Distance of neighbouring plies where they rest, spacings.
+    pub gap: f64,
     /// m h/dt, N s.
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
@@ -49,6 +51,7 @@ impl Model {
         toe: Toe::NONE,
         node_mass: 0.0,
         unit_speed: 0.0,
+        gap: 0.0,
         unit_impulse: 0.0,
         unit_energy: 0.0,
         segment_volume: 0.0,
@@ -72,9 +75,13 @@ impl Model {
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
+        if scene.contact.friction > 0.0 {
+            self.inertia.feel_friction();
+        }
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
+        self.gap = if scene.stack.plies > 1 { scene.stack.gap / h } else { 0.0 };
         self.unit_impulse = node_mass * h / dt;
         self.unit_energy = node_mass * (h / dt) * (h / dt);
         self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));
@@ -97,7 +104,7 @@ impl Model {
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
     pub(crate) fn too_fast(&self, speed: f64, rate: f64) -> bool {
-        let turning = if self.solid.feels_torque() { rate } else { 0.0 };
+        let turning = if self.inertia.turns { rate } else { 0.0 };
         let within = self.surface_speed(speed, rate) < self.unit_speed && self.limits.dt * turning <= 0.5;
         !within
     }
@@ -106,7 +113,7 @@ impl Model {
     fn too_fast_error(&self, field: &'static str, speed: f64, rate: f64) -> Error {
         let crossing = self.unit_speed * self.limits.dt / self.surface_speed(speed, rate);
         let turning = 0.5 / rate;
-        let largest = if self.solid.feels_torque() && turning < crossing { turning } else { crossing };
+        let largest = if self.inertia.turns && turning < crossing { turning } else { crossing };
         // A few roundings less: the bound itself is too fast, and the number is to be of use as it stands.
         Error::new(Code::ProjectileTooFast, field, speed, largest * (1.0 - 8.0 * f64::EPSILON))
     }
@@ -120,7 +127,7 @@ impl Model {
     /// The speed that no point of the body's surface exceeds, m/s.
     fn surface_speed(&self, speed: f64, rate: f64) -> f64 {
         // A body that does not turn may be of any size: 0 times an infinite reach is no number.
-        let turns = self.solid.feels_torque() && rate != 0.0;
+        let turns = self.inertia.turns && rate != 0.0;
         speed + if turns { rate * self.solid.reach() } else { 0.0 }
     }
 

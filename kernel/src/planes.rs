@@ -17,6 +17,8 @@ pub const YARN_PLANES: usize = 4;
 pub const STRENGTH_PLANES: usize = 2;
 /// Planes of the toe's rows: the mark of the horizontal and vertical segment (`toe.rs` says what it means).
 pub const MARK_PLANES: usize = 2;
+/// Planes of the rows of the rate: the logarithm of the horizontal and vertical segment (`rate.rs`).
+pub const RATE_PLANES: usize = 2;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the step's start and
 /// at the guess (3 each).
 pub const ITERATE_PLANES: usize = 12;
@@ -53,6 +55,14 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// The direction across this one.
+    pub fn other(self) -> Axis {
+        match self {
+            Axis::Horizontal => Axis::Vertical,
+            Axis::Vertical => Axis::Horizontal,
+        }
+    }
+
     /// A vector of the sheet in the axes of a segment of this direction, the rest direction first, or back.
     pub fn own_axes(self, vector: [f64; 3]) -> [f64; 3] {
         match self {

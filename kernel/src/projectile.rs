@@ -1,4 +1,4 @@
-//! The rigid body: translation always, rotation only for shapes that feel torque.
+//! The rigid body: translation always, rotation only where contact can turn it.
 //!
 //! Method: contact and external load enter as impulses. The torque-free rotation of a step is the implicit midpoint rule
 //! I dw = dt (I w_m) x w_m with w_m = (w_n + w_{n+1})/2, solved by fixed point, and the Cayley map for the quaternion:
@@ -36,8 +36,10 @@ pub struct Inertia {
     pub moments: Vector,
     /// 1/mass as contact sees it, 1/kg.
     pub inverse_mass: f64,
-    /// Inverse principal moments as contact sees them, 1/(kg m^2); zero for shapes that feel no torque.
+    /// Inverse principal moments as contact sees them, 1/(kg m^2); zero for bodies that contact does not turn.
     pub inverse_moments: Vector,
+    /// Whether the body turns. A sphere without friction does not: its impulses pass through its centre.
+    pub turns: bool,
 }
 
 impl Inertia {
@@ -47,15 +49,24 @@ impl Inertia {
         moments: Vector::new(0.0, 0.0, 0.0),
         inverse_mass: 0.0,
         inverse_moments: Vector::new(0.0, 0.0, 0.0),
+        turns: false,
     };
 
-    /// Constants of a solid of the given mass; `movable` false for a prescribed body.
+    /// Constants of a solid of the given mass without friction; `movable` false for a prescribed body.
     pub fn of(solid: &Solid, mass: f64, movable: bool) -> Inertia {
         let moments = Vector::from(solid.inertia(mass));
         let inverse_mass = if movable { 1.0 / mass } else { 0.0 };
-        let inverse_moments =
-            if movable && solid.feels_torque() { moments.map(|moment| 1.0 / moment) } else { Vector::zeros() };
-        Inertia { mass, moments, inverse_mass, inverse_moments }
+        let turns = solid.feels_torque();
+        let inverse_moments = if movable && turns { moments.map(|moment| 1.0 / moment) } else { Vector::zeros() };
+        Inertia { mass, moments, inverse_mass, inverse_moments, turns }
+    }
+
+    /// With friction a sphere turns, too.
+    pub fn feel_friction(&mut self) {
+        self.turns = true;
+        if self.inverse_mass > 0.0 {
+            self.inverse_moments = self.moments.map(|moment| 1.0 / moment);
+        }
     }
 }
 
@@ -109,10 +120,10 @@ impl Body {
         0.5 * inertia.mass * self.velocity.dot(&self.velocity) + 0.5 * spin
     }
 
-    /// Drift of one step: translation, and rotation where the shape feels torque.
-    pub fn drift(&mut self, solid: &Solid, inertia: &Inertia, rule: RotationRule, dt: f64) {
+    /// Drift of one step: translation, and rotation where the body turns.
+    pub fn drift(&mut self, inertia: &Inertia, rule: RotationRule, dt: f64) {
         self.position += self.velocity * dt;
-        if solid.feels_torque() {
+        if inertia.turns {
             let rate = self.angular_velocity;
             let (mean, end) = match rule.kind {
                 RotationKind::Midpoint => {
@@ -320,7 +331,7 @@ mod tests {
         };
         for rule in [RotationRule::MIDPOINT, RotationRule::theta(0.5), RotationRule::theta(1.0)] {
             let mut body = Body::of(&motion);
-            (0..100).for_each(|_| body.drift(&solid, &inertia, rule, 1e-4));
+            (0..100).for_each(|_| body.drift(&inertia, rule, 1e-4));
             assert!((body.position - Vector::new(0.96, 2.05, 3.06)).norm() < 1e-12);
             assert_eq!(body.angular_velocity, Vector::new(0.0, 0.0, 50.0));
             // Cayley's turn per step is 2 atan(dt w/2).
@@ -345,7 +356,7 @@ mod tests {
         for theta in [0.25, 0.5, 0.75] {
             let mut body = Body::of(&motion);
             let first = body.angular_velocity;
-            body.drift(&solid, &inertia, RotationRule::theta(theta), dt);
+            body.drift(&inertia, RotationRule::theta(theta), dt);
             let mean = first * (1.0 - theta) + body.angular_velocity * theta;
             // The quaternion's vector part over its scalar part is dt/2 times the rate.
             let q = body.orientation;

@@ -6,10 +6,11 @@ use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::Layout;
 use crate::planes::{
-    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, STRENGTH_PLANES,
-    YARN_PLANES,
+    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::rate::Rates;
 use crate::sweep::{Constants, Pass, Report, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
@@ -21,31 +22,34 @@ pub(crate) struct Terms<'t> {
     pub directions: &'t Directions,
     /// The toe of marked segments.
     pub toe: Toe,
+    /// Dependence on the rate of strain.
+    pub rates: Rates,
     pub instructions: InstructionSet,
 }
 
 impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass<'p>(&self, net: Net<'p>) -> Pass<'p>
-    where
-        't: 'p,
-    {
+    pub fn pass<'p>(&'p self, net: Net<'p>, turned: bool) -> Pass<'p> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            directions: self.directions,
+            directions: self.directions.of_ply(turned),
             toe: self.toe,
             net,
+            rates: &self.rates,
             instructions: self.instructions,
         }
     }
 
-    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn.
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
+    /// `logarithms`, empty where yarn does not depend on the rate.
     pub fn yarn_row<'y>(
         &self,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
+        logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
+        turned: bool,
     ) -> YarnRow<'y>
     where
         't: 'y,
@@ -53,9 +57,14 @@ impl<'t> Terms<'t> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform(self.directions)
+            Constants::Uniform(self.directions.of_ply(turned))
         };
-        YarnRow { constants, strength: planes::row(strength, self.layout.chunks, k) }
+        let chunks = self.layout.chunks;
+        YarnRow {
+            constants,
+            strength: planes::row(strength, chunks, k),
+            logarithms: if logarithms.is_empty() { &[] } else { planes::row(logarithms, chunks, k) },
+        }
     }
 }
 
@@ -63,6 +72,8 @@ impl<'t> Terms<'t> {
 pub(crate) struct Rows<'r> {
     /// Number of the first row.
     pub first: usize,
+    /// Whether they are of a turned ply.
+    pub turned: bool,
     pub hot: &'r mut [Chunk<HOT_PLANES>],
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
@@ -71,12 +82,16 @@ pub(crate) struct Rows<'r> {
     pub yarn: &'r [Chunk<YARN_PLANES>],
     /// Critical stretches from the first row on; empty where all have the same.
     pub strength: &'r [Chunk<STRENGTH_PLANES>],
+    /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
+    pub logarithms: &'r [Chunk<RATE_PLANES>],
     /// The toe's marks from the first row on; empty for no toe.
     pub marks: &'r [Chunk<MARK_PLANES>],
     /// What viscosity changes of the velocities; empty for none.
     pub pushes: &'r [Chunk<PUSH_PLANES>],
-    /// Energy that viscosity takes, one entry a row; empty for none.
+    /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
+    /// Velocities along z before the sweep; empty for a single sheet.
+    pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
@@ -91,19 +106,34 @@ pub(crate) struct Rows<'r> {
 impl<'r> Rows<'r> {
     /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
     /// a toe.
-    pub fn of(blocks: &'r mut Blocks<'_>, layout: &Layout, [first, end]: [usize; 2], marked: bool) -> Option<Rows<'r>> {
+    pub fn of(
+        blocks: &'r mut Blocks<'_>,
+        layout: &Layout,
+        [first, end]: [usize; 2],
+        turned: bool,
+        marked: bool,
+    ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
+        let behind = own.clone();
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
+            turned,
             hot: swept.get_mut(own.start..)?,
-            above: planes::row(rest, layout.chunks, 0),
+            above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
+                // The row behind is of the next ply.
+                &[]
+            } else {
+                planes::row(rest, layout.chunks, 0)
+            },
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
             strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
+            logarithms: if layout.rate { blocks.logarithms.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
             pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
-            taken: if layout.viscous { blocks.taken.get_mut(first..end)? } else { &mut [] },
+            taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
+            before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             net: Net { columns: blocks.columns, lines: blocks.lines },
@@ -117,12 +147,25 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+    pub fn sweep(self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let Layout { strength, graded, .. } = *terms.layout;
+        let optional = strength || graded || terms.layout.takes_energy() || !self.marks.is_empty();
+        if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
+    }
+
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
+    #[inline]
+    fn sweep_with<const OPTIONS: bool>(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { first, hot, above, history, yarn, strength, marks, pushes, taken, ranges, runs, net, carry, kept } =
-            self;
-        let pass = terms.pass(net);
+        let net = if OPTIONS { self.net } else { Net::NONE };
+        let pass = terms.pass(net, self.turned);
+        let Rows { first, turned, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
+        // Empty but for a stack.
+        before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
+        let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
+        let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
+        let (viscous, taken) = if OPTIONS { (layout.viscous, self.taken) } else { (false, &mut [][..]) };
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -133,12 +176,13 @@ impl Rows<'_> {
             let row = planes::row_mut(below, chunks, k);
             let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
             let pushes = planes::row(pushes, chunks, k);
-            let mut taken = taken.get_mut(k);
+            let mut taken = if viscous { taken.get_mut(k) } else { None };
             if let Some(taken) = &mut taken {
-                **taken = half_taken::<true>(row, pushes, terms, j);
+                let before = if layout.rate { **taken } else { 0.0 };
+                **taken = before + half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, k);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, k, turned);
             let (met, reach) = pass.row(
                 j,
                 row,
@@ -150,7 +194,7 @@ impl Rows<'_> {
             );
             report = report.merged(met);
             *range = reach;
-            let pulls = if layout.graded {
+            let pulls = if OPTIONS && layout.graded {
                 restore_fixed::<true>(row, kept, run, layout, &net, j)
             } else {
                 restore_fixed::<false>(row, kept, run, layout, &net, j)

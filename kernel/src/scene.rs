@@ -34,7 +34,7 @@ pub struct Sheet {
     /// Strain at which the sheet is held along x and along y: node spacing over the natural length of a segment, less 1, >= 0
     /// and below that of U_c. Along x two held sides are needed, along y four.
     pub pre_strain: [f64; 2],
-    /// Number of coincident plies lumped into one network (mass and area are multiplied), 1 ..= 1000.
+    /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies that move apart.
     pub plies: u32,
     /// Where bars of the network stand for several yarns.
     pub grading: Grading,
@@ -57,6 +57,24 @@ pub struct Grading {
     /// Half the width of the fine part along x and along y, m, >= 0.
     pub half_width: [f64; 2],
 }
+
+/// Several sheets one behind the other, which push on each other (`stack.rs`). Each is a network of its own with draws of its own,
+/// held like the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stack {
+    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0. More than one ply: velocity
+    /// Verlet, no mirror planes, no friction and no dependence on the rate of strain.
+    pub plies: u32,
+    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they lie on each other.
+    pub gap: f64,
+    /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings must be alike.
+    pub turned: bool,
+}
+
+/// Largest number of separate plies.
+pub const MAX_PLIES: u32 = 1000;
+/// Largest gap between plies, node spacings.
+pub const MAX_GAP: f64 = 1e6;
 
 /// Which nodes are fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,6 +141,16 @@ pub struct Yarn {
     pub viscosity_quadratic: f64,
     /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
     pub viscosity_bending: f64,
+    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet and one ply only). `modulus_mean`
+    /// is then that of `rate_reference`. See docs/model.md, "Rate of strain".
+    pub rate_modulus: f64,
+    /// C_U, growth of the critical strain by e-fold of the rate of strain, in [0, 1]; 0 = none.
+    pub rate_stretch: f64,
+    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9]; slower ones count as this (dependence on the rate
+    /// only).
+    pub rate_reference: f64,
+    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate only).
+    pub rate_limit: f64,
 }
 
 /// What the critical stretch of a segment is.
@@ -177,7 +205,7 @@ pub struct Symmetry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Shape {
-    /// A sphere of `radius`; feels no torque.
+    /// A sphere of `radius`; feels no torque without friction.
     Sphere = 0,
     /// A flat-ended cylinder of `radius` and `length` along its body z axis.
     Cylinder = 1,
@@ -263,6 +291,14 @@ pub struct Projectile {
     pub orientation: [f64; 4],
     /// Angular velocity at the start, rad/s, in the host's axes.
     pub angular_velocity: [f64; 3],
+}
+
+/// What acts between yarn and projectile besides the impulses that keep them apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet and one ply only). With friction a sphere feels
+    /// torque, too. See docs/model.md, "Friction".
+    pub friction: f64,
 }
 
 /// Who moves the projectile.
@@ -382,6 +418,8 @@ pub enum StepCheck {
 pub struct Scene {
     /// Grid and mass.
     pub sheet: Sheet,
+    /// Separate plies.
+    pub stack: Stack,
     /// Mirror planes.
     pub symmetry: Symmetry,
     /// Supports.
@@ -392,6 +430,8 @@ pub struct Scene {
     pub weft: Weft,
     /// Projectile.
     pub projectile: Projectile,
+    /// Contact of the two.
+    pub contact: ContactLaw,
     /// Who moves the projectile.
     pub drive: Drive,
     /// Seed of the stochastic yarn.
@@ -419,7 +459,7 @@ pub struct Scene {
     /// Sum the impulses on the supports; the momentum residual needs them.
     pub track_support: bool,
     /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the
-    /// theta rule); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
+    /// theta rule, 268 with friction); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
     /// A smaller number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
     pub contact_capacity: u32,
 }
@@ -432,6 +472,8 @@ pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
 pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
 /// Default fraction of dt_crit.
 pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
+/// Rates of strain accepted, 1/s.
+pub const STRAIN_RATES: [f64; 2] = [1e-9, 1e9];
 /// Range of the Weibull shape of drawn strength.
 pub const WEIBULL_SHAPES: [f64; 2] = [1.0, 1000.0];
 /// Most yarns that a bar of a graded network may stand for.
@@ -473,6 +515,7 @@ impl Scene {
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },
+            stack: Stack { plies: 1, gap: 0.0, turned: false },
             symmetry: Symmetry { mirror_x: false, mirror_y: false },
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
             yarn: Yarn {
@@ -494,6 +537,10 @@ impl Scene {
                 viscosity_linear: 0.0,
                 viscosity_quadratic: 0.0,
                 viscosity_bending: 0.0,
+                rate_modulus: 0.0,
+                rate_stretch: 0.0,
+                rate_reference: 0.0,
+                rate_limit: 0.0,
             },
             weft: Weft {
                 modulus_mean: 0.0,
@@ -522,6 +569,7 @@ impl Scene {
                 orientation: [1.0, 0.0, 0.0, 0.0],
                 angular_velocity: [0.0; 3],
             },
+            contact: ContactLaw { friction: 0.0 },
             drive: Drive::Free,
             seed: 1,
             time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),
@@ -553,6 +601,16 @@ impl Scene {
             },
             ..small
         }
+    }
+
+    /// Whether modulus or critical stretch depend on the rate of strain.
+    pub fn depends_on_rate(&self) -> bool {
+        self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0
+    }
+
+    /// Whether contact can turn the projectile: every body with friction, without it all but a sphere.
+    pub fn projectile_turns(&self) -> bool {
+        self.projectile.shape != Shape::Sphere || self.contact.friction > 0.0
     }
 
     /// Linear, quadratic and bending viscosity.
@@ -611,9 +669,19 @@ impl Scene {
         ]
     }
 
-    /// Number of segments: (nx - 1) ny + nx (ny - 1).
-    pub fn segments(&self) -> u64 {
+    /// Number of segments of one ply: (nx - 1) ny + nx (ny - 1).
+    pub fn segments_of_ply(&self) -> u64 {
         let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
         (nx - 1) * ny + nx * (ny - 1)
+    }
+
+    /// Number of segments of all separate plies.
+    pub fn segments(&self) -> u64 {
+        self.segments_of_ply() * self.stack.plies as u64
+    }
+
+    /// Distance of the last ply from the first where they rest, m.
+    pub fn stack_height(&self) -> f64 {
+        (self.stack.plies as f64 - 1.0) * self.stack.gap
     }
 }

@@ -223,7 +223,7 @@ impl Solid {
         [x, y, z].map(|axis| self.support(&axis) + self.support(&-axis))
     }
 
-    /// Whether contact forces can turn the body. A sphere's pass through its centre.
+    /// Whether contact without friction can turn the body. A sphere's forces pass through its centre.
     pub fn feels_torque(&self) -> bool {
         !matches!(self, Solid::Sphere { .. })
     }

@@ -243,14 +243,15 @@ fn header(system: &System<'_>) -> [u64; HEADER_WORDS] {
 /// Every word of the node, segment and flag arrays, in image order.
 fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let (across, layout) = (system.layout.x.segments(), system.layout);
     let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
     for j in 0..ny {
         let (row, history) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.history, chunks, j));
         let marks = planes::row(system.blocks.marks, chunks, j);
+        let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
-            for (axis, exists) in [(0, i < across), (1, j < up)] {
+            for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if exists {
                     word(bits(planes::get(history, axis, i)));
                 }
@@ -268,18 +269,19 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     // A segment breaks long before: only one that was broken beforehand has such a history.
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let (across, layout) = (system.layout.x.segments(), system.layout);
     let (toe, drawn) = (system.layout.toe, system.layout.strength);
     let mut sound = true;
     for (j, run) in system.blocks.runs.iter().enumerate() {
         let strength = planes::row(system.blocks.strength, system.layout.chunks, j);
+        let verticals = layout.has_verticals(j);
         for i in 0..system.layout.nodes_x {
             let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
             let node = node.map(real);
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
-            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, j < up)] {
+            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
                 if !exists {
                     continue;
                 }
@@ -288,7 +290,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                     let own = planes::get(strength, axis as usize, i).map_or(0.0, twice_strain_at);
                     (own, own)
                 } else {
-                    (0.0, system.directions.along(axis).critical)
+                    (0.0, system.direction(axis, j).critical)
                 };
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
@@ -310,10 +312,11 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
 fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let mut changed = false;
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let (across, layout) = (system.layout.x.segments(), system.layout);
     let row = planes::row_mut(system.blocks.hot, chunks, j);
     let history = planes::row_mut(system.blocks.history, chunks, j);
     let marks = planes::row_mut(system.blocks.marks, chunks, j);
+    let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         let mut marks = marks.get_mut(c);
         #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
@@ -324,7 +327,7 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
             for (plane, &word) in hot.iter_mut().zip(node) {
                 plane[lane] = real(word);
             }
-            for (axis, exists) in [(0, i < across), (1, j < up)] {
+            for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if !exists {
                     continue;
                 }
@@ -355,7 +358,7 @@ fn malformed(value: f64, limit: f64) -> Error {
     Error::new(Code::ImageMalformed, "image", value, limit)
 }
 
-/// Scalar values beyond being finite: unit quaternions and a path that covers the present step.
+/// Scalar values beyond being finite: unit quaternions, a path that covers the present step and a load that began before it.
 fn plausible(state: &State) -> bool {
     let unit = |q: &nalgebra::Quaternion<f64>| {
         let squared = q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k;
@@ -364,7 +367,8 @@ fn plausible(state: &State) -> bool {
     let track = &state.track;
     let path = track.steps == 0 || track.first <= state.step;
     let still = |v: &Vector| v.iter().all(|x| x.is_finite());
-    unit(&state.body.orientation)
+    state.loaded <= state.step + 1
+        && unit(&state.body.orientation)
         && unit(&track.start.orientation)
         && unit(&track.end.orientation)
         && path
@@ -403,9 +407,26 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        for one in 0..5 {
-            let [_, implicit, halving, viscous, graded] = core::array::from_fn(|part| part == one);
-            let parts = Parts { implicit, halving, viscous, graded };
+        let none = Parts {
+            implicit: false,
+            halving: false,
+            viscous: false,
+            rate: false,
+            friction: false,
+            stack: false,
+            graded: false,
+        };
+        for parts in [
+            none,
+            Parts { implicit: true, ..none },
+            Parts { halving: true, ..none },
+            Parts { viscous: true, ..none },
+            Parts { rate: true, ..none },
+            Parts { viscous: true, rate: true, ..none },
+            Parts { friction: true, ..none },
+            Parts { stack: true, ..none },
+            Parts { graded: true, ..none },
+        ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);
             assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
@@ -519,6 +540,10 @@ mod tests {
             print(&|s| s.yarn.viscosity_linear = 0.02),
             print(&|s| s.yarn.viscosity_quadratic = 0.02),
             print(&|s| s.yarn.viscosity_bending = 0.02),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
+            print(&|s| (s.yarn.rate_stretch, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0)),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 20.0, 170.0)),
+            print(&|s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 200.0)),
             print(&|s| s.rotation_rule = RotationRule::theta(0.5)),
             print(&|s| s.rotation_rule = RotationRule::theta(1.0)),
             print(&|s| s.track_detachment = !s.track_detachment),
@@ -562,6 +587,11 @@ mod tests {
         check(&|s| s.yarn.viscosity_linear = 0.06, &[0x8_0000, 0.06_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_quadratic = 1.5, &[0x8_0001, 1.5_f64.to_bits()]);
         check(&|s| s.yarn.viscosity_bending = 0.06, &[0x8_0002, 0.06_f64.to_bits()]);
+        let with_rate = |s: &mut Scene| {
+            (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.125, 30.0, 170.0);
+        };
+        let bits = [0.125_f64, 30.0, 170.0].map(f64::to_bits);
+        check(&with_rate, &[0x67_0000, bits[0], bits[1], bits[2]]);
         // Several at once, in the order in which they came.
         check(
             &|s| (s.yarn.draw, s.step_after_failure, s.slack_toe) = (Draw::Yarn, StepAfterFailure::Half, 0.02),

@@ -50,8 +50,14 @@ pub struct Sums {
     pub most_iterations: u64,
     /// Change of the audited energy when the step was halved, J.
     pub halving_energy: f64,
-    /// Energy that viscosity has taken, J.
+    /// Energy that viscosity and rate have taken, J.
     pub viscous: f64,
+    /// Energy rubbed away between nodes and projectile, J.
+    pub friction: f64,
+    /// Kinetic energy lost where plies meet, J.
+    pub ply_loss: f64,
+    /// Deepest that facing nodes of two plies have been through each other, m.
+    pub ply_penetration: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -81,6 +87,9 @@ impl Sums {
         most_iterations: 0,
         halving_energy: 0.0,
         viscous: 0.0,
+        friction: 0.0,
+        ply_loss: 0.0,
+        ply_penetration: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -100,6 +109,12 @@ pub struct Parts {
     pub halving: bool,
     /// What only viscous yarn has.
     pub viscous: bool,
+    /// What only yarn has that depends on the rate of strain.
+    pub rate: bool,
+    /// What only friction has.
+    pub friction: bool,
+    /// What only a stack of plies has.
+    pub stack: bool,
     /// What only a graded network has.
     pub graded: bool,
 }
@@ -115,6 +130,9 @@ pub struct State {
     pub force: Vector,
     /// External torque on it, N m, sheet's frame.
     pub torque: Vector,
+    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
+    /// on the rate.
+    pub loaded: u64,
     /// true once every step is taken as two halves.
     pub halved: bool,
     /// Path being followed (prescribed body).
@@ -133,6 +151,7 @@ impl State {
             body,
             force: ZERO,
             torque: ZERO,
+            loaded: 0,
             halved: false,
             track: Track { first: 0, steps: 0, start: body, end: body },
             sums: Sums::NOTHING,
@@ -161,8 +180,18 @@ impl State {
             self.halved = flag == 1;
             visitor.real(&mut self.sums.halving_energy);
         }
-        if parts.viscous {
+        if parts.viscous || parts.rate {
             visitor.real(&mut self.sums.viscous);
+        }
+        if parts.rate {
+            visitor.count(&mut self.loaded);
+        }
+        if parts.friction {
+            visitor.real(&mut self.sums.friction);
+        }
+        if parts.stack {
+            visitor.real(&mut self.sums.ply_loss);
+            visitor.real(&mut self.sums.ply_penetration);
         }
         if parts.graded {
             visitor.count(&mut self.sums.beyond_fine);

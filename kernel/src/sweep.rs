@@ -5,20 +5,21 @@
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
-//! Where there is a toe (`toe.rs`) its factor on kk has a path of its own, compiled apart; so has a fabric that is not plain
-//! (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network (`grading.rs`), whose bars and nodes
-//! differ by column and row.
+//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
+//! (`grading.rs`), whose bars and nodes differ by column and row.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
-use crate::direction::Directions;
+use crate::direction::Along;
 use crate::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
-    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, STRENGTH_PLANES,
-    YARN_PLANES, vertical_axes,
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
+use crate::rate::Rates;
 use crate::toe::{NO_TOE, Toe};
 use crate::yarn::{self, DamageLaw, LOST};
 
@@ -38,13 +39,15 @@ pub struct YarnRow<'a> {
     pub constants: Constants<'a>,
     /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
     pub strength: &'a [Chunk<STRENGTH_PLANES>],
+    /// Chunks of logarithms of the rate, horizontal and vertical; empty where yarn does not depend on it.
+    pub logarithms: &'a [Chunk<RATE_PLANES>],
 }
 
 /// Stiffness and damage rate of a row's segments.
 #[derive(Clone, Copy)]
 pub enum Constants<'a> {
     /// All of a direction alike.
-    Uniform(&'a Directions),
+    Uniform(Along<'a>),
     /// Chunks of [kh, kv, lambda_h, lambda_v].
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
@@ -78,11 +81,13 @@ pub struct Pass<'a> {
     /// Vertical segments above a row.
     pub verticals: usize,
     /// What the segments of a direction have in common.
-    pub directions: &'a Directions,
+    pub directions: Along<'a>,
     /// The toe of marked segments.
     pub toe: Toe,
     /// Bars and widths of a graded network.
     pub net: Net<'a>,
+    /// Dependence on the rate of strain.
+    pub rates: &'a Rates,
     /// Instruction set; changes the speed, not the bits.
     pub instructions: InstructionSet,
 }
@@ -93,7 +98,7 @@ pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
     with_vertical(right, left, up.sub(down))
 }
 
-/// (M19) Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
+/// (M22) Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
 #[inline(always)]
 pub fn graded_sum<L: Lane>(right: L, left: L, up: L, down: L, inverse_widths: [L; 2]) -> L {
     graded_with_vertical(right, left, up.sub(down), inverse_widths)
@@ -123,8 +128,16 @@ struct Row<'a> {
     marks: &'a [Chunk<MARK_PLANES>],
 }
 
-/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; TOE: whether there are marks.
-struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const TOE: bool>(Row<'a>);
+/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
+/// are multiplied by.
+struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(Row<'a>);
+
+/// Nothing.
+const NONE: u8 = 0;
+/// The toe's factor.
+const TOE: u8 = 1;
+/// That of the rate.
+const RATE: u8 = 2;
 
 /// Marks of no toe.
 const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
@@ -152,13 +165,15 @@ impl Pass<'_> {
     ) -> (Report, [f64; 2]) {
         let set = self.instructions;
         let job = Row { pass: self, j, row, history, above, carry, yarn, marks };
+        // A dependence on the rate excludes the toe and grading.
         match (self.directions.plain, self.net.columns.is_empty(), marks.is_empty()) {
-            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, false>(job)),
-            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, true>(job)),
-            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, false>(job)),
-            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, true>(job)),
-            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, false>(job)),
-            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, true>(job)),
+            _ if !yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, false, RATE>(job)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(job)),
+            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(job)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(job)),
+            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(job)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(job)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(job)),
         }
     }
 
@@ -197,8 +212,9 @@ impl Job for LiftJob<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) {
         let LiftJob { pass, j, row, history, above, carry, yarn, marks } = self;
-        let upwards = &pass.directions.vertical;
-        let limit = L::splat(upwards.critical);
+        let upwards = pass.directions.vertical;
+        let dependent = !yarn.logarithms.is_empty();
+        let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
         let rest = pass.net.row(j).upwards(&upwards.rest);
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
@@ -227,6 +243,9 @@ impl Job for LiftJob<'_> {
                 if let Some([_, mark]) = marks.get(c) {
                     stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
                 }
+                if let Some([_, logarithm]) = yarn.logarithms.get(c) {
+                    stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
+                }
                 let lift = vertical_axes(rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
@@ -236,7 +255,7 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const PLAIN: bool, const GRADED: bool, const TOE: bool> Job for RowJob<'_, PLAIN, GRADED, TOE> {
+impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8> Job for RowJob<'_, PLAIN, GRADED, FACTOR> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
@@ -251,29 +270,34 @@ impl<const PLAIN: bool, const GRADED: bool, const TOE: bool> Job for RowJob<'_, 
             report: Report::default(),
         };
         let zero = L::splat(0.0);
-        let Directions { horizontal, vertical, .. } = pass.directions;
-        let limits = [L::splat(horizontal.critical), L::splat(vertical.critical)];
-        let mut along = Along::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
+        let Along { horizontal, vertical, .. } = pass.directions;
+        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
+        let limits = [L::splat(limits[0]), L::splat(limits[1])];
+        let mut along = Carried::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
             let above = above.get(c).unwrap_or(&NOTHING);
             // To the right of the last group: the next chunk's first, or zeros of no consequence.
             let next = tail.first().unwrap_or(&NOTHING);
-            let marks = if TOE { marks.get(c).unwrap_or(&NO_MARKS) } else { &NO_MARKS };
-            let mut planes = Planes { chunk, history, above, carry, marks, next, column: c * CHUNK };
+            let factors = match FACTOR {
+                TOE => marks.get(c).unwrap_or(&NO_MARKS),
+                RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
+                _ => &NO_MARKS,
+            };
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold, &net),
+                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net),
                 2 => {
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
                 }
                 _ => {
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 0, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 1, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 2, &mut cold, &net);
-                    along.group::<PLAIN, GRADED, TOE>(&mut planes, 3, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold, &net);
                 }
             }
             rest = tail;
@@ -288,7 +312,8 @@ struct Planes<'a> {
     history: &'a mut Chunk<HISTORY_PLANES>,
     above: &'a Chunk<HOT_PLANES>,
     carry: &'a mut Chunk<CARRY_PLANES>,
-    marks: &'a Chunk<MARK_PLANES>,
+    /// What the factors of the stiffnesses follow from: marks of the toe, or logarithms of the rate.
+    factors: &'a Chunk<MARK_PLANES>,
     /// The chunk behind this one.
     next: &'a Chunk<HOT_PLANES>,
     /// First column.
@@ -297,7 +322,7 @@ struct Planes<'a> {
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
 /// that is not inlined.
-struct Along<L> {
+struct Carried<L> {
     /// q at the critical stretch of horizontal and vertical segments.
     limits: [L; 2],
     left_force: [L; 3],
@@ -316,12 +341,12 @@ struct Cold<'a> {
     report: Report,
 }
 
-impl<L: Lane> Along<L> {
+impl<L: Lane> Carried<L> {
     /// One lane group: damage, forces, velocity and position. The two segments are worked on side by side, so that a processor has
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const GRADED: bool, const TOE: bool>(
+    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(
         &mut self,
         planes: &mut Planes<'_>,
         g: usize,
@@ -348,7 +373,7 @@ impl<L: Lane> Along<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let Directions { horizontal, vertical, .. } = cold.pass.directions;
+        let Along { horizontal, vertical, .. } = cold.pass.directions;
         let (q_v, q_h) = if PLAIN {
             (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))
         } else if GRADED {
@@ -375,10 +400,15 @@ impl<L: Lane> Along<L> {
             }
         }
         let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
-        if TOE {
-            let [mark_h, mark_v] = planes.marks;
-            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(mark_h)[g])));
-            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+        let [factor_h, factor_v] = planes.factors;
+        if FACTOR == TOE {
+            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
+        }
+        if FACTOR == RATE {
+            let rates = cold.pass.rates;
+            kh = kh.mul(rates.stiffening(L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(rates.stiffening(L::load(&L::groups(factor_v)[g])));
         }
         let (stress_v, stress_h) = (yarn::stress(kv, q_v), yarn::stress(kh, q_h));
         let (lift, force) = if PLAIN {
@@ -512,6 +542,10 @@ impl Pass<'_> {
             return Report::LOST;
         }
         let law = &self.directions.along(axis).law;
+        let q = match planes::get(yarn.logarithms, axis as usize, column) {
+            Some(logarithm) => self.rates.seen(q, logarithm),
+            None => q,
+        };
         if !law.is_damaging(q, *history) {
             return Report::default();
         }

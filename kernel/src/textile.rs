@@ -14,6 +14,7 @@
 use crate::error::{Code, Error, finite, not_negative, positive};
 use crate::math;
 use crate::scene::{CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Scene, StrengthDraw, WEIBULL_SHAPES, Weft};
+use crate::yarn::twice_strain_at;
 
 /// The yarns of one direction of a textile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,6 +54,20 @@ pub struct Textile {
     pub weibull_shape: f64,
     /// Gauge length of the failure strain, m, >= 0; 0: the length of a segment. Read with a Weibull shape only.
     pub gauge_length: f64,
+}
+
+/// Viscosity of a textile: linear, quadratic and of bending (docs/model.md, "Viscosity").
+pub const TEXTILE_VISCOSITY: [f64; 3] = [0.06, 1.5, 0.06];
+
+/// What the quadratic part may take of the largest step, eta of (M18).
+const QUADRATIC_SHARE: f64 = 0.25;
+
+/// The [`TEXTILE_VISCOSITY`], with less of the quadratic part for yarn that fails beyond 7 % of strain: it then takes the default
+/// step, too.
+fn viscosity_at(critical_stretch: f64) -> [f64; 3] {
+    let [linear, quadratic, bending] = TEXTILE_VISCOSITY;
+    let critical = twice_strain_at(critical_stretch) * critical_stretch * critical_stretch;
+    [linear, math::min(QUADRATIC_SHARE / critical, quadratic), bending]
 }
 
 /// kg/m of so many denier: grams in 9000 m.
@@ -172,7 +187,8 @@ fn stretch_at(s: f64) -> f64 {
 }
 
 impl Scene {
-    /// Makes the sheet of this textile: spacings, areas, node mass, crimp and the yarn law, without a law of the weft's own.
+    /// Makes the sheet of this textile: spacings, areas, node mass, crimp, the yarn law, without a law of the weft's own, and the
+    /// [`TEXTILE_VISCOSITY`], which the theta rule does not take.
     /// Number of nodes and plies, place, pre-strain, supports, `yarn.alpha_fail`, `yarn.draw` and all else stay.
     ///
     /// # Errors
@@ -198,6 +214,7 @@ impl Scene {
         (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) = (0.0, textile.damage_rate, 0.0);
         (yarn.damage_a, yarn.damage_b) = (1.0, 0.0);
         yarn.critical_stretch = critical_stretch;
+        [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(critical_stretch);
         yarn.stochastic = textile.modulus_sd > 0.0;
         yarn.strength_draw = StrengthDraw::None;
         if textile.weibull_shape > 0.0 {
@@ -212,7 +229,6 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::planes::Axis;
-    use crate::yarn::twice_strain_at;
 
     fn close(value: f64, expected: f64, relative: f64) {
         assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
@@ -323,6 +339,21 @@ mod tests {
         assert_eq!((yarn.stochastic, yarn.modulus_sd, yarn.damage_sd), (true, 1e9, 0.0));
         assert_eq!(yarn.strength_draw, StrengthDraw::Weibull);
         assert_eq!((yarn.weibull_shape, yarn.weibull_gauge_length), (14.7, 0.05));
+    }
+
+    #[test]
+    fn yarn_of_a_textile_is_viscous_and_takes_the_default_step() {
+        let scene = scene_of(&plain());
+        assert_eq!(scene.viscosity(), TEXTILE_VISCOSITY);
+        scene.step_limits().unwrap();
+        // Yarn that gives more has less of the quadratic part, and takes it too.
+        for failure_strain in [0.07, 0.075, 0.15, 0.3, 1.0] {
+            let scene = scene_of(&Textile { failure_strain, ..plain() });
+            let [linear, quadratic, bending] = scene.viscosity();
+            assert_eq!((linear, bending), (0.06, 0.06));
+            assert_eq!(quadratic == 1.5, failure_strain < 0.073, "{failure_strain}: {quadratic}");
+            assert!(quadratic > 0.0 && scene.step_limits().is_ok());
+        }
     }
 
     #[test]

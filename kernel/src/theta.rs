@@ -47,7 +47,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
         // not end.
         kept = if iteration == 1 { contact::let_pass(system, count) } else { kept };
         let solved;
-        (solved, kept) = contact::solve_contact(system, kept, count);
+        (solved, kept) = contact::solve_contact(system, kept, count, contact::solve_first);
         push_candidates(system, count);
         let moved = guess(system, rule);
         let sound = forces_at_guess(system) && moved.is_finite();
@@ -169,7 +169,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = &system.directions;
-    let uniform = Constants::Uniform(directions);
+    let uniform = Constants::Uniform(directions.of_ply(false));
     let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
     if system.layout.x.mirrored {
@@ -186,7 +186,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
         let constants =
             if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
-        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j) };
+        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j), logarithms: &[] };
         let rest = |axis: Axis, i: usize| {
             let rest = directions.along(axis).rest;
             net.bar(axis, i, j).map_or(rest, |[segments, _]| rest.in_series(segments))
@@ -293,7 +293,7 @@ fn commit_damage(system: &mut System<'_>) {
         }
     }
     if failed {
-        system.failed_segments = system.count_failed();
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
 }
 

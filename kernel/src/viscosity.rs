@@ -7,11 +7,13 @@
 //! segments on both sides acts on the node and its two neighbours. As a force of the segment between nodes i and i + 1 that is
 //! M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in the sweep.
 //! All changes are found before one is made, in rows of their own, because a node's depends on the velocities of nodes two away.
-//! Limits: velocity Verlet. With bands the changes are found by the band that arrives last. The step limit is in `check.rs`.
+//! Limits: velocity Verlet. With bands the changes are found in a pass of their own. The step limit is in `check.rs`.
 //! Reference: docs/model.md, "Viscosity".
 
-use crate::direction::Directions;
-use crate::lanes::{self, Job, Lane};
+use crate::blocks::Blocks;
+use crate::direction::{Along, Direction};
+use crate::lanes::{self, InstructionSet, Job, Lane};
+use crate::layout::Layout;
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
 use crate::rows::place_image_column;
 use crate::sweep::{NOTHING, node_sum, right_of};
@@ -25,43 +27,98 @@ const TENSION: usize = 0;
 const RATE: usize = 1;
 const PULL: usize = 4;
 const MOMENT: usize = 7;
+/// Of the row below that; before the last row alone.
 const MOMENT_BEFORE: usize = 10;
 const FORCE: usize = 13;
 // ... and what the row itself has found.
 const OWN_PULL: usize = 16;
 const OWN_MOMENT: usize = 19;
 
-/// Finds what viscosity changes of the velocities of rows [first, end), all that may move. Changes no node.
-pub(crate) fn find_pushes(system: &mut System<'_>, [first, end]: [usize; 2]) {
-    let (layout, chunks) = (system.layout, system.layout.chunks);
-    let marked = layout.toe && system.failed_segments > 0;
-    let System { directions, model, blocks, instructions, .. } = system;
-    if layout.x.mirrored {
-        (first..end).for_each(|j| place_image_motion(planes::row_mut(blocks.hot, chunks, j), layout.x));
+/// Rows of a ply whose changes are found, and what that takes: all that may move, or one band's.
+pub(crate) struct Pushing<'r> {
+    pub layout: &'r Layout,
+    /// Those of the ply.
+    pub directions: Along<'r>,
+    pub toe: &'r Toe,
+    pub instructions: InstructionSet,
+    /// All rows of the ply that may move, [first, end).
+    pub all: [usize; 2],
+    /// Those of which changes are found.
+    pub own: [usize; 2],
+    /// All rows of the block, with their images.
+    pub hot: &'r [Chunk<HOT_PLANES>],
+    /// All marks of the toe; empty for none.
+    pub marks: &'r [Chunk<MARK_PLANES>],
+    pub work: &'r mut [Chunk<VISCOUS_PLANES>],
+    /// Changes of the own rows.
+    pub pushes: &'r mut [Chunk<PUSH_PLANES>],
+}
+
+/// Finds what viscosity changes of the velocities of these rows of a ply, all that may move. Changes no node.
+pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
+    let (marked, turned) = (system.layout.toe && system.failed_segments > 0, system.is_turned(all[0]));
+    place_images(system, all);
+    let System { layout, directions, model, blocks, instructions, .. } = system;
+    let Blocks { hot, marks, viscous, pushes, .. } = blocks;
+    let pushes = pushes.get_mut(all[0] * layout.chunks..all[1] * layout.chunks).unwrap_or(&mut []);
+    let pushing = Pushing {
+        layout,
+        directions: directions.of_ply(turned),
+        toe: &model.toe,
+        instructions: *instructions,
+        all,
+        own: all,
+        hot,
+        marks: if marked { marks } else { &[] },
+        work: viscous,
+        pushes,
+    };
+    pushing.find();
+}
+
+/// The image columns of rows [first, end) with their velocities.
+pub(crate) fn place_images(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    let (line, chunks) = (system.layout.x, system.layout.chunks);
+    if line.mirrored {
+        (first..end).for_each(|j| place_image_motion(planes::row_mut(system.blocks.hot, chunks, j), line));
     }
-    blocks.viscous.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
-    for j in first..end {
-        let marks = if marked { planes::row(blocks.marks, chunks, j) } else { &[] };
-        let Some((below, here)) = blocks.pushes.split_at_mut_checked(j * chunks) else { return };
-        let below = if j > first { planes::row_mut(below, chunks, j - 1) } else { &mut [] };
-        let (row, above) = (planes::row(blocks.hot, chunks, j), planes::row(blocks.hot, chunks, j + 1));
-        let here = planes::row_mut(here, chunks, 0);
-        lanes::dispatch(
-            *instructions,
-            FirstLoop { directions, toe: &model.toe, row, above, marks, work: blocks.viscous, below },
-        );
-        if layout.x.mirrored {
-            place_image_moment(blocks.viscous, layout.x);
+}
+
+impl Pushing<'_> {
+    /// Finds the changes. Those of a row depend on the velocities of two rows below it and two above.
+    pub fn find(self) {
+        let Pushing { layout, directions, toe, instructions, all, own: [first, end], hot, marks, work, pushes } = self;
+        let (Along { horizontal, vertical, .. }, chunks) = (directions, layout.chunks);
+        work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
+        for j in first.saturating_sub(2).max(all[0])..(end + 1).min(all[1]) {
+            // What a row below the first would get goes to the place of the first, which is written afterwards.
+            let below = planes::row_mut(pushes, chunks, j.saturating_sub(first + 1));
+            let row = planes::row(hot, chunks, j);
+            let above = if layout.has_verticals(j) { planes::row(hot, chunks, j + 1) } else { &[] };
+            let marks = planes::row(marks, chunks, j);
+            if layout.y.mirrored && j + 1 == layout.nodes_y {
+                keep_moments(work);
+            }
+            lanes::dispatch(instructions, FirstLoop { horizontal, vertical, toe, row, above, marks, work, below });
+            if !(first..end).contains(&j) {
+                continue;
+            }
+            if layout.x.mirrored {
+                place_image_moment(work, layout.x);
+            }
+            let here = planes::row_mut(pushes, chunks, j - first);
+            lanes::dispatch(instructions, SecondLoop { work, here });
+            // Places without a node: an image moves with its node.
+            for place in layout.nodes_x..chunks * CHUNK {
+                (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
+            }
         }
-        lanes::dispatch(*instructions, SecondLoop { work: blocks.viscous, here });
-        // Places without a node: an image moves with its node.
-        for place in layout.nodes_x..chunks * CHUNK {
-            (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
+        if end == all[1] && first < end {
+            let mirrored = layout.y.mirrored && end == layout.nodes_y;
+            let last = planes::row_mut(pushes, chunks, end - first - 1);
+            close_row(work, last, mirrored.then_some(layout.y), layout.nodes_x);
         }
     }
-    let mirrored = layout.y.mirrored && end == layout.nodes_y;
-    let last = planes::row_mut(blocks.pushes, chunks, end.saturating_sub(1));
-    close_row(blocks.viscous, last, mirrored.then_some(layout.y), layout.nodes_x);
 }
 
 /// What viscosity would change of the velocity of node (i, j), spacings a pass: as [`find_pushes`] finds it, to the bit.
@@ -96,7 +153,7 @@ fn acting(system: &System<'_>, axis: Axis, i: usize, j: usize) -> Option<Acting>
         segment.stiffness
     };
     let own = (axis.own_axes(segment.d), axis.own_axes(rate));
-    let viscosity = &system.directions.along(axis).viscosity;
+    let viscosity = &system.direction(axis, j).viscosity;
     let viscous = viscosity.stress(stiffness, q, segment.rest.twice_strain_rate(own.0, own.1));
     let pull = axis.own_axes(segment.rest.force(viscous, own.0));
     Some(Acting { rate, tension: yarn::stress(stiffness, q), pull })
@@ -110,7 +167,7 @@ fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
         Axis::Vertical => node_j.checked_sub(1).and_then(|j| acting(system, axis, node_i, j)),
     };
     let (Some(before), Some(behind)) = (before, acting(system, axis, node_i, node_j)) else { return [0.0; 3] };
-    let bending = system.directions.along(axis).viscosity.bending(before.tension, behind.tension);
+    let bending = system.direction(axis, node_j).viscosity.bending(before.tension, behind.tension);
     let [x, y, z] = [0, 1, 2].map(|k| (behind.rate[k] - before.rate[k]) * bending);
     [if turn_x { -x } else { x }, if turn_y { -y } else { y }, z]
 }
@@ -126,7 +183,8 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
 
 /// What the segments that start in a row do, the moments of its nodes, and the vertical part of the changes of the row below.
 struct FirstLoop<'a> {
-    directions: &'a Directions,
+    horizontal: &'a Direction,
+    vertical: &'a Direction,
     toe: &'a Toe,
     row: &'a [Chunk<HOT_PLANES>],
     /// The row above; empty for the top row.
@@ -134,7 +192,7 @@ struct FirstLoop<'a> {
     /// Marks of the toe, empty for none.
     marks: &'a [Chunk<MARK_PLANES>],
     work: &'a mut [Chunk<VISCOUS_PLANES>],
-    /// Changes of the row below, of which the horizontal part is known; empty below the first row.
+    /// Changes of the row below, of which the horizontal part is known.
     below: &'a mut [Chunk<PUSH_PLANES>],
 }
 
@@ -149,59 +207,116 @@ impl Job for FirstLoop<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let FirstLoop { directions, toe, row, above, marks, work, below } = self;
-        let (rest_h, rest_v) = (&directions.horizontal.rest, &directions.vertical.rest);
-        let (viscosity_h, viscosity_v) = (&directions.horizontal.viscosity, &directions.vertical.viscosity);
+        let FirstLoop { horizontal, vertical, toe, row, above, marks, work, below } = self;
+        // Copies: what is written into the rows cannot change them, so they stay in registers.
+        let (horizontal, vertical) = (*horizontal, *vertical);
         let zero = L::splat(0.0);
-        let (mut left_tension, mut left_rate) = (zero, [zero; 3]);
-        for (c, (chunk, work)) in row.iter().zip(work).enumerate() {
+        let mut along = Carried::<L> { horizontal, vertical, tension: zero, rate: [zero; 3] };
+        for (c, ((chunk, work), below)) in row.iter().zip(work).zip(below).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let above = above.get(c).unwrap_or(&NOTHING);
-            let mut below = below.get_mut(c);
-            for g in 0..CHUNK / L::WIDTH {
-                let (mut kh, mut kv): (L, L) = (at(chunk, 6, g), at(chunk, 7, g));
-                let (d, rate): ([L; 3], [L; 3]) = (to_the_right(chunk, next, 0, g), to_the_right(chunk, next, 3, g));
-                let q = rest_h.twice_strain(d);
-                let (d_v, rate_v): ([L; 3], [L; 3]) = (upwards(chunk, above, 0, g), upwards(chunk, above, 3, g));
-                let q_v = rest_v.twice_strain(vertical_axes(d_v));
-                if let Some([mark_h, mark_v]) = marks.get(c) {
-                    kh = kh.mul(toe.factor(q, L::load(&L::groups(mark_h)[g])));
-                    kv = kv.mul(toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+            let toe = marks.get(c).map(|marks| (toe, marks));
+            let mut planes = Planes { chunk, next, above, toe, work, below };
+            // Written out, so that every place in the chunk is a constant, as in the sweep.
+            match CHUNK / L::WIDTH {
+                1 => along.group(&mut planes, 0),
+                2 => {
+                    along.group(&mut planes, 0);
+                    along.group(&mut planes, 1);
                 }
-
-                let tension = yarn::stress(kh, q);
-                let pull = rest_h.force(viscosity_h.stress(kh, q, rest_h.twice_strain_rate(d, rate)), d);
-                let bending = viscosity_h.bending(tension.left_of(left_tension), tension);
-                for k in 0..3 {
-                    put(work, OWN_PULL + k, g, pull[k]);
-                    put(work, OWN_MOMENT + k, g, rate[k].sub(rate[k].left_of(left_rate[k])).mul(bending));
-                }
-                (left_tension, left_rate) = (tension, rate);
-
-                let tension = yarn::stress(kv, q_v);
-                let own = (vertical_axes(d_v), vertical_axes(rate_v));
-                let viscous = viscosity_v.stress(kv, q_v, rest_v.twice_strain_rate(own.0, own.1));
-                let pull = vertical_axes(rest_v.force(viscous, own.0));
-                let bending = viscosity_v.bending(at(work, TENSION, g), tension);
-                put(work, TENSION, g, tension);
-                for k in 0..3 {
-                    let moment_before: L = at(work, MOMENT + k, g);
-                    let moment = rate_v[k].sub(at(work, RATE + k, g)).mul(bending);
-                    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment_before.sub(moment));
-                    if let Some(below) = &mut below {
-                        let vertical = up.sub(at(work, FORCE + k, g));
-                        let horizontal: L = at(below, k, g);
-                        put(below, k, g, horizontal.add(vertical));
-                    }
-                    put(work, FORCE + k, g, up);
-                    put(work, MOMENT_BEFORE + k, g, moment_before);
-                    put(work, MOMENT + k, g, moment);
-                    put(work, PULL + k, g, pull[k]);
-                    put(work, RATE + k, g, rate_v[k]);
+                _ => {
+                    along.group(&mut planes, 0);
+                    along.group(&mut planes, 1);
+                    along.group(&mut planes, 2);
+                    along.group(&mut planes, 3);
                 }
             }
         }
     }
+}
+
+/// Eight columns of everything that the first loop needs.
+struct Planes<'a> {
+    chunk: &'a Chunk<HOT_PLANES>,
+    /// The chunk behind this one.
+    next: &'a Chunk<HOT_PLANES>,
+    above: &'a Chunk<HOT_PLANES>,
+    /// The toe with its marks, if there is one.
+    toe: Option<(&'a Toe, &'a Chunk<MARK_PLANES>)>,
+    work: &'a mut Chunk<VISCOUS_PLANES>,
+    below: &'a mut Chunk<PUSH_PLANES>,
+}
+
+/// What the first loop carries along a row from one lane group to the next.
+struct Carried<L> {
+    horizontal: Direction,
+    vertical: Direction,
+    /// Stress of the segments to the left.
+    tension: L,
+    /// Relative velocity of their ends.
+    rate: [L; 3],
+}
+
+impl<L: Lane> Carried<L> {
+    #[inline(always)]
+    fn group(&mut self, planes: &mut Planes<'_>, g: usize) {
+        let Planes { chunk, next, above, toe, work, below } = planes;
+        let (chunk, above) = (*chunk, *above);
+        let (mut kh, mut kv): (L, L) = (at(chunk, 6, g), at(chunk, 7, g));
+        let (d, rate): ([L; 3], [L; 3]) = (to_the_right(chunk, next, 0, g), to_the_right(chunk, next, 3, g));
+        let (d_v, rate_v): ([L; 3], [L; 3]) = (upwards(chunk, above, 0, g), upwards(chunk, above, 3, g));
+        let (q, q_v) = (self.horizontal.rest.twice_strain(d), self.vertical.rest.twice_strain(vertical_axes(d_v)));
+        if let Some((toe, [mark_h, mark_v])) = toe {
+            kh = kh.mul(toe.factor(q, L::load(&L::groups(mark_h)[g])));
+            kv = kv.mul(toe.factor(q_v, L::load(&L::groups(mark_v)[g])));
+        }
+
+        let Direction { rest, viscosity, .. } = &self.horizontal;
+        let tension = yarn::stress(kh, q);
+        let pull = rest.force(viscosity.stress(kh, q, rest.twice_strain_rate(d, rate)), d);
+        let bending = viscosity.bending(tension.left_of(self.tension), tension);
+        put(work, OWN_PULL, g, pull[0]);
+        put(work, OWN_PULL + 1, g, pull[1]);
+        put(work, OWN_PULL + 2, g, pull[2]);
+        put(work, OWN_MOMENT, g, rate[0].sub(rate[0].left_of(self.rate[0])).mul(bending));
+        put(work, OWN_MOMENT + 1, g, rate[1].sub(rate[1].left_of(self.rate[1])).mul(bending));
+        put(work, OWN_MOMENT + 2, g, rate[2].sub(rate[2].left_of(self.rate[2])).mul(bending));
+        (self.tension, self.rate) = (tension, rate);
+
+        let Direction { rest, viscosity, .. } = &self.vertical;
+        let tension = yarn::stress(kv, q_v);
+        let own = (vertical_axes(d_v), vertical_axes(rate_v));
+        let viscous = viscosity.stress(kv, q_v, rest.twice_strain_rate(own.0, own.1));
+        let pull = vertical_axes(rest.force(viscous, own.0));
+        let bending = viscosity.bending(at(work, TENSION, g), tension);
+        put(work, TENSION, g, tension);
+        hand_up(work, below, 0, g, rate_v[0], bending, pull[0]);
+        hand_up(work, below, 1, g, rate_v[1], bending, pull[1]);
+        hand_up(work, below, 2, g, rate_v[2], bending, pull[2]);
+    }
+}
+
+/// One axis of the vertical part: what the segment below now exerts goes into the changes of the row below, what this one begins into
+/// the work row.
+#[inline(always)]
+fn hand_up<L: Lane>(
+    work: &mut Chunk<VISCOUS_PLANES>,
+    below: &mut Chunk<PUSH_PLANES>,
+    k: usize,
+    g: usize,
+    rate: L,
+    bending: L,
+    pull: L,
+) {
+    let moment_before: L = at(work, MOMENT + k, g);
+    let moment = rate.sub(at(work, RATE + k, g)).mul(bending);
+    let up = at::<L, VISCOUS_PLANES>(work, PULL + k, g).add(moment_before.sub(moment));
+    let vertical = up.sub(at(work, FORCE + k, g));
+    put(below, k, g, at::<L, PUSH_PLANES>(below, k, g).add(vertical));
+    put(work, FORCE + k, g, up);
+    put(work, MOMENT + k, g, moment);
+    put(work, PULL + k, g, pull);
+    put(work, RATE + k, g, rate);
 }
 
 impl Job for SecondLoop<'_> {
@@ -231,19 +346,24 @@ const NO_WORK: Chunk<VISCOUS_PLANES> = [[0.0; CHUNK]; VISCOUS_PLANES];
 
 /// A lane group of a plane.
 #[inline(always)]
-fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
+pub(crate) fn at<L: Lane, const P: usize>(chunk: &Chunk<P>, plane: usize, g: usize) -> L {
     L::load(&L::groups(&chunk[plane])[g])
 }
 
 /// Puts a lane group into a plane.
 #[inline(always)]
-fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
+pub(crate) fn put<L: Lane, const P: usize>(chunk: &mut Chunk<P>, plane: usize, g: usize, lanes: L) {
     lanes.store(&mut L::groups_mut(&mut chunk[plane])[g]);
 }
 
 /// Three planes from `first` on: those of the right-hand neighbours less those of group g.
 #[inline(always)]
-fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+pub(crate) fn to_the_right<L: Lane, const P: usize>(
+    chunk: &Chunk<P>,
+    next: &Chunk<P>,
+    first: usize,
+    g: usize,
+) -> [L; 3] {
     let here: [L; 3] = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
     [
         right_of(here[0], &chunk[first], &next[first], g).sub(here[0]),
@@ -254,12 +374,21 @@ fn to_the_right<L: Lane, const P: usize>(chunk: &Chunk<P>, next: &Chunk<P>, firs
 
 /// The same for the neighbours above.
 #[inline(always)]
-fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
+pub(crate) fn upwards<L: Lane, const P: usize>(chunk: &Chunk<P>, above: &Chunk<P>, first: usize, g: usize) -> [L; 3] {
     [
         at::<L, P>(above, first, g).sub(at(chunk, first, g)),
         at::<L, P>(above, first + 1, g).sub(at(chunk, first + 1, g)),
         at::<L, P>(above, first + 2, g).sub(at(chunk, first + 2, g)),
     ]
+}
+
+/// Keeps the moments of the row before the last, for the images of its nodes.
+fn keep_moments(work: &mut [Chunk<VISCOUS_PLANES>]) {
+    for chunk in work {
+        for k in 0..3 {
+            chunk[MOMENT_BEFORE + k] = chunk[MOMENT + k];
+        }
+    }
 }
 
 /// The vertical part of the changes of the last row. `mirrored`: the column's line, if there are images above.
@@ -343,7 +472,7 @@ mod tests {
                 // Pushes are velocities in a pass: their energy with the velocities before and behind them.
                 let mut gained = 0.0;
                 sim.advance(60).unwrap();
-                let rows = sim.system.rows_to_step();
+                let rows = sim.system.rows_to_step(0);
                 sim.system.place_image_row();
                 for set in InstructionSet::ALL {
                     sim.system.instructions = set;

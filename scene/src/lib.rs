@@ -311,9 +311,11 @@ mod tests {
 
     #[test]
     fn a_fabric_comes_before_the_keys_that_override_it() {
-        let text = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_km2_s706\"\n[yarn]\nmodulus_mean = 9e10\n";
+        let text = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_km2_s706\"\n[yarn]\nmodulus_mean = 9e10\n\
+                    viscosity_bending = 0.0\n";
         let scene = parse(text).unwrap();
         assert_eq!((scene.yarn.critical_stretch, scene.yarn.modulus_mean), (1.0355, 9e10));
+        assert_eq!(scene.viscosity(), [0.06, 1.5, 0.0]);
         assert!((scene.sheet.spacing * 34.0 / 0.0254 - 1.0).abs() < 1e-12);
         scene.step_limits().unwrap();
         let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();

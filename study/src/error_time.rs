@@ -28,7 +28,7 @@ mod coarse;
 mod coupling;
 mod grading;
 mod impact;
-mod overshoot;
+pub mod overshoot;
 mod pointwise;
 mod quarter;
 mod runs;

@@ -20,7 +20,7 @@ pub fn kinetic_energy(scene: &Scene) -> f64 {
         position: body.position,
         velocity: body.velocity,
         orientation: body.orientation,
-        angular_velocity: if solid.feels_torque() { body.angular_velocity } else { [0.0; 3] },
+        angular_velocity: if scene.projectile_turns() { body.angular_velocity } else { [0.0; 3] },
     };
     Body::of(&motion).kinetic_energy(&Inertia::of(&solid, body.mass, true))
 }
@@ -83,6 +83,8 @@ pub struct Summary {
     pub dissipated: f64,
     /// Energy that the viscosity of the yarn took, J.
     pub viscous: f64,
+    /// Energy rubbed away between yarn and projectile, J.
+    pub friction: f64,
     /// Kinetic energy lost in impacts of nodes, J.
     pub contact_loss: f64,
     /// What the energy balance does not close by, J.
@@ -149,6 +151,7 @@ impl Summary {
             strain: energy.strain,
             dissipated: energy.dissipated,
             viscous: energy.viscous,
+            friction: energy.friction,
             contact_loss: energy.contact_loss,
             energy_residual: energy.residual,
             energy_residual_relative: if start > 0.0 { energy.residual / start } else { 0.0 },

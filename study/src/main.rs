@@ -7,7 +7,7 @@ mod bench;
 mod error_time;
 mod event;
 mod fabrics;
-
+mod friction;
 mod machine;
 mod memory;
 mod paper;
@@ -18,6 +18,7 @@ mod run;
 mod stability;
 mod table;
 mod threads;
+mod validate;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -49,10 +50,14 @@ enum Command {
     },
     /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
     ErrorTime(error_time::Options),
+    /// Energy absorbed and ballistic limit against the coefficient of friction between yarn and projectile.
+    Friction(friction::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
     /// Every result of the paper from ensembles.
     Paper(paper::Options),
+    /// The model against closed forms and published measurements.
+    Validate(validate::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -79,8 +84,10 @@ fn main() -> ExitCode {
         Command::Scene { preset } => fabric_scene::print(&preset),
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
         Command::ErrorTime(options) => error_time::run(&options),
+        Command::Friction(options) => friction::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
+        Command::Validate(options) => validate::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     match result {

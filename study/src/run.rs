@@ -78,6 +78,8 @@ struct Sample {
     strain_j: f64,
     dissipated_j: f64,
     viscous_j: f64,
+    friction_j: f64,
+    ply_loss_j: f64,
     energy_residual_j: f64,
     momentum_residual_n_s: f64,
     failed_segments: u64,
@@ -115,6 +117,8 @@ impl Sample {
             strain_j: energy.strain,
             dissipated_j: energy.dissipated,
             viscous_j: energy.viscous,
+            friction_j: energy.friction,
+            ply_loss_j: energy.ply_loss,
             energy_residual_j: energy.residual,
             momentum_residual_n_s: fabric::math::length(sim.momentum_residual()?),
             failed_segments: counters.failed_segments,
@@ -255,9 +259,16 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         let place = attachment_name(scene.attachment.kind, index);
         row(&format!("  {place}"), format!("{} mN s", vector(impulse.map(|x| 1e3 * x), 3)));
     }
-    let held = [summary.fabric_kinetic, summary.strain, summary.dissipated, summary.viscous, summary.contact_loss];
+    let held = [
+        summary.fabric_kinetic,
+        summary.strain,
+        summary.dissipated,
+        summary.viscous,
+        summary.friction,
+        summary.contact_loss,
+    ];
     let held = held.map(|energy| format!("{energy:.4}")).join("  ");
-    row("fabric kinetic, strain, dissipated, viscous, contact loss", format!("{held} J"));
+    row("fabric kinetic, strain, dissipated, viscous, friction, contact loss", format!("{held} J"));
     let percent = 100.0 * summary.energy_residual_relative;
     row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", summary.energy_residual));
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));
@@ -317,7 +328,7 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
             summary.beyond_fine
         );
     }
-    let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
+    let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
         let fixed: u32 = fabric::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
         (fixed as usize) < nx

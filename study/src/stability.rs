@@ -9,6 +9,7 @@ mod bodies;
 mod extremes;
 mod flight;
 mod fmu;
+mod friction;
 mod map;
 mod outcomes;
 mod sheets;
@@ -115,6 +116,7 @@ fn cases() -> Result<Vec<Case>> {
     cases.extend(steps::rows());
     cases.extend(sheets::rows());
     cases.extend(bodies::rows()?);
+    cases.extend(friction::rows());
     cases.extend(outcomes::rows());
     Ok(cases)
 }

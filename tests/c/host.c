@@ -381,6 +381,7 @@ static void textiles(void)
     CHECK(fabs(scene.sheet.yarn_area / (600e-3 / 9000 / 1440) - 1.0) < 1e-12 && scene.sheet.crimp[1] == 0.01);
     CHECK(fabs(scene.sheet.node_mass / (2.01 * 600e-3 / 9000 * 0.0254 / 34) - 1.0) < 1e-12);
     CHECK(scene.yarn.modulus_mean == 84.62e9 && scene.yarn.critical_stretch == 1.0355 && scene.yarn.stochastic == 0);
+    CHECK(before.yarn.viscosity_bending == 0.0 && scene.yarn.viscosity_bending == 0.06);
     CHECK(scene.sheet.nodes_x == before.sheet.nodes_x && fk_scene_check(&scene, NULL, 0) == FK_OK);
 
     fk_fault fault;

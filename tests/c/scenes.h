@@ -79,6 +79,12 @@ static void halved(fk_scene *scene)
     scene->step_after_failure = FK_STEP_AFTER_FAILURE_HALF;
 }
 
+static void rubs(fk_scene *scene)
+{
+    bullet(scene);
+    scene->contact.friction = 0.25;
+}
+
 typedef struct test_scene {
     const char *name;
     uint32_t preset;
@@ -86,7 +92,7 @@ typedef struct test_scene {
     uint64_t steps;
 } test_scene;
 
-enum { TEST_SCENES = 6 };
+enum { TEST_SCENES = 7 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"theta", FK_PRESET_SHEET_3IN_SPHERE, theta, 400},
@@ -95,6 +101,7 @@ static const test_scene test_scenes[TEST_SCENES] = {
     {"bullet", FK_PRESET_SHEET_3IN_SPHERE, bullet, 1000},
     {"sector", FK_PRESET_TURBINE_DISC_SECTOR, sector, 500},
     {"halved", FK_PRESET_SHEET_3IN_SPHERE, halved, 3000},
+    {"rubs", FK_PRESET_SHEET_3IN_SPHERE, rubs, 1000},
 };
 
 #endif /* SCENES_H */

@@ -136,6 +136,13 @@ static void toe(fk_scene *scene)
     scene->track_support = 0;
 }
 
+/* Friction between yarn and a sphere that spins. */
+static void rubs(fk_scene *scene)
+{
+    sphere(scene);
+    scene->contact.friction = 0.4;
+}
+
 /* A cylinder of unknown mass, moved by the host. */
 static void prescribed(fk_scene *scene)
 {
@@ -157,12 +164,69 @@ static void graded(fk_scene *scene)
     scene->sheet.grading.half_width[1] = 4.5e-3;
 }
 
-enum { TEST_SCENES = 9 };
+/* Three plies that touch, the second one turned, of a fabric with unlike directions. */
+static void plies(fk_scene *scene)
+{
+    sphere(scene);
+    scene->stack.plies = 3;
+    scene->stack.gap = 2.5e-4;
+    scene->stack.turned = 1;
+    scene->sheet.yarn_area_y = 8e-8;
+}
+
+/* Unlike directions, taut along x and crimped along y, one draw per yarn. */
+static void unlike(fk_scene *scene)
+{
+    sphere(scene);
+    scene->sheet.spacing_y = 9e-4;
+    scene->sheet.yarn_area_y = 9e-8;
+    scene->sheet.pre_strain[0] = 0.002;
+    scene->sheet.crimp[1] = 0.004;
+    scene->weft.modulus_mean = 120e9;
+    scene->weft.damage_intercept = 150.0;
+    scene->weft.critical_stretch = 1.028;
+    scene->yarn.draw = FK_DRAW_YARN;
+}
+
+/* Strength drawn for every segment, in part alike along a yarn. */
+static void strength(fk_scene *scene)
+{
+    sphere(scene);
+    scene->yarn.strength_draw = FK_STRENGTH_DRAW_WEIBULL;
+    scene->yarn.weibull_shape = 9.0;
+    scene->yarn.weibull_gauge_length = 0.05;
+    scene->yarn.weibull_correlation = 0.25;
+}
+
+/* A sheet made from a data sheet: viscous, crimped, of drawn modulus and strength. */
+static void textile(fk_scene *scene)
+{
+    fk_textile kevlar = {0};
+    sphere(scene);
+    kevlar.warp.linear_density = 6.7e-5;
+    kevlar.warp.count = 1439.0;
+    kevlar.warp.crimp = 0.011;
+    kevlar.weft.linear_density = 6.7e-5;
+    kevlar.weft.count = 1250.0;
+    kevlar.weft.crimp = 0.003;
+    kevlar.fibre_density = 1440.0;
+    kevlar.modulus = 84.62e9;
+    kevlar.modulus_sd = 1e9;
+    kevlar.failure_strain = 0.0355;
+    kevlar.damage_rate = 2300.0;
+    kevlar.weibull_shape = 14.7;
+    kevlar.gauge_length = 0.05;
+    /* A textile that is refused leaves the preset's sheet, which has another digest. */
+    (void)fk_scene_set_textile(scene, &kevlar, sizeof kevlar, 0, 0);
+}
+
+enum { TEST_SCENES = 14 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
     {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
-    {"graded", graded, 400},
+    {"unlike", unlike, 400},   {"strength", strength, 400}, {"textile", textile, 400}, {"rubs", rubs, 400},
+    {"plies", plies, 400},     {"graded", graded, 400},
 };
 
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */

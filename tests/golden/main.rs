@@ -54,8 +54,24 @@ fn sphere_on_drawn_strength() {
 }
 
 #[test]
+fn sphere_on_yarn_that_depends_on_rate() {
+    let scene = scenes::sphere_on_yarn_that_depends_on_rate();
+    assert_pin(digest_after(&scene, 3000, true), pins::SPHERE_ON_YARN_THAT_DEPENDS_ON_RATE);
+}
+
+#[test]
 fn sphere_on_viscous_yarn() {
     assert_pin(digest_after(&scenes::sphere_on_viscous_yarn(), 3000, true), pins::SPHERE_ON_VISCOUS_YARN);
+}
+
+#[test]
+fn sphere_that_rubs() {
+    assert_pin(digest_after(&scenes::sphere_that_rubs(), 3000, true), pins::SPHERE_THAT_RUBS);
+}
+
+#[test]
+fn sphere_through_turned_plies() {
+    assert_pin(digest_after(&scenes::sphere_through_turned_plies(), 1200, true), pins::SPHERE_THROUGH_TURNED_PLIES);
 }
 
 #[test]

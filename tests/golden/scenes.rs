@@ -1,8 +1,8 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
 use fabric::{
-    AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure,
-    StrengthDraw, Symmetry, TimeStep, Weft,
+    AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
+    StepAfterFailure, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
@@ -27,6 +27,29 @@ pub fn sphere_on_viscous_yarn() -> Scene {
     let yarn = &mut scene.yarn;
     yarn.stochastic = true;
     (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    scene
+}
+
+/// Yarn with a dependence on the rate of strain like that of Kevlar 49, up to the rates of an impact.
+pub fn depend_on_rate(yarn: &mut Yarn) {
+    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 1700.0);
+}
+
+/// The same of drawn yarn that depends on the rate of strain.
+pub fn sphere_on_yarn_that_depends_on_rate() -> Scene {
+    let mut scene = uniform_sphere();
+    scene.yarn.stochastic = true;
+    depend_on_rate(&mut scene.yarn);
+    scene
+}
+
+/// The same on drawn yarn with friction, askew and spinning.
+pub fn sphere_that_rubs() -> Scene {
+    let mut scene = uniform_sphere();
+    scene.yarn.stochastic = true;
+    scene.contact.friction = 0.3;
+    scene.projectile.velocity = [40.0, -20.0, 100.0];
+    scene.projectile.angular_velocity = [3000.0, 0.0, -5000.0];
     scene
 }
 
@@ -58,6 +81,18 @@ pub fn sphere_on_drawn_strength() -> Scene {
     let yarn = &mut scene.yarn;
     (yarn.stochastic, yarn.strength_draw, yarn.weibull_shape) = (true, StrengthDraw::Weibull, 9.0);
     (yarn.weibull_gauge_length, yarn.weibull_correlation) = (0.05, 0.25);
+    scene
+}
+
+/// Four plies of a drawn, viscous fabric with unlike directions, every other one turned, that touch within the run.
+pub fn sphere_through_turned_plies() -> Scene {
+    let mut scene = uniform_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (31, 29);
+    scene.stack = Stack { plies: 4, gap: 2.5e-4, turned: true };
+    (scene.sheet.yarn_area_y, scene.weft.critical_stretch) = (0.8e-7, 1.025);
+    scene.yarn.stochastic = true;
+    (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
+    scene.projectile.velocity = [0.0, 0.0, 220.0];
     scene
 }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::gap;
 use fabric::shape::Solid;
-use fabric::{AttachmentKind, Drive, Faces, Integrator, Projectile, Scene, Shape, TimeStep, pose, prism};
+use fabric::{AttachmentKind, ContactLaw, Drive, Faces, Integrator, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::{Buffers, positions, small_sheet};
 
 /// Bodies with a flat front across z, and how far they reach along y and along z from the centre of mass, m.
@@ -55,8 +55,13 @@ fn a_flush_body_flies_past_the_edge_of_a_sheet() {
             for below in [1.03e-6, 2e-6, 4e-6] {
                 let scene = beside(&front, below, 1e-6, [0.0, 0.0, 200.0]);
                 let theta = Integrator::THETA;
-                for scene in [scene, Scene { drive: Drive::Prescribed, ..scene }, Scene { integrator: theta, ..scene }]
-                {
+                let rough = ContactLaw { friction: 1.0 };
+                for scene in [
+                    scene,
+                    Scene { drive: Drive::Prescribed, ..scene },
+                    Scene { integrator: theta, ..scene },
+                    Scene { contact: rough, ..scene },
+                ] {
                     assert_eq!(work(&scene, fraction), 0.0, "{:?} {fraction} {below}", front.0.shape);
                 }
             }

@@ -39,7 +39,7 @@ fn replay(mut scene: Scene, tolerance: f64) {
     assert!(length(sub(contact.impulse, impulse)) < 1e-11 * length(impulse));
     let energy = sim.energy().unwrap();
     assert!(energy.residual.abs() < 1e-3 * energy.contact_work, "{:e}", energy.residual);
-    let held = energy.fabric_kinetic + energy.strain + energy.dissipated + energy.contact_loss;
+    let held = energy.fabric_kinetic + energy.strain + energy.dissipated + energy.friction + energy.contact_loss;
     assert!((held - energy.contact_work - energy.residual).abs() < 1e-12 * held);
     assert!(length(sim.momentum_residual().unwrap()) < 1e-11 * length(impulse));
 }
@@ -52,6 +52,16 @@ fn a_replayed_sphere_does_the_work_of_the_free_one() {
 #[test]
 fn a_replayed_cylinder_does_the_work_of_the_free_one() {
     replay(tilted_cylinder(31, 0.3, 60.0), 1e-6);
+}
+
+/// With friction the host's drive does the work of spinning, too.
+#[test]
+fn a_replayed_sphere_that_rubs_does_the_work_of_the_free_one() {
+    let mut scene = small_sheet(31, 60.0);
+    scene.contact.friction = 0.3;
+    scene.projectile.velocity = [30.0, 0.0, 60.0];
+    scene.projectile.angular_velocity = [1000.0, 500.0, -2000.0];
+    replay(scene, 1e-6);
 }
 
 /// Between its ends a path is the cubic through end positions and velocities: a constant velocity is met exactly, a

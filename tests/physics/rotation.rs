@@ -18,7 +18,7 @@ fn drifted(dt: f64, steps: u64) -> Body {
         angular_velocity: [1.0, 0.0, 1.0],
     });
     for _ in 0..steps {
-        body.drift(&solid, &inertia, fabric::RotationRule::MIDPOINT, dt);
+        body.drift(&inertia, fabric::RotationRule::MIDPOINT, dt);
     }
     body
 }

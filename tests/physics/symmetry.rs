@@ -44,9 +44,14 @@ fn without_contact_every_bit_is_that_of_the_whole_sheet() {
         for kind in
             [AttachmentKind::FourSides, AttachmentKind::TwoSides, AttachmentKind::FourCorners, AttachmentKind::Free]
         {
-            for (symmetry, viscous) in PLANES.into_iter().flat_map(|symmetry| [(symmetry, false), (symmetry, true)]) {
+            let yarns = ["plain", "viscous", "rate"];
+            for (symmetry, yarn) in PLANES.into_iter().flat_map(|symmetry| yarns.map(|yarn| (symmetry, yarn))) {
                 let mut scene = small_sheet(nx, 0.0);
-                if viscous {
+                if yarn == "rate" {
+                    (scene.yarn.rate_modulus, scene.yarn.rate_stretch) = (0.13, 0.16);
+                    (scene.yarn.rate_reference, scene.yarn.rate_limit) = (300.0, 17000.0);
+                }
+                if yarn == "viscous" {
                     (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic) = (0.06, 1.5);
                     scene.yarn.viscosity_bending = 0.06;
                 }

@@ -1,6 +1,7 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
 use crate::tools::{Outcome, cargo, python, python_with, read, run as command, target, top};
+use std::path::Path;
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -55,6 +56,7 @@ const VERIFY: &[Step] = &[
     }),
     ("error against run time", || study(&["error-time"])),
     ("stability, and its table", stability),
+    ("validation, and its table", validation),
     ("FMU reference results", || {
         command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
     }),
@@ -156,9 +158,22 @@ fn stability() -> Outcome {
     study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
-    for name in ["tables/stability.md", "images/stability_map.svg"] {
+    as_committed("stability", &out, &["tables/stability.md", "images/stability_map.svg"])
+}
+
+/// The whole validation, and its table as it is committed.
+fn validation() -> Outcome {
+    let out = target().join("study/validate");
+    study(&["validate", "--out", &out.to_string_lossy()])?;
+    report("validate", &out.to_string_lossy())?;
+    as_committed("validate", &out, &["tables/validation.md"])
+}
+
+/// What the report of a study has written is in the folder of documents.
+fn as_committed(study: &str, out: &Path, names: &[&str]) -> Outcome {
+    for name in names {
         if read(out.join("docs").join(name))? != read(top().join("docs").join(name))? {
-            let command = "fabric-study stability; python3 -m reports stability --docs docs";
+            let command = format!("fabric-study {study}; python3 -m reports {study} --docs docs");
             return Err(format!("docs/{name} is not what the study gives: {command}"));
         }
     }
@@ -171,11 +186,13 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench", "paper"] {
+    for name in ["error-time", "bench", "paper", "friction"] {
         let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
         study(if name == "paper" { &arguments } else { &arguments[..4] })?;
         report(name, &folder(name))?;
     }
+    study(&["validate", "--quick", "--out", &folder("validate")])?;
+    report("validate", &folder("validate"))?;
     study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
     report("run", &folder("run"))
 }

@@ -5,7 +5,7 @@ use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report, threads};
-use fabric::{AttachmentKind, InstructionSet, Scene, Sim, StrengthDraw};
+use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
 
 /// A sheet that is stepped.
 pub struct Case {
@@ -103,11 +103,27 @@ pub fn graded(size: u32) -> Case {
     case
 }
 
+/// The hot pass of yarn that depends on the rate of strain.
+pub fn rate(size: u32) -> Case {
+    let mut case = sweep(size);
+    case.name = "rate";
+    let yarn = &mut case.scene.yarn;
+    (yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit) = (0.13, 0.16, 30.0, 170.0);
+    case
+}
+
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail or are about to.
 pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
     scene.projectile.velocity = [0.0, 0.0, 300.0];
     Case { name: "run", scene, start: nothing, before: 1000 }
+}
+
+/// The same through five plies 0.1 mm apart, all of which touch when the steps are counted.
+pub fn plies(size: u32) -> Case {
+    let mut case = whole_run(size);
+    (case.name, case.scene.stack) = ("plies", Stack { plies: 5, gap: 1e-4, turned: false });
+    case
 }
 
 /// Damage everywhere: the preset hit at 400 m/s, taken up when most of the sheet is damaged or has failed.

@@ -42,7 +42,7 @@ const SEARCH: (f64, f64) = (0.5, 0.01);
 /// Viscosities compared: linear, quadratic, bending. The second is the usual one of explicit codes, which acts along the yarn alone.
 pub const VISCOSITIES: [[f64; 3]; 3] = [[0.0; 3], [0.06, 1.5, 0.0], VISCOUS];
 /// Viscosity proposed for real fabrics.
-const VISCOUS: [f64; 3] = [0.06, 1.5, 0.06];
+pub const VISCOUS: [f64; 3] = [0.06, 1.5, 0.06];
 /// With it and the thick cylinder: allowed error of the velocity that breaks the strip, and of the largest strain at [`PICTURE`].
 const GOALS: [f64; 2] = [0.05, 0.03];
 /// Velocity of the picture, m/s.
@@ -108,23 +108,25 @@ impl Strip {
 }
 
 /// Transverse impact on a long yarn with a given stretch behind the longitudinal front.
-struct Transverse {
+pub struct Transverse {
     /// Impact velocity that belongs to the stretch, m/s.
-    speed: f64,
+    pub speed: f64,
     /// Speed of the longitudinal front along the yarn at rest, m/s.
-    front: f64,
+    pub front: f64,
+    /// Speed of the kink in the laboratory, m/s.
+    pub kink: f64,
 }
 
 /// The similarity solution with the model's law, undamaged: N = A_0 U S with S = E (U^2 - 1)/2, of a yarn with mu = m/h kg/m, one
 /// node's mass in each segment. The front runs at sqrt(N/(mu (U - 1))), and behind it the yarn moves inwards at
 /// w = sqrt(N (U - 1)/mu). The kink runs at U c_t - w with c_t = sqrt(N/(mu U)), and V^2 = (U c_t)^2 - (U c_t - w)^2.
-fn transverse(scene: &Scene, stretch: f64) -> Transverse {
+pub fn transverse(scene: &Scene, stretch: f64) -> Transverse {
     let mu = scene.sheet.node_mass / scene.sheet.spacing;
     let pull = scene.sheet.yarn_area * stretch * scene.yarn.modulus_mean * 0.5 * (stretch * stretch - 1.0);
     let inward = (pull * (stretch - 1.0) / mu).sqrt();
     let running = stretch * (pull / (mu * stretch)).sqrt();
     let speed = (running * running - (running - inward) * (running - inward)).sqrt();
-    Transverse { speed, front: inward / (stretch - 1.0) }
+    Transverse { speed, front: inward / (stretch - 1.0), kink: running - inward }
 }
 
 /// The stretch behind the front at this impact velocity, at most the critical one, by bisection: the velocity grows with it.
@@ -138,7 +140,7 @@ fn stretch_at(scene: &Scene, speed: f64) -> f64 {
 }
 
 /// The closed form at an impact velocity, at most that of U_c: stretch and speeds.
-fn smith(scene: &Scene, speed: f64) -> (f64, Transverse) {
+pub fn smith(scene: &Scene, speed: f64) -> (f64, Transverse) {
     let stretch = stretch_at(scene, speed);
     (stretch, transverse(scene, stretch))
 }
