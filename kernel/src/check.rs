@@ -328,7 +328,7 @@ impl Scene {
     }
 
     /// The sizes of bars, and what a graded network does not have.
-    fn check_grading(&self) -> Result<(), Error> {
+    pub(crate) fn check_grading(&self) -> Result<(), Error> {
         let grading = &self.sheet.grading;
         if !grading.largest.is_power_of_two() && grading.largest != 0 {
             let size = grading.largest.next_power_of_two();

@@ -179,7 +179,7 @@ impl Scene {
     /// starts by moving away from the sheet, or along it, is taken to hit below itself.
     ///
     /// # Errors
-    /// An error out of range, and whatever [`Scene::check`] refuses; nothing is changed then.
+    /// An error out of range, and whatever [`Scene::check`] refuses, with grading too; nothing is changed then.
     pub fn set_grading(&mut self, error: f64) -> Result<(), Error> {
         let [least, greatest] = GRADING_ERRORS;
         let limit = if error < least { least } else { greatest };
@@ -206,7 +206,8 @@ impl Scene {
         {
             self.sheet.grading = Grading { largest: 0, ..before };
         }
-        Ok(())
+        // Some options go with a whole fabric only.
+        self.check_grading().inspect_err(|_| self.sheet.grading = before)
     }
 
     /// Where the projectile's centre meets the sheet's plane, and the half extents of its box there, m, sheet's frame.
@@ -373,6 +374,11 @@ mod tests {
         assert!((chosen.centre[0] + 0.01).abs() < 1e-12 && (chosen.centre[1] - 0.01).abs() < 1e-12);
         assert!((chosen.half_width[0] - (6.35e-3 + 50.0 * scene.sheet.spacing)).abs() < 1e-12);
         assert!(reach(&scene, 0.05).half_width[0] < chosen.half_width[0]);
+        // Not with friction: nothing is changed.
+        let mut rough = scene;
+        rough.contact.friction = 0.3;
+        assert_eq!(rough.set_grading(0.05).unwrap_err().field, "contact.friction");
+        assert_eq!(rough.sheet.grading, scene.sheet.grading);
         // Nothing to gain, and nothing to be graded.
         assert!(reach(&Scene::sheet_3in_sphere(), 0.01).largest == 0);
         scene.attachment.kind = AttachmentKind::FourCorners;

@@ -189,6 +189,10 @@ fn rows() -> Vec<Row> {
         count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
         // ---- Graded networks.
         count("sphere", &["sheet.grading.largest"], &[(To(2.0), Accepted), (To(3.0), own(OutOfRange)), (To(4.0), Accepted), (Below(64.0), own(OutOfRange)), (To(64.0), Accepted), beyond], &[]),
+        count("rate", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(2.0), Refused(OutOfRange, "yarn.rate_modulus")), (To(3.0), own(OutOfRange)), (To(4.0), Refused(OutOfRange, "yarn.rate_modulus")), (Below(64.0), own(OutOfRange)), (To(64.0), Refused(OutOfRange, "yarn.rate_modulus")), beyond], &[]),
+        count("stack", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(2.0), Refused(OutOfRange, "stack.plies")), (To(3.0), own(OutOfRange)), (To(4.0), Refused(OutOfRange, "stack.plies")), (Below(64.0), own(OutOfRange)), (To(64.0), Refused(OutOfRange, "stack.plies")), beyond], &[]),
+        real("graded", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending", "contact.friction"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        count("graded", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), beyond], &[]),
         not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),
