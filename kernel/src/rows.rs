@@ -282,6 +282,7 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
 
 /// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
 /// mirror planes that of all images together, before any is turned. GRADED: nodes stand for several.
+#[inline(never)] // It must not add to the stack of the sweep.
 fn restore_fixed<const GRADED: bool>(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],

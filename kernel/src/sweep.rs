@@ -172,8 +172,8 @@ impl Pass<'_> {
             (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(job)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(job)),
             (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(job)),
-            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(job)),
-            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(job)),
+            (_, false, true) => lanes::dispatch_narrow(set, RowJob::<false, true, NONE>(job)),
+            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, TOE>(job)),
         }
     }
 
