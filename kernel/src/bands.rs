@@ -459,7 +459,7 @@ impl Plan {
                 let turned = self.is_turned(lowest);
                 let terms = self.terms();
                 let yarn = terms.yarn_row(yarn, strength, logarithms, 0, turned);
-                terms.pass(self.net(), turned).lift(first - 1, below, history, here, carry, &yarn, marks);
+                terms.pass(&self.net(), turned).lift(first - 1, below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }

@@ -29,7 +29,7 @@ pub(crate) struct Terms<'t> {
 
 impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass<'p>(&'p self, net: Net<'p>, turned: bool) -> Pass<'p> {
+    pub fn pass<'p>(&'p self, net: &'p Net<'p>, turned: bool) -> Pass<'p> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
@@ -158,7 +158,7 @@ impl Rows<'_> {
     fn sweep_with<const OPTIONS: bool>(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let net = if OPTIONS { self.net } else { Net::NONE };
+        let net = if OPTIONS { &self.net } else { &Net::NONE };
         let pass = terms.pass(net, self.turned);
         let Rows { first, turned, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
         // Empty but for a stack.
@@ -194,11 +194,7 @@ impl Rows<'_> {
             );
             report = report.merged(met);
             *range = reach;
-            let pulls = if OPTIONS && layout.graded {
-                restore_fixed::<true>(row, kept, run, layout, &net, j)
-            } else {
-                restore_fixed::<false>(row, kept, run, layout, &net, j)
-            };
+            let pulls = restore_fixed(row, kept, run, layout, net, j);
             book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
@@ -281,9 +277,9 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
 }
 
 /// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
-/// mirror planes that of all images together, before any is turned. GRADED: nodes stand for several.
+/// mirror planes that of all images together, before any is turned.
 #[inline(never)] // It must not add to the stack of the sweep.
-fn restore_fixed<const GRADED: bool>(
+fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
@@ -296,8 +292,7 @@ fn restore_fixed<const GRADED: bool>(
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            let weight = layout.node_weight(i, j);
-            let weight = if GRADED { weight * net.share(i, j) } else { weight };
+            let weight = layout.node_weight(i, j) * net.share(i, j);
             *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight;
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];

@@ -85,7 +85,7 @@ pub struct Pass<'a> {
     /// The toe of marked segments.
     pub toe: Toe,
     /// Bars and widths of a graded network.
-    pub net: Net<'a>,
+    pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
     /// Instruction set; changes the speed, not the bits.
@@ -190,7 +190,7 @@ impl Pass<'_> {
         yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) {
-        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
+        lanes::dispatch_narrow(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
     }
 }
 

@@ -94,6 +94,7 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
 }
 
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
+#[inline(never)] // It must not add to the stack of the search for overlaps.
 fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], j: usize) -> FixedRuns {
     let (nx, [h_x, h_y]) = (columns.nodes(), scene.spacings());
     let centre = disc_centre(scene);
