@@ -246,12 +246,14 @@ fn restore_fixed(
     layout: &Layout,
     j: usize,
 ) -> [Vector; 2] {
+    let mirrored = layout.x.mirrored || layout.y.mirrored;
     let mut pulls = [Vector::zeros(); 2];
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * layout.node_weight(i, j);
+            let one = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+            *pull += if mirrored { one * node_weight(layout, i, j) } else { one };
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;
@@ -259,6 +261,12 @@ fn restore_fixed(
         }
     }
     pulls
+}
+
+/// [`Layout::node_weight`], not inlined: without mirror planes it would cost more than the sum.
+#[inline(never)]
+fn node_weight(layout: &Layout, i: usize, j: usize) -> f64 {
+    layout.node_weight(i, j)
 }
 
 /// The image column of one row, at rest: only displacements, the first three planes, are read.
