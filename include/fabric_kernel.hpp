@@ -297,6 +297,12 @@ public:
     Result<fk_contact> contact() const noexcept { return read(fk_get_contact); }
     Result<fk_support> support() const noexcept { return read(fk_get_support); }
     Result<fk_energy> energy() const noexcept { return read(fk_get_energy); }
+    Result<fk_ply> ply(std::uint32_t number) const noexcept
+    {
+        Result<fk_ply> ply;
+        ply.reason_ = Status(fk_get_ply(sim_, number, &ply.value_, sizeof(fk_ply)));
+        return ply;
+    }
     // Uses the simulation's scratch: not beside other calls.
     Result<fk_fabric> fabric() noexcept
     {

@@ -20,7 +20,7 @@ def report(folder, docs=None):
     draw("force.svg", "force on the projectile, mean between samples", "force (N)", axes("force_{}_n", "against z", -1))
     energies = [
         ("absorbed", "contact_work_j"), ("fabric kinetic", "fabric_kinetic_j"), ("strain", "strain_j"),
-        ("dissipated by rupture", "dissipated_j"), ("taken by viscosity", "viscous_j"), ("friction", "friction_j"), ("contact loss", "contact_loss_j"), ("residual", "energy_residual_j"),
+        ("dissipated by rupture", "dissipated_j"), ("taken by viscosity", "viscous_j"), ("friction", "friction_j"), ("lost where plies meet", "ply_loss_j"), ("contact loss", "contact_loss_j"), ("residual", "energy_residual_j"),
     ]
     draw("energies.svg", "where the absorbed energy is", "energy (J)", [(words, key, 1) for words, key in energies])
     sheet = sheets.Sheet(folder, about)

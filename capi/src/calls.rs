@@ -441,12 +441,13 @@ pub unsafe extern "C" fn fk_get_step_limits(sim: ToLookAt, out: Output<fk_step_l
 pub unsafe extern "C" fn fk_get_grid(sim: ToLookAt, out: Output<fk_grid>, size: u64) -> i32 {
     let work = |sim: &fabric::Sim<'static>| {
         let layout = sim.layout();
-        let horizontal = layout.x.segments() * layout.nodes_y;
+        let rows = layout.y.modelled();
         Ok(fk_grid {
             nodes_x: layout.nodes_x as u64,
-            nodes_y: layout.nodes_y as u64,
-            horizontal: horizontal as u64,
-            vertical: (layout.segments() - horizontal) as u64,
+            nodes_y: rows as u64,
+            horizontal: (layout.x.segments() * rows) as u64,
+            vertical: (layout.nodes_x * layout.y.segments()) as u64,
+            plies: layout.plies as u64,
         })
     };
     get(sim, out, size, work)
@@ -477,7 +478,7 @@ pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, 
     change(sim, work)
 }
 
-/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+/// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers each,
 /// node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
 /// Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 /// fk_set_largest_stretch.
@@ -523,6 +524,14 @@ pub unsafe extern "C" fn fk_get_support(sim: ToLookAt, out: Output<fk_support>, 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_get_energy(sim: ToLookAt, out: Output<fk_energy>, size: u64) -> i32 {
     get(sim, out, size, |sim| Ok(sim.energy()?))
+}
+
+/// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
+/// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+/// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_get_ply(sim: ToLookAt, ply: u32, out: Output<fk_ply>, size: u64) -> i32 {
+    get(sim, out, size, |sim| sim.ply(ply))
 }
 
 /// Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
@@ -590,7 +599,7 @@ pub unsafe extern "C" fn fk_get_outcome(sim: ToLookAt, out: Output<fk_outcome>, 
     get(sim, out, size, work)
 }
 
-/// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+/// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 /// Threads: looks. Time: a pass over the sheet. Touches: `out`.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]

@@ -57,6 +57,7 @@ structures! {
     fk_counters: [],
     fk_outcome: [],
     fk_textile: [],
+    fk_ply: [],
 }
 
 /// The size of a host's structure, if this library knows it.

@@ -11,7 +11,8 @@ use fabric::{Error, Scene};
 
 pub use fabric::{
     Contact as fk_contact, Counters as fk_counters, Energy as fk_energy, Fabric as fk_fabric, Motion as fk_motion,
-    Path as fk_path, StepLimits as fk_step_limits, Support as fk_support, Textile as fk_textile, Threads as fk_threads,
+    Path as fk_path, Ply as fk_ply, StepLimits as fk_step_limits, Support as fk_support, Textile as fk_textile,
+    Threads as fk_threads,
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
@@ -75,7 +76,8 @@ pub struct fk_fault {
     pub text: [c_char; 168],
 }
 
-/// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+/// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
+/// has, and arrays hold `plies` times as much, ply by ply.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_grid {
@@ -87,6 +89,8 @@ pub struct fk_grid {
     pub horizontal: u64,
     /// Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
     pub vertical: u64,
+    /// Separate plies.
+    pub plies: u64,
 }
 
 /// Outcomes; FK_NEVER for what has not happened.

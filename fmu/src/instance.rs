@@ -328,6 +328,7 @@ impl Instance {
             Id::EnergyDissipated => copy(values, &[cache.energy(sim)?.dissipated]),
             Id::EnergyViscous => copy(values, &[cache.energy(sim)?.viscous]),
             Id::EnergyFriction => copy(values, &[cache.energy(sim)?.friction]),
+            Id::EnergyPlyLoss => copy(values, &[cache.energy(sim)?.ply_loss]),
             Id::EnergyContactLoss => copy(values, &[sim.contact()?.loss]),
             Id::EnergyResidual => copy(values, &[cache.energy(sim)?.residual]),
             Id::MaxDeflection => copy(values, &[cache.fabric(sim)?.max_deflection]),

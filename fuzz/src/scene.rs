@@ -287,8 +287,8 @@ unsafe fn look(handle: *const fk_sim) {
     unsafe {
         let sim = || ToLookAt::given(handle);
         assert_eq!(fk_get_grid(sim(), Output::given(&mut grid), size_of::<fk_grid>() as u64), FK_OK);
-        let mut nodes = vec![0.0; 3 * (grid.nodes_x * grid.nodes_y) as usize];
-        let mut segments = vec![0.0; (grid.horizontal + grid.vertical) as usize];
+        let mut nodes = vec![0.0; 3 * (grid.plies * grid.nodes_x * grid.nodes_y) as usize];
+        let mut segments = vec![0.0; (grid.plies * (grid.horizontal + grid.vertical)) as usize];
         let mut residual = [0.0; 3];
         let statuses = [
             fk_get_time(sim(), Output::given(&mut steps), Output::given(&mut seconds)),

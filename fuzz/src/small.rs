@@ -2,8 +2,8 @@
 
 use crate::bytes::Bytes;
 use fabric::{
-    AttachmentKind, Draw, Drive, Faces, Integrator, RotationRule, Scene, Sector, Shape, StepAfterFailure, StepCheck,
-    StrengthDraw, Symmetry, TimeStep, Weft,
+    AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape, Stack,
+    StepAfterFailure, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
 /// Most nodes of a sheet that is stepped.
@@ -138,6 +138,11 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             yarn.weibull_correlation = bytes.choose(&[0.0, 0.3, 1.0]);
             scene.slack_toe = 0.0;
         }
+    }
+    if scene.integrator.kind == IntegratorKind::Verlet && scene.symmetry == Symmetry::default() {
+        let plies = bytes.choose(&[1, 1, 2, 5]);
+        let gap = h * bytes.choose(&[0.0, 0.3, 1.5]);
+        scene.stack = Stack { plies, gap, turned: scene.sheet.spacing_y == 0.0 && plies == 5 };
     }
     scene
 }

@@ -45,19 +45,22 @@
 
 use crate::blocks::Blocks;
 use crate::contact::Gathered;
+use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
-use crate::lanes::CacheLine;
-use crate::layout::MAX_BANDS;
+use crate::lanes::{CacheLine, InstructionSet};
+use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::rate::Rates;
 use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::step;
 use crate::sweep::Report;
-use crate::system::System;
+use crate::system::{self, System};
+use crate::toe::Toe;
 use crate::viscosity;
 use crate::watch::OutcomeSet;
 use core::cell::UnsafeCell;
@@ -103,11 +106,20 @@ struct Plan {
     failed_before: u64,
     /// What lies under the projectile, or why the pass cannot be made.
     found: Result<Gathered, Failure>,
-    /// Rows to sweep [first, end).
+    /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
+    /// rest are left out.
     rows: [usize; 2],
     /// Whether the bands find now what viscosity changes, and sweep afterwards.
     pushing: bool,
-    terms: Terms,
+    /// Whether rows at rest are swept.
+    all: bool,
+    /// Whether every other ply is turned.
+    turned: bool,
+    layout: Layout,
+    directions: Directions,
+    toe: Toe,
+    rates: Rates,
+    instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
     track_support: bool,
@@ -125,6 +137,8 @@ struct Pointers {
     marks: *const Chunk<MARK_PLANES>,
     pushes: *mut Chunk<PUSH_PLANES>,
     taken: *mut f64,
+    before: *mut [f64; CHUNK],
+    awake: *const [u32; 2],
     ranges: *mut [f64; 2],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
@@ -241,6 +255,7 @@ impl Bands<'_, '_> {
     ///
     /// # Safety
     /// All bands have arrived and none can be claimed.
+    #[inline(never)] // The next plan must not add to the stack of a sweep.
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
@@ -272,7 +287,7 @@ impl Drop for Bands<'_, '_> {
     fn drop(&mut self) {
         for _ in 0..4 {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
-            let pushed = plan.terms.layout.viscous && plan.found.is_ok() && !plan.pushing;
+            let pushed = plan.layout.viscous && plan.found.is_ok() && !plan.pushing;
             if called != 0 || plan.second_half || pushed {
                 // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
                 (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
@@ -293,18 +308,27 @@ impl Plan {
             _ => system.failed_segments,
         };
         let found = step::look_ahead(system, end);
-        let rows = system.rows_to_step();
-        step::place_images_above(system, rows[1]);
-        if system.layout.rate && found.is_ok() {
-            relaxation::find_rates(system, rows);
-        }
+        let mut rows = [system.layout.nodes_y, 0];
         let pushing = system.layout.viscous && found.is_ok();
-        if pushing {
-            viscosity::place_images(system, rows);
+        for ply in 0..system.layout.plies {
+            let [first, end] = system.rows_to_step(ply);
+            if first == end {
+                continue;
+            }
+            rows = [rows[0].min(first), rows[1].max(end)];
+            step::place_images_above(system, end);
+            if system.layout.rate && found.is_ok() {
+                relaxation::find_rates(system, [first, end]);
+            }
+            if pushing {
+                viscosity::place_images(system, [first, end]);
+            }
         }
+        rows[0] = rows[0].min(rows[1]);
         let marked = system.layout.toe && system.failed_segments > 0;
-        let Blocks { hot, history, yarn, strength, logarithms, marks, pushes, taken, ranges, runs, .. } =
-            &mut system.blocks;
+        let Blocks {
+            hot, history, yarn, strength, logarithms, marks, pushes, taken, before, awake, ranges, runs, ..
+        } = &mut system.blocks;
         let memory = Pointers {
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
@@ -314,13 +338,32 @@ impl Plan {
             marks: marks.as_ptr(),
             pushes: pushes.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
+            before: before.as_mut_ptr(),
+            awake: awake.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             scratch,
         };
         let track_support = system.scene.track_support;
-        let terms = step::terms(system);
-        let plan = Plan { end, second_half, failed_before, found, rows, pushing, terms, marked, track_support, memory };
+        let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
+        let plan = Plan {
+            end,
+            second_half,
+            failed_before,
+            found,
+            rows,
+            pushing,
+            all,
+            turned,
+            layout: system.layout,
+            directions: system.directions,
+            toe: system.model.toe,
+            rates: step::rates(system),
+            instructions: system.instructions,
+            marked,
+            track_support,
+            memory,
+        };
         for band in 0..of {
             // SAFETY: the caller has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
@@ -336,26 +379,57 @@ impl Plan {
         [start(band), start(band + 1)]
     }
 
+    /// Rows of a ply that are swept.
+    ///
+    /// # Safety
+    /// Nothing changes the rows that are awake.
+    unsafe fn rows_of_ply(&self, ply: usize) -> [usize; 2] {
+        let layout = &self.layout;
+        if !layout.is_stack() {
+            return self.rows;
+        }
+        // SAFETY: there is an entry for each ply; the caller's promise.
+        let awake = unsafe { self.memory.awake.add(ply).read() };
+        system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
+    }
+
+    /// Constants of the sweep.
+    fn terms(&self) -> Terms<'_> {
+        let Plan { layout, directions, toe, rates, instructions, .. } = self;
+        Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
+    }
+
+    /// Whether a ply is turned.
+    fn is_turned(&self, ply: usize) -> bool {
+        self.turned && ply % 2 == 1
+    }
+
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
     /// # Safety
     /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
+    #[inline(never)] // Its constants must not add to the stack of the plan.
     unsafe fn cut(&self, of: u32, band: u32) {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return;
         }
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
         unsafe {
             let Scratch { above, carry, .. } = self.scratch(band);
-            if end < self.rows[1] {
+            // The plies that the band's first row and the row above it belong to, and their rows.
+            let [(lowest, low), (_, [_, top])] = [first, end - 1].map(|j| {
+                let (ply, _) = layout.ply_and_row(j);
+                (ply, self.rows_of_ply(ply))
+            });
+            if end < top {
                 // Displacements are all that is read of it.
                 for (copy, chunk) in above.iter_mut().zip(rows(memory.hot, chunks, end, 1)) {
                     copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
                 }
             }
-            if first > self.rows[0] {
+            if first > low[0] && first < low[1] {
                 let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
                 let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
                 let logarithms = if layout.rate { rows(memory.logarithms, chunks, first - 1, 1) } else { &[] };
@@ -363,8 +437,10 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let yarn = self.terms.yarn_row(yarn, strength, logarithms, 0);
-                self.terms.pass().lift(below, history, here, carry, &yarn, marks);
+                let turned = self.is_turned(lowest);
+                let terms = self.terms();
+                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, turned);
+                terms.pass(turned).lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -377,20 +453,34 @@ impl Plan {
     /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
     unsafe fn push(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
-        // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's alone;
-        // hot rows and marks are only read by all bands.
-        let pushing = unsafe {
-            viscosity::Pushing {
-                all: self.rows,
-                own: [first, end],
-                hot: rows(memory.hot, chunks, 0, layout.y.stored()),
-                marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
-                work: self.scratch(band).work,
-                pushes: rows_mut(memory.pushes, chunks, first, end - first),
+        if first == end {
+            return Report::default();
+        }
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's
+            // alone; hot rows and marks are only read by all bands.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
+                }
+                let pushing = viscosity::Pushing {
+                    layout,
+                    directions: self.directions.of_ply(self.is_turned(ply)),
+                    toe: &self.toe,
+                    instructions: self.instructions,
+                    all: [low, top],
+                    own: [start, stop],
+                    hot: rows(memory.hot, chunks, 0, layout.stored_rows()),
+                    marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
+                    work: self.scratch(band).work,
+                    pushes: rows_mut(memory.pushes, chunks, start, stop - start),
+                };
+                pushing.find();
             }
-        };
-        pushing.find(&self.terms);
+        }
         Report::default()
     }
 
@@ -398,47 +488,66 @@ impl Plan {
     ///
     /// # Safety
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
+    #[inline(never)] // Its constants must not add to the stack of the next plan.
     unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
             return Report::default();
         }
-        let (layout, memory, chunks) = (&self.terms.layout, &self.memory, self.terms.layout.chunks);
-        let count = end - first;
-        // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
-        // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
-        unsafe {
-            let Scratch { above, carry, kept, .. } = self.scratch(band);
-            let above: &[_] = if end < self.rows[1] {
-                above
-            } else if end < layout.y.stored() {
-                rows(memory.hot, chunks, end, 1)
-            } else {
-                &[]
-            };
-            let pulls = self.pulls(of);
-            let rows = Rows {
-                first,
-                hot: rows_mut(memory.hot, chunks, first, count),
-                above,
-                history: rows_mut(memory.history, chunks, first, count),
-                yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
-                strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
-                logarithms: if layout.rate { rows(memory.logarithms, chunks, first, count) } else { &[] },
-                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
-                pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
-                taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
-                ranges: rows_mut(memory.ranges, 1, first, count),
-                runs: rows(memory.runs, 1, first, count),
-                carry,
-                kept,
-            };
-            rows.sweep(&self.terms, |j, pulled| {
-                if self.track_support {
-                    pulls.add(j).write(pulled.map(|pull| pull.into()));
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        let (from, to) = (layout.ply_and_row(first).0, layout.ply_and_row(end - 1).0);
+        let mut report = Report::default();
+        for ply in from..=to {
+            let [_, ply_end] = layout.rows_of(ply);
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
+            // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
                 }
-            })
+                let count = stop - start;
+                let Scratch { above, carry, kept, .. } = self.scratch(band);
+                let above: &[_] = if stop < top {
+                    above
+                } else if stop == ply_end && layout.is_stack() {
+                    &[]
+                } else if stop < layout.stored_rows() {
+                    rows(memory.hot, chunks, stop, 1)
+                } else {
+                    &[]
+                };
+                if start == low {
+                    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                }
+                let pulls = self.pulls(of);
+                let rows = Rows {
+                    first: start,
+                    turned: self.is_turned(ply),
+                    hot: rows_mut(memory.hot, chunks, start, count),
+                    above,
+                    history: rows_mut(memory.history, chunks, start, count),
+                    yarn: if layout.stochastic { rows(memory.yarn, chunks, start, count) } else { &[] },
+                    strength: if layout.strength { rows(memory.strength, chunks, start, count) } else { &[] },
+                    logarithms: if layout.rate { rows(memory.logarithms, chunks, start, count) } else { &[] },
+                    marks: if self.marked { rows(memory.marks, chunks, start, count) } else { &[] },
+                    pushes: if layout.viscous { rows(memory.pushes, chunks, start, count) } else { &[] },
+                    taken: if layout.takes_energy() { rows_mut(memory.taken, 1, start, count) } else { &mut [] },
+                    before: if layout.is_stack() { rows_mut(memory.before, chunks, start, count) } else { &mut [] },
+                    ranges: rows_mut(memory.ranges, 1, start, count),
+                    runs: rows(memory.runs, 1, start, count),
+                    carry,
+                    kept,
+                };
+                report = report.merged(rows.sweep(&self.terms(), |j, pulled| {
+                    if self.track_support {
+                        pulls.add(j).write(pulled.map(|pull| pull.into()));
+                    }
+                }));
+            }
         }
+        report
     }
 
     /// The part of a pass that is not cut.
@@ -447,13 +556,22 @@ impl Plan {
     /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
     unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
-        system.awake = self.rows;
-        step::book_taken(system, self.rows);
-        if self.track_support {
-            for j in self.rows[0]..self.rows[1] {
+        for ply in 0..system.layout.plies {
+            // SAFETY: no band is being swept.
+            let [first, end] = unsafe { self.rows_of_ply(ply) };
+            if first == end {
+                continue;
+            }
+            system.set_awake(ply, [first, end]);
+            step::book_taken(system, [first, end]);
+            if !self.track_support {
+                continue;
+            }
+            let [bottom, _] = system.layout.rows_of(ply);
+            for j in first..end {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
-                step::book_pulls(&mut system.state.sums, &system.scene, j, &pulls.map(Vector::from));
+                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls.map(Vector::from));
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;
@@ -468,7 +586,7 @@ impl Plan {
     /// # Safety
     /// Nothing else uses them while they are held.
     unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
-        let layout = &self.terms.layout;
+        let layout = &self.layout;
         let chunks = layout.chunks;
         // SAFETY: Bands::of has found room for as many bands, one behind the other, each in this order.
         unsafe {
@@ -488,7 +606,7 @@ impl Plan {
 
     /// Where the pulls of row 0's two runs are, behind the bands' own numbers.
     fn pulls(&self, of: u32) -> *mut [[f64; 3]; 2] {
-        self.memory.scratch.wrapping_add(of as usize * self.terms.layout.reals_of_a_band()).cast()
+        self.memory.scratch.wrapping_add(of as usize * self.layout.reals_of_a_band()).cast()
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::error::{Code, Error};
 use crate::friction::TANGENTIAL_REALS;
 use crate::lanes::CacheLine;
-use crate::layout::{CANDIDATE_REALS, Layout};
+use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, POOLED_REALS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
@@ -38,6 +38,18 @@ pub(crate) struct Blocks<'a> {
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
+    /// Of a stack (`stack.rs`), as all up to `slots`: velocities along z before the sweep.
+    pub before: &'a mut [[f64; CHUNK]],
+    /// A column of facing nodes.
+    pub column: &'a mut [[f64; COLUMN_REALS]],
+    /// What the plies do to each candidate.
+    pub pooled: &'a mut [[f64; POOLED_REALS]],
+    /// Awake rows [first, end) of each ply.
+    pub awake: &'a mut [[u32; 2]],
+    /// The last candidate found so far in each column.
+    pub last: &'a mut [u32],
+    /// Of each candidate: the next one in its column, and the candidate that keeps the numbers of its pool.
+    pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest y displacement of each row.
@@ -68,6 +80,12 @@ impl<'a> Blocks<'a> {
             viscous: &mut [],
             logarithms: &mut [],
             taken: &mut [],
+            before: &mut [],
+            column: &mut [],
+            pooled: &mut [],
+            awake: &mut [],
+            last: &mut [],
+            links: &mut [],
             carry: &mut [],
             kept: &mut [],
             ranges: &mut [],
@@ -90,15 +108,16 @@ impl<'a> Blocks<'a> {
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
         let viscous = |count: usize| if layout.viscous { count } else { 0 };
+        let stack = |count: usize| if layout.is_stack() { count } else { 0 };
         let rough = |count: usize| if layout.friction { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
-                hot: chunked(reals.take(layout.y.stored() * HOT_PLANES * row)?),
+                hot: chunked(reals.take(layout.stored_rows() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
                 yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
                 strength: chunked(reals.take(if layout.strength { ny * STRENGTH_PLANES * row } else { 0 })?),
                 marks: chunked(reals.take(if layout.toe { ny * MARK_PLANES * row } else { 0 })?),
-                iterate: chunked(reals.take(implicit(layout.y.stored() * ITERATE_PLANES * row))?),
+                iterate: chunked(reals.take(implicit(layout.stored_rows() * ITERATE_PLANES * row))?),
                 pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
                 viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
                 logarithms: chunked(reals.take(if layout.rate { ny * RATE_PLANES * row } else { 0 })?),
@@ -107,12 +126,18 @@ impl<'a> Blocks<'a> {
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
+                before: reals.take(stack(ny * row))?.as_chunks_mut().0,
+                column: reals.take(stack(layout.plies * COLUMN_REALS))?.as_chunks_mut().0,
+                pooled: reals.take(stack(layout.candidates * POOLED_REALS))?.as_chunks_mut().0,
                 tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
                 labels: words.take(watched(layout.nodes()))?,
                 candidate_nodes: words.take(layout.candidates)?,
+                awake: words.take(stack(2 * layout.plies))?.as_chunks_mut().0,
+                last: words.take(stack(nx * layout.y.modelled()))?,
+                links: words.take(stack(2 * layout.candidates))?.as_chunks_mut().0,
             })
         })();
         carved.ok_or(short)

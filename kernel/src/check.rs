@@ -7,8 +7,9 @@ use crate::fields;
 use crate::math;
 use crate::planes::{AT_REST, Axis};
 use crate::scene::{
-    AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, RotationKind, STEP_MAX_FRACTION, STEP_WITH_TOE,
-    STRAIN_RATES, Scene, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TOE_RANGE, TimeStep,
+    AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind, STEP_MAX_FRACTION,
+    STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
+    TOE_RANGE, TimeStep,
 };
 use crate::shape;
 use crate::weave;
@@ -128,10 +129,10 @@ impl Scene {
         let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
         if self.yarn.stochastic {
             stiffest = [0.0; 2];
-            let (nx, ny, shared) = (self.sheet.nodes_x, self.sheet.nodes_y, self.weft.modulus_mean == 0.0);
+            let shared = self.weft.modulus_mean == 0.0;
             for number in 0..self.segments() {
                 let modulus = self.draw_segment(number)?.modulus;
-                let axis = weave::axis_of_segment(nx, ny, number);
+                let axis = self.axis_of_segment(number);
                 let [x, y] = &mut stiffest;
                 if shared || axis == Axis::Horizontal {
                     *x = math::max(modulus, *x);
@@ -149,11 +150,11 @@ impl Scene {
         if self.yarn.strength_draw == StrengthDraw::None {
             return Ok(None);
         }
-        let (nx, ny, [strain_x, strain_y]) = (self.sheet.nodes_x, self.sheet.nodes_y, self.sheet.pre_strain);
+        let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
         for number in 0..self.segments() {
             let critical = self.draw_critical_stretch(number);
-            let weft = weave::axis_of_segment(nx, ny, number) == Axis::Vertical;
+            let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
             if strain > 0.0 && strain >= critical - 1.0 {
                 return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0));
@@ -171,6 +172,7 @@ impl Scene {
         self.check_rate()?;
         self.check_rest()?;
         self.check_projectile()?;
+        self.check_stack()?;
         self.check_attachment()?;
         self.check_symmetry()?;
         self.check_step()?;
@@ -332,6 +334,43 @@ impl Scene {
             if body.mass < self.lumped_mass() {
                 return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
             }
+        }
+        Ok(())
+    }
+
+    /// Plies that push on each other are stepped by velocity Verlet, as whole sheets, without friction and dependence on the rate. A
+    /// ply is turned within the same grid.
+    fn check_stack(&self) -> Result<(), Error> {
+        let Stack { plies, gap, turned } = self.stack;
+        if plies == 1 {
+            return Ok(());
+        }
+        let refused = |code, field| Err(Error::plain(code, field));
+        if self.integrator.kind == IntegratorKind::Theta {
+            return refused(Code::OutOfRange, "stack.plies");
+        }
+        if self.symmetry != Symmetry::default() {
+            return refused(Code::NotSymmetric, "stack.plies");
+        }
+        let of_single_sheets = [
+            ("contact.friction", self.contact.friction),
+            ("yarn.rate_modulus", self.yarn.rate_modulus),
+            ("yarn.rate_stretch", self.yarn.rate_stretch),
+        ];
+        if let Some((field, value)) = of_single_sheets.into_iter().find(|(_, value)| *value != 0.0) {
+            return Err(Error::new(Code::OutOfRange, field, value, 0.0));
+        }
+        let limit = MAX_GAP * self.sheet.spacing;
+        if gap > limit {
+            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit));
+        }
+        let [x, y] = self.spacings();
+        if turned && x != y {
+            return refused(Code::OutOfRange, "stack.turned");
+        }
+        // Half of the plies have their pre-tension along y.
+        if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
+            return refused(Code::NotInEquilibrium, "stack.turned");
         }
         Ok(())
     }

@@ -159,9 +159,9 @@ impl<'s> Search<'s> {
 
     /// The first chunk of a row, from number `from` on, with a node in the body's box. `first`: rest place of the row's first
     /// node in spacings `h`, m.
-    pub fn next_near(&self, row: &[Chunk<HOT_PLANES>], from: usize, first: [f64; 2], h: f64) -> Option<usize> {
+    pub fn next_near(&self, row: &[Chunk<HOT_PLANES>], from: usize, first: [f64; 3], h: f64) -> Option<usize> {
         let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
-        let centre = [centre.x - first[0], centre.y - first[1], centre.z];
+        let centre = [centre.x - first[0], centre.y - first[1], centre.z - first[2]];
         lanes::dispatch(self.instructions, Near { row, from, centre, half })
     }
 
@@ -495,7 +495,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
     let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
-    let rise = system.directions.vertical.rest.spacing;
+    let (rise, pile) = (system.directions.vertical.rest.spacing, system.model.gap);
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
@@ -508,14 +508,16 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     // Offsets are exact: those of a row follow from its first.
     let x0 = weave::rest_offset(0, nodes_x);
     for j in 0..ny {
-        let y0 = weave::rest_offset(j, nodes_y) * rise;
+        let (ply, row_of_ply) = layout.ply_and_row(j);
+        let y0 = weave::rest_offset(row_of_ply, nodes_y) * rise;
+        let z0 = ply as f64 * pile;
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
             continue;
         }
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
-        let first = [x0, y0];
+        let first = [x0, y0, z0];
         let mut from = 0;
         while let Some(near) = search.next_near(row, from, first, h) {
             from = near + 1;
@@ -524,7 +526,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             for lane in 0..CHUNK {
                 let i = near * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((x0 + i as f64 + u[0]) * h, (y0 + u[1]) * h, u[2] * h);
+                let x = Vector::new((x0 + i as f64 + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;
@@ -604,14 +606,19 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
         return [Vector::zeros(); 2];
     };
     let (i, j) = system.layout.column_and_row(node as usize);
-    let ([x, y], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
-    let (from, way) = (Vector::new(x + ux, y + uy, uz), system.free_velocity(i, j));
+    let ([x, y, z], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
+    let (from, way) = (Vector::new(x + ux, y + uy, z + uz), system.free_velocity(i, j));
     [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
 }
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
-/// meets after all, because impulses have changed its rates. Returns how many there are now.
-pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usize) -> (Solved, usize) {
+/// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+pub(crate) fn solve_contact(
+    system: &mut System<'_>,
+    mut kept: usize,
+    count: usize,
+    solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
+) -> (Solved, usize) {
     for _ in 0..2 {
         let solved = solve_first(system, kept);
         if kept == count {
@@ -635,8 +642,8 @@ pub(crate) fn solve_contact(system: &mut System<'_>, mut kept: usize, count: usi
     (solve_first(system, count), count)
 }
 
-/// The impulses of the first `count` candidates.
-fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
+/// The impulses of the first `count` candidates of a single sheet.
+pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
     let (body, model, symmetry) = (&system.state.body, &system.model, system.scene.symmetry);
     if !system.layout.friction {
@@ -753,8 +760,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
 
 /// Notes that a row holds a moving node with this y displacement.
 fn widen(system: &mut System<'_>, j: usize, y: f64) {
-    let [first, end] = system.awake;
-    system.awake = if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] };
+    system.wake(j);
     if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
         *low = math::min(y, *low);
         *high = math::max(y, *high);
@@ -913,7 +919,7 @@ mod tests {
     #[test]
     fn the_next_chunk_is_the_first_with_a_node_in_the_box() {
         let (solid, _, mut body) = sphere();
-        let (h, first) = (1e-3, [-40.0, 2.0]);
+        let (h, first) = (1e-3, [-40.0, 2.0, 0.0]);
         body.position = Vector::new(0.0123, -0.004, 0.002);
         let half = (solid.radius() + h) / h;
         let (mut hits, mut misses) = (0, 0);

@@ -98,6 +98,13 @@ impl Directions {
         }
     }
 
+    /// What segments along x and along y have in common in a ply that may be turned by 90 degrees.
+    pub(crate) fn of_ply(&self, turned: bool) -> Along<'_> {
+        let (horizontal, vertical) =
+            if turned { (&self.vertical, &self.horizontal) } else { (&self.horizontal, &self.vertical) };
+        Along { horizontal, vertical, plain: self.plain }
+    }
+
     /// The direction of an axis.
     #[inline(always)]
     pub fn along(&self, axis: Axis) -> &Direction {
@@ -110,5 +117,26 @@ impl Directions {
     /// Whether segments pull in the flat sheet.
     pub fn are_tense(&self) -> bool {
         self.horizontal.rest.twice_strain > 0.0 || self.vertical.rest.twice_strain > 0.0
+    }
+}
+
+/// The directions of one ply.
+#[derive(Clone, Copy)]
+pub struct Along<'a> {
+    /// Of the segments along x.
+    pub horizontal: &'a Direction,
+    /// Of the segments along y.
+    pub vertical: &'a Direction,
+    /// [`Directions::plain`].
+    pub plain: bool,
+}
+
+impl<'a> Along<'a> {
+    /// That of an axis.
+    pub fn along(&self, axis: Axis) -> &'a Direction {
+        match axis {
+            Axis::Horizontal => self.horizontal,
+            Axis::Vertical => self.vertical,
+        }
     }
 }

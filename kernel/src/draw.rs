@@ -63,10 +63,34 @@ impl Scene {
         }
     }
 
-    /// (M6) Modulus and damage rate of one segment, by its number (horizontal segments first, row by row, then vertical).
+    /// Seed of the draws of a ply: a single sheet with this seed has its yarns. That of ply 0 is the scene's own.
+    pub fn ply_seed(&self, ply: u32) -> u64 {
+        // Two rounds, so that neighbouring seeds and plies have nothing in common.
+        if ply == 0 { self.seed } else { random::splitmix64(random::splitmix64(self.seed) ^ u64::from(ply)) }
+    }
+
+    /// Whether a ply is turned by 90 degrees.
+    pub(crate) fn is_turned(&self, ply: u32) -> bool {
+        self.stack.plies > 1 && self.stack.turned && ply % 2 == 1
+    }
+
+    /// Of a segment, by its number: the seed of its ply, its number in the ply, and the direction of the fabric that it is of.
+    fn place_of_segment(&self, number: u64) -> (u64, u64, Axis) {
+        let of_ply = self.segments_of_ply().max(1);
+        let (ply, number) = if number < of_ply { (0, number) } else { ((number / of_ply) as u32, number % of_ply) };
+        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        (self.ply_seed(ply), number, if self.is_turned(ply) { axis.other() } else { axis })
+    }
+
+    /// Direction of the fabric that a segment is of, by its number: in a turned ply the other one than that along which it lies.
+    pub(crate) fn axis_of_segment(&self, number: u64) -> Axis {
+        self.place_of_segment(number).2
+    }
+
+    /// (M6) Modulus and damage rate of one segment, by its number (ply by ply, horizontal segments first, row by row, then vertical).
     /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
-        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        let (seed, number, axis) = self.place_of_segment(number);
         if !self.yarn.stochastic {
             return Ok(self.mean_segment(axis));
         }
@@ -76,8 +100,8 @@ impl Scene {
             Draw::Yarn => weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number),
         };
         for retry in 0..1000 {
-            let g1 = random::normal(self.seed, number, Purpose::Modulus, retry);
-            let g2 = random::normal(self.seed, number, Purpose::DamageRate, retry);
+            let g1 = random::normal(seed, number, Purpose::Modulus, retry);
+            let g2 = random::normal(seed, number, Purpose::DamageRate, retry);
             let modulus = scatter.modulus_mean + scatter.modulus_sd * g1;
             let damage_rate = scatter.damage_slope * modulus + scatter.damage_intercept + scatter.damage_sd * g2;
             if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN && damage_rate.is_finite() {
@@ -92,14 +116,14 @@ impl Scene {
     /// Critical stretch U_c of one segment, by its number, in [1, 2].
     pub fn draw_critical_stretch(&self, number: u64) -> f64 {
         let yarn = &self.yarn;
-        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
+        let (seed, number, axis) = self.place_of_segment(number);
         let critical_stretch = self.damage_law(axis).critical_stretch;
         if yarn.strength_draw == StrengthDraw::None {
             return critical_stretch;
         }
         let woven = weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
-        let shared = random::normal(self.seed, woven, Purpose::Strength, 1);
-        let own = random::normal(self.seed, number, Purpose::Strength, 0);
+        let shared = random::normal(seed, woven, Purpose::Strength, 1);
+        let own = random::normal(seed, number, Purpose::Strength, 0);
         let c = yarn.weibull_correlation;
         let score = math::sqrt(c) * shared + math::sqrt(1.0 - c) * own;
         // -ln(1 - Phi), from the smaller of the two tails.

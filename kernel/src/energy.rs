@@ -6,7 +6,7 @@
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
-use crate::error::Failure;
+use crate::error::{Code, Error, Failure};
 use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::rate::RateLaw;
@@ -40,6 +40,8 @@ pub struct Energy {
     pub viscous: f64,
     /// Energy rubbed away between yarn and projectile, J.
     pub friction: f64,
+    /// Kinetic energy lost where separate plies meet, J.
+    pub ply_loss: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -47,9 +49,9 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     system.sound()?;
     let sums = &system.state.sums;
     let prescribed = system.scene.drive == Drive::Prescribed;
-    let (fabric_kinetic, strain, dissipated) = fabric_energy(system);
+    let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
-    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.loss;
+    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.ply_loss + sums.loss;
     let residual = if prescribed {
         held - sums.work - sums.first_energy - sums.halving_energy
     } else {
@@ -67,6 +69,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         residual,
         viscous: sums.viscous,
         friction: sums.friction,
+        ply_loss: sums.ply_loss,
     })
 }
 
@@ -87,7 +90,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
 
 /// Starts the audit from the present state.
 pub(crate) fn start_audit(system: &mut System<'_>) {
-    let (kinetic, strain, dissipated) = fabric_energy(system);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let mut energy = kinetic + strain + dissipated;
     if system.scene.drive == Drive::Free {
         energy += system.state.body.kinetic_energy(&system.model.inertia);
@@ -113,11 +116,37 @@ fn momentum(system: &System<'_>) -> Vector {
     momentum
 }
 
-/// Kinetic, strain and dissipated energy of the fabric, J. Summed row by row, rows in order.
-fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+/// What one ply of a stack holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Ply {
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
+    pub failed_segments: u64,
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+    /// Strain energy, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+}
+
+/// What a ply holds, with a pass over its rows. Commits nothing.
+pub(crate) fn ply(system: &System<'_>, ply: u32) -> Result<Ply, Error> {
+    system.sound()?;
+    let plies = system.layout.plies;
+    if ply as usize >= plies {
+        return Err(Error::new(Code::OutOfRange, "ply", f64::from(ply), plies as f64 - 1.0));
+    }
+    let rows = system.layout.rows_of(ply as usize);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, rows);
+    Ok(Ply { failed_segments: system.count_failed(rows), kinetic, strain, dissipated })
+}
+
+/// Kinetic, strain and dissipated energy of rows [first, end), J. Summed row by row, rows in order.
+fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f64) {
+    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
-    for j in 0..ny {
+    for j in first..end {
         let row = planes::row(system.blocks.hot, chunks, j);
         let mut sum = 0.0;
         for plane in 3..6 {
@@ -131,14 +160,14 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
     }
     // Before and now, along x and along y.
     let rates = [Axis::Horizontal, Axis::Vertical].map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
-    for j in 0..ny {
+    for j in first..end {
         let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
         for i in 0..nx {
             for (axis, rates) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(&rates) {
                 if let Some(segment) = system.segment(axis, i, j) {
                     let (stored, lost) = segment_energy(system, rates, &segment);
                     let weight = system.layout.segment_weight(axis, i, j);
-                    let direction = system.directions.along(axis);
+                    let direction = system.directions.along(segment.fabric);
                     row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
                     row_dissipated += weight * (lost * direction.volume);
                 }
@@ -154,7 +183,7 @@ fn fabric_energy(system: &System<'_>) -> (f64, f64, f64) {
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
 fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
-    let (direction, toe) = (system.directions.along(segment.axis), &system.model.toe);
+    let (direction, toe) = (system.directions.along(segment.fabric), &system.model.toe);
     let marked = segment.alpha_when_marked();
     let stored = |rate: &RateLaw, stiffness: f64, q: f64| {
         let without_toe = rate.stored(stiffness, q);
@@ -453,6 +482,7 @@ mod tests {
                             let along = |stretch: f64| [stretch - 1.0, 0.0, 0.0];
                             let view = SegmentView {
                                 axis: Axis::Horizontal,
+                                fabric: Axis::Horizontal,
                                 rest: direction.rest,
                                 stiffness: alpha(largest) * direction.stiffness,
                                 undamaged: direction.stiffness,
@@ -492,6 +522,7 @@ mod tests {
             let (rest, stiffness, critical_stretch) = (crate::yarn::Rest::PLAIN, 1.0, 1.03);
             SegmentView {
                 axis,
+                fabric: axis,
                 rest,
                 stiffness,
                 undamaged: 1.0,

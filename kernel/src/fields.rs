@@ -10,8 +10,8 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, RotationKind,
-    STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES,
+    RotationKind, STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.
@@ -182,6 +182,7 @@ pub const CHOICES: &[&Choice] =
 /// What a group of parameters is, by the first part of its name.
 pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
+    ("stack", "Separate plies one behind the other"),
     ("attachment", "How the sheet is held"),
     ("yarn", "The yarn law and its scatter"),
     ("weft", "The yarn along y, where it is unlike that along x"),
@@ -460,7 +461,7 @@ pub const FIELDS: &[Field] = &[
     count("sheet.nodes_x", |s| &mut s.sheet.nodes_x, Range::Nodes, 220, "Nodes along x"),
     count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
     count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
-        "Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each other"),
+        "Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart"),
     real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
         "Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension"),
     real("sheet.spacing_y", |s| one(&mut s.sheet.spacing_y), &LENGTH, Range::NotNegative, 620,
@@ -481,6 +482,16 @@ pub const FIELDS: &[Field] = &[
     vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
+    // ---- Separate plies
+    count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, friction or a dependence on the rate of strain")
+        .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
+    real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
+        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_1000)),
+    flag("stack.turned", |s| &mut s.stack.turned, 722,
+        "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_2000)),
     // ---- Attachment
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
@@ -530,7 +541,7 @@ pub const FIELDS: &[Field] = &[
         "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
         .image(Image::Later(0x8_0002)),
     real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
-        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe or pre-tension")
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe, pre-tension or separate plies")
         .image(Image::Later(0x67_0000)),
     real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
         "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none").image(Image::Later(0x67_0001)),
@@ -595,7 +606,7 @@ pub const FIELDS: &[Field] = &[
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
-        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only")
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with separate plies")
         .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
@@ -649,6 +660,10 @@ fn one(number: &mut f64) -> &mut [f64] {
 
 fn four_corners(scene: &Scene) -> usize {
     if_so(scene.attachment.kind == AttachmentKind::FourCorners)
+}
+
+fn stacked(scene: &Scene) -> usize {
+    if_so(scene.stack.plies > 1)
 }
 
 fn own_weft(scene: &Scene) -> usize {

@@ -15,6 +15,11 @@ use crate::symmetry::Line;
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
 
+/// Numbers kept per ply of a column of facing nodes.
+pub(crate) const COLUMN_REALS: usize = 6;
+/// Numbers kept per contact candidate of a stack besides.
+pub(crate) const POOLED_REALS: usize = 4;
+
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
 
@@ -32,13 +37,17 @@ const RATE_WORDS: usize = 1;
 /// Words of the scalar state that only friction has.
 const FRICTION_WORDS: usize = 1;
 
+/// Words of the scalar state that only a stack has.
+const STACK_WORDS: usize = 2;
+
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
     let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 };
     let rate = if parts.rate { RATE_WORDS } else { 0 };
     let friction = if parts.friction { FRICTION_WORDS } else { 0 };
+    let stack = if parts.stack { STACK_WORDS } else { 0 };
     let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
-    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + 1
+    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + 1
 }
 
 /// Sizes of a scene's memory.
@@ -46,11 +55,13 @@ pub fn frame_words(parts: Parts) -> usize {
 pub struct Layout {
     /// Nodes modelled along x: of a mirrored sheet only its half.
     pub nodes_x: usize,
-    /// Nodes modelled along y.
+    /// Rows of nodes modelled, ply by ply.
     pub nodes_y: usize,
+    /// Separate plies.
+    pub plies: usize,
     /// A row of nodes.
     pub x: Line,
-    /// A column of nodes.
+    /// A column of nodes of one ply.
     pub y: Line,
     /// Chunks in a row.
     pub chunks: usize,
@@ -84,6 +95,7 @@ impl Layout {
     pub(crate) const NOTHING: Layout = Layout {
         nodes_x: 0,
         nodes_y: 0,
+        plies: 1,
         x: Line { nodes: 0, mirrored: false },
         y: Line { nodes: 0, mirrored: false },
         chunks: 0,
@@ -110,7 +122,7 @@ impl Layout {
         Layout::compute(scene).filter(numbered).ok_or(Error::new(
             Code::TooManyNodes,
             "sheet.nodes_x",
-            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64,
+            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64 * scene.stack.plies as f64,
             u32::MAX.into(),
         ))
     }
@@ -118,7 +130,8 @@ impl Layout {
     fn compute(scene: &Scene) -> Option<Layout> {
         let x = Line { nodes: scene.sheet.nodes_x, mirrored: scene.symmetry.mirror_x };
         let y = Line { nodes: scene.sheet.nodes_y, mirrored: scene.symmetry.mirror_y };
-        let (nodes_x, nodes_y) = (x.modelled(), y.modelled());
+        let plies = scene.stack.plies as usize;
+        let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
         let stochastic = scene.yarn.stochastic;
@@ -139,7 +152,7 @@ impl Layout {
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
         let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
         let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
-        let image_row = (y.stored() - nodes_y) * (HOT_PLANES + iterate);
+        let image_row = usize::from(y.mirrored) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let tangential = if friction { TANGENTIAL_REALS } else { 0 };
         let scratch = chunks
@@ -147,11 +160,23 @@ impl Layout {
             .checked_add(nodes_x.checked_mul(3)?)?
             .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
-        let segments = x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?)?;
+        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
+        let stack = |count: usize| if plies > 1 { count } else { 0 };
+        let scratch = scratch
+            .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
+            .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
+            .checked_add(stack(candidates.checked_mul(POOLED_REALS)?))?;
+        let segments =
+            x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
+        let columns = nodes_x.checked_mul(y.modelled())?;
+        let words = words
+            .checked_add(stack(plies.checked_mul(2)?))?
+            .checked_add(stack(columns))?
+            .checked_add(stack(candidates.checked_mul(2)?))?;
 
         // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
         // segment where they exist.
@@ -161,7 +186,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1 }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -173,6 +198,7 @@ impl Layout {
         Some(Layout {
             nodes_x,
             nodes_y,
+            plies,
             x,
             y,
             chunks,
@@ -249,7 +275,41 @@ impl Layout {
 
     /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
-        self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments()
+        self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies
+    }
+
+    /// Rows of the hot block: those modelled, and the images behind the plane y = 0.
+    pub(crate) fn stored_rows(&self) -> usize {
+        self.nodes_y + usize::from(self.y.mirrored)
+    }
+
+    /// Whether there are several plies.
+    pub fn is_stack(&self) -> bool {
+        self.plies > 1
+    }
+
+    /// Rows [first, end) of a ply.
+    pub fn rows_of(&self, ply: usize) -> [usize; 2] {
+        let rows = self.y.modelled();
+        [ply * rows, (ply + 1) * rows]
+    }
+
+    /// The ply of a row, and the row's number in it.
+    #[inline]
+    pub fn ply_and_row(&self, j: usize) -> (usize, usize) {
+        if !self.is_stack() {
+            return (0, j);
+        }
+        // At least 1, so that no division by zero has to be compiled in.
+        let rows = self.y.modelled().max(1);
+        (j / rows, j % rows)
+    }
+
+    /// Whether segments go upwards from row j.
+    #[inline]
+    pub fn has_verticals(&self, j: usize) -> bool {
+        let (ply, row) = self.ply_and_row(j);
+        row < self.y.segments() && ply < self.plies
     }
 
     /// Whether viscosity or the rate takes energy.
@@ -260,7 +320,7 @@ impl Layout {
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
         let Layout { implicit, halving, viscous, rate, friction, .. } = *self;
-        Parts { implicit, halving, viscous, rate, friction }
+        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack() }
     }
 
     /// How often node (i, j) appears in the whole sheet.

@@ -67,6 +67,7 @@ pub mod scene;
 pub mod shape;
 pub mod sim;
 pub mod snapshot;
+mod stack;
 mod start;
 pub mod state;
 mod step;
@@ -83,7 +84,7 @@ pub mod weave;
 pub mod yarn;
 
 pub use bands::Bands;
-pub use energy::Energy;
+pub use energy::{Energy, Ply};
 pub use error::{Code, Error, Failure};
 pub use lanes::{CacheLine, InstructionSet};
 pub use layout::Layout;
@@ -91,8 +92,8 @@ pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
     Attachment, AttachmentKind, ContactLaw, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile,
-    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, StepAfterFailure, StepCheck, StepLimits, StrengthDraw,
-    Symmetry, TimeStep, Weft, Yarn,
+    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck, StepLimits,
+    StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};

@@ -1,14 +1,18 @@
 //! The search for slack segments, which get a toe (`toe.rs`).
 
-use crate::direction::Directions;
+use crate::direction::Along;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, vertical_axes};
 use crate::rows::place_image_column;
 use crate::system::System;
+use crate::yarn::Rest;
 
 /// Marks the segments that are slack at t_n and were at t_{n-1}.
 pub(crate) fn mark_slack(system: &mut System<'_>) {
-    let [first, end] = system.rows_to_step();
+    (0..system.layout.plies).for_each(|ply| mark_slack_rows(system, system.rows_to_step(ply)));
+}
+
+fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (chunks, line) = (system.layout.chunks, system.layout.x);
     if line.mirrored {
         (first..end).for_each(|j| place_image_column(planes::row_mut(system.blocks.hot, chunks, j), line));
@@ -31,6 +35,7 @@ pub(crate) fn mark_slack(system: &mut System<'_>) {
 /// The next chunk of row j, from one on, with a segment that is slack at t_n and has no mark.
 fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let chunks = system.layout.chunks;
+    let Along { horizontal, vertical, .. } = system.directions.of_ply(system.is_turned(j));
     let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,
@@ -38,7 +43,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             row,
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
-            directions: &system.directions,
+            rests: [&horizontal.rest, &vertical.rest],
             from,
         },
     )
@@ -60,7 +65,7 @@ struct NextSlack<'a> {
     row: &'a [Chunk<HOT_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
     marks: &'a [Chunk<MARK_PLANES>],
-    directions: &'a Directions,
+    rests: [&'a Rest; 2],
     from: usize,
 }
 
@@ -70,7 +75,7 @@ impl Job for NextSlack<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         let one = L::splat(1.0);
-        let (rest_h, rest_v) = (&self.directions.horizontal.rest, &self.directions.vertical.rest);
+        let [rest_h, rest_v] = self.rests;
         for (c, (chunk, [mark_h, mark_v])) in self.row.iter().zip(self.marks).enumerate().skip(self.from) {
             let behind = displacement::<L>(self.row.get(c + 1), 0);
             for g in 0..CHUNK / L::WIDTH {

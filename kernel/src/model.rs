@@ -28,6 +28,8 @@ pub(crate) struct Model {
     pub node_mass: f64,
     /// h/dt, m/s.
     pub unit_speed: f64,
+    /// Distance of neighbouring plies where they rest, spacings.
+    pub gap: f64,
     /// m h/dt, N s.
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
@@ -49,6 +51,7 @@ impl Model {
         toe: Toe::NONE,
         node_mass: 0.0,
         unit_speed: 0.0,
+        gap: 0.0,
         unit_impulse: 0.0,
         unit_energy: 0.0,
         segment_volume: 0.0,
@@ -78,6 +81,7 @@ impl Model {
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
         self.unit_speed = h / dt;
+        self.gap = if scene.stack.plies > 1 { scene.stack.gap / h } else { 0.0 };
         self.unit_impulse = node_mass * h / dt;
         self.unit_energy = node_mass * (h / dt) * (h / dt);
         self.segment_volume = scene.lumped_area() * (h / scene.rest_stretch(Axis::Horizontal));

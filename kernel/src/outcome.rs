@@ -104,10 +104,11 @@ impl Region {
         }
     }
 
-    /// The box with its mirror image about the plane across axis k.
-    fn mirror(&mut self, k: usize) {
-        let far = math::max(-self.low[k], self.high[k]);
-        (self.low[k], self.high[k]) = (-far, far);
+    /// The box with its mirror images about the planes across axis k, from that at 0 to that at `last`.
+    fn mirror(&mut self, k: usize, last: f64) {
+        let beyond = self.high[k] - last;
+        let far = math::max(-self.low[k], beyond);
+        (self.low[k], self.high[k]) = (-far, last + far);
     }
 }
 
@@ -203,20 +204,19 @@ fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
 
 /// The body has missed the sheet.
 fn has_passed(system: &System<'_>) -> bool {
-    let half = system.scene.half_size();
-    let half = [half[0], half[1], 0.0];
+    let [x, y] = system.scene.half_size();
+    let (low, high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
     let flight = flight(system);
     if system.scene.drive == Drive::Prescribed {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
         let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
         return (0..3).any(|k| {
-            let (from, x, limit) = (start[k], flight.position[k], half[k] + flight.extents[k]);
-            (from < -half[k] && x > limit) || (from > half[k] && x < -limit)
+            let (from, x, extent) = (start[k], flight.position[k], flight.extents[k]);
+            (from < low[k] && x > high[k] + extent) || (from > high[k] && x < low[k] - extent)
         });
     }
-    let mut region = Region { low: half.map(|half| -half), high: half, ..Region::EMPTY };
-    let [first, end] = system.awake;
-    for j in first..end {
+    let mut region = Region { low, high, ..Region::EMPTY };
+    for j in (0..system.layout.plies).flat_map(|ply| system.awake_of(ply)[0]..system.awake_of(ply)[1]) {
         for i in 0..system.layout.nodes_x {
             // A sheet set in motion by the host may be faster than the body.
             region.include(&system.position(i, j));
@@ -233,7 +233,7 @@ fn complete(system: &System<'_>, region: &mut Region) {
     let swings = system.scene.attachment.kind != AttachmentKind::Free;
     for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
         if mirrored {
-            region.mirror(k);
+            region.mirror(k, if k == 2 { system.scene.stack_height() } else { 0.0 });
         }
     }
 }
@@ -349,7 +349,8 @@ fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
 /// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
 /// loose.
 pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
-    let labelled = system.failed_segments > 0 && system.layout.track_detachment;
+    let several = system.failed_segments > 0 || system.layout.is_stack();
+    let labelled = several && system.layout.track_detachment;
     let support = if labelled { join_nodes(system) } else { None };
     let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.track_detachment;
     Pieces { support, labelled, held }

@@ -55,6 +55,14 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// The direction across this one.
+    pub fn other(self) -> Axis {
+        match self {
+            Axis::Horizontal => Axis::Vertical,
+            Axis::Vertical => Axis::Horizontal,
+        }
+    }
+
     /// A vector of the sheet in the axes of a segment of this direction, the rest direction first, or back.
     pub fn own_axes(self, vector: [f64; 3]) -> [f64; 3] {
         match self {

@@ -16,9 +16,9 @@ use crate::toe::Toe;
 
 /// Constants of a sweep.
 #[derive(Clone, Copy)]
-pub(crate) struct Terms {
-    pub layout: Layout,
-    pub directions: Directions,
+pub(crate) struct Terms<'t> {
+    pub layout: &'t Layout,
+    pub directions: &'t Directions,
     /// The toe of marked segments.
     pub toe: Toe,
     /// Dependence on the rate of strain.
@@ -26,13 +26,13 @@ pub(crate) struct Terms {
     pub instructions: InstructionSet,
 }
 
-impl Terms {
+impl Terms<'_> {
     /// The hot pass with these constants.
-    pub fn pass(&self) -> Pass<'_> {
+    pub fn pass(&self, turned: bool) -> Pass<'_> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            directions: &self.directions,
+            directions: self.directions.of_ply(turned),
             toe: self.toe,
             rates: &self.rates,
             instructions: self.instructions,
@@ -47,11 +47,12 @@ impl Terms {
         strength: &'y [Chunk<STRENGTH_PLANES>],
         logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
+        turned: bool,
     ) -> YarnRow<'y> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform(&self.directions)
+            Constants::Uniform(self.directions.of_ply(turned))
         };
         let chunks = self.layout.chunks;
         YarnRow {
@@ -66,6 +67,8 @@ impl Terms {
 pub(crate) struct Rows<'r> {
     /// Number of the first row.
     pub first: usize,
+    /// Whether they are of a turned ply.
+    pub turned: bool,
     pub hot: &'r mut [Chunk<HOT_PLANES>],
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
@@ -82,6 +85,8 @@ pub(crate) struct Rows<'r> {
     pub pushes: &'r [Chunk<PUSH_PLANES>],
     /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
     pub taken: &'r mut [f64],
+    /// Velocities along z before the sweep; empty for a single sheet.
+    pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest y displacement, one entry a row.
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
@@ -94,13 +99,26 @@ pub(crate) struct Rows<'r> {
 impl<'r> Rows<'r> {
     /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
     /// a toe.
-    pub fn of(blocks: &'r mut Blocks<'_>, layout: &Layout, [first, end]: [usize; 2], marked: bool) -> Option<Rows<'r>> {
+    pub fn of(
+        blocks: &'r mut Blocks<'_>,
+        layout: &Layout,
+        [first, end]: [usize; 2],
+        turned: bool,
+        marked: bool,
+    ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
+        let behind = own.clone();
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
+            turned,
             hot: swept.get_mut(own.start..)?,
-            above: planes::row(rest, layout.chunks, 0),
+            above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
+                // The row behind is of the next ply.
+                &[]
+            } else {
+                planes::row(rest, layout.chunks, 0)
+            },
             history: blocks.history.get_mut(own.clone())?,
             yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
             strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
@@ -108,6 +126,7 @@ impl<'r> Rows<'r> {
             marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
             pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
             taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
+            before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             carry: blocks.carry,
@@ -120,18 +139,20 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms, book: impl FnMut(usize, [Vector; 2])) -> Report {
+    pub fn sweep(self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
         let optional = terms.layout.strength || terms.layout.takes_energy() || !self.marks.is_empty();
         if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
     }
 
     /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity or toe; otherwise no row is asked for them.
     #[inline]
-    fn sweep_with<const OPTIONS: bool>(self, terms: &Terms, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
-        let layout = &terms.layout;
+    fn sweep_with<const OPTIONS: bool>(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let layout = terms.layout;
         let chunks = layout.chunks;
-        let pass = terms.pass();
-        let Rows { first, hot, above, history, yarn, ranges, runs, carry, kept, .. } = self;
+        let pass = terms.pass(self.turned);
+        let Rows { first, turned, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
+        // Empty but for a stack.
+        before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
         let (viscous, taken) = if OPTIONS { (layout.viscous, self.taken) } else { (false, &mut [][..]) };
@@ -151,7 +172,7 @@ impl Rows<'_> {
                 **taken = before + half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, logarithms, k);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, k, turned);
             let (met, reach) =
                 pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
@@ -171,10 +192,10 @@ impl Rows<'_> {
 fn half_taken<const PUSH: bool>(
     row: &mut [Chunk<HOT_PLANES>],
     pushes: &[Chunk<PUSH_PLANES>],
-    terms: &Terms,
+    terms: &Terms<'_>,
     j: usize,
 ) -> f64 {
-    let layout = &terms.layout;
+    let layout = terms.layout;
     let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
     let less = line.node_weight(0) - line.node_weight(last);
     let on_plane = if less > 0.0 {

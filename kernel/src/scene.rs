@@ -34,13 +34,31 @@ pub struct Sheet {
     /// Strain at which the sheet is held along x and along y: node spacing over the natural length of a segment, less 1, >= 0
     /// and below that of U_c. Along x two held sides are needed, along y four.
     pub pre_strain: [f64; 2],
-    /// Number of coincident plies lumped into one network (mass and area are multiplied), 1 ..= 1000.
+    /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies that move apart.
     pub plies: u32,
     /// Origin of the sheet's frame in the host's frame, m.
     pub position: [f64; 3],
     /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
     pub orientation: [f64; 4],
 }
+
+/// Several sheets one behind the other, which push on each other (`stack.rs`). Each is a network of its own with draws of its own,
+/// held like the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stack {
+    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0. More than one ply: velocity
+    /// Verlet, no mirror planes, no friction and no dependence on the rate of strain.
+    pub plies: u32,
+    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they lie on each other.
+    pub gap: f64,
+    /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings must be alike.
+    pub turned: bool,
+}
+
+/// Largest number of separate plies.
+pub const MAX_PLIES: u32 = 1000;
+/// Largest gap between plies, node spacings.
+pub const MAX_GAP: f64 = 1e6;
 
 /// Which nodes are fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,8 +125,8 @@ pub struct Yarn {
     pub viscosity_quadratic: f64,
     /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
     pub viscosity_bending: f64,
-    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet only). `modulus_mean` is then that
-    /// of `rate_reference`. See docs/model.md, "Rate of strain".
+    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet and one ply only). `modulus_mean`
+    /// is then that of `rate_reference`. See docs/model.md, "Rate of strain".
     pub rate_modulus: f64,
     /// C_U, growth of the critical strain by e-fold of the rate of strain, in [0, 1]; 0 = none.
     pub rate_stretch: f64,
@@ -262,8 +280,8 @@ pub struct Projectile {
 /// What acts between yarn and projectile besides the impulses that keep them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels torque, too.
-    /// See docs/model.md, "Friction".
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet and one ply only). With friction a sphere feels
+    /// torque, too. See docs/model.md, "Friction".
     pub friction: f64,
 }
 
@@ -384,6 +402,8 @@ pub enum StepCheck {
 pub struct Scene {
     /// Grid and mass.
     pub sheet: Sheet,
+    /// Separate plies.
+    pub stack: Stack,
     /// Mirror planes.
     pub symmetry: Symmetry,
     /// Supports.
@@ -476,6 +496,7 @@ impl Scene {
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },
+            stack: Stack { plies: 1, gap: 0.0, turned: false },
             symmetry: Symmetry { mirror_x: false, mirror_y: false },
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
             yarn: Yarn {
@@ -629,9 +650,19 @@ impl Scene {
         ]
     }
 
-    /// Number of segments: (nx - 1) ny + nx (ny - 1).
-    pub fn segments(&self) -> u64 {
+    /// Number of segments of one ply: (nx - 1) ny + nx (ny - 1).
+    pub fn segments_of_ply(&self) -> u64 {
         let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
         (nx - 1) * ny + nx * (ny - 1)
+    }
+
+    /// Number of segments of all separate plies.
+    pub fn segments(&self) -> u64 {
+        self.segments_of_ply() * self.stack.plies as u64
+    }
+
+    /// Distance of the last ply from the first where they rest, m.
+    pub fn stack_height(&self) -> f64 {
+        (self.stack.plies as f64 - 1.0) * self.stack.gap
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::bands::Bands;
 use crate::blocks::{self, Blocks};
-use crate::energy::{self, Energy};
+use crate::energy::{self, Energy, Ply};
 use crate::error::{Code, Error, Failure};
 use crate::lanes::{CacheLine, InstructionSet};
 use crate::layout::Layout;
@@ -88,6 +88,8 @@ pub struct Counters {
     pub iterations: u64,
     /// Most iterations of one step.
     pub most_iterations: u64,
+    /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    pub ply_penetration: f64,
 }
 
 /// What is true now, whatever has happened before.
@@ -426,6 +428,14 @@ impl<'a> Sim<'a> {
         energy::energy(&self.system)
     }
 
+    /// What one ply holds, with a pass over it: failed segments and energies. Of a single sheet ply 0 is all. Commits nothing.
+    ///
+    /// # Errors
+    /// No such ply; a latched failure.
+    pub fn ply(&self, ply: u32) -> Result<Ply, Error> {
+        energy::ply(&self.system, ply)
+    }
+
     /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s, host's axes.
     /// Meaningful with `track_support` (or without fixed nodes). Commits nothing.
     pub fn momentum_residual(&self) -> Result<[f64; 3], Failure> {
@@ -477,6 +487,7 @@ impl<'a> Sim<'a> {
             worst_penetration: sums.worst_penetration,
             iterations: sums.iterations,
             most_iterations: sums.most_iterations,
+            ply_penetration: sums.ply_penetration,
         }
     }
 
@@ -567,8 +578,10 @@ impl<'a> Sim<'a> {
             return Err(Error::new(Code::WrongLength, "out", out.len() as f64, needed as f64));
         }
         let mut slots = out.iter_mut();
-        for axis in [Axis::Horizontal, Axis::Vertical] {
-            for j in 0..self.system.layout.nodes_y {
+        let plies = 0..self.system.layout.plies;
+        for (ply, axis) in plies.flat_map(|ply| [(ply, Axis::Horizontal), (ply, Axis::Vertical)]) {
+            let [first, end] = self.system.layout.rows_of(ply);
+            for j in first..end {
                 for i in 0..self.system.layout.nodes_x {
                     if let Some(segment) = self.system.segment(axis, i, j)
                         && let Some(slot) = slots.next()

@@ -243,14 +243,15 @@ fn header(system: &System<'_>) -> [u64; HEADER_WORDS] {
 /// Every word of the node, segment and flag arrays, in image order.
 fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let (across, layout) = (system.layout.x.segments(), system.layout);
     let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
     for j in 0..ny {
         let (row, history) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.history, chunks, j));
         let marks = planes::row(system.blocks.marks, chunks, j);
+        let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
-            for (axis, exists) in [(0, i < across), (1, j < up)] {
+            for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if exists {
                     word(bits(planes::get(history, axis, i)));
                 }
@@ -268,18 +269,19 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     // A segment breaks long before: only one that was broken beforehand has such a history.
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let (across, layout) = (system.layout.x.segments(), system.layout);
     let (toe, drawn) = (system.layout.toe, system.layout.strength);
     let mut sound = true;
     for (j, run) in system.blocks.runs.iter().enumerate() {
         let strength = planes::row(system.blocks.strength, system.layout.chunks, j);
+        let verticals = layout.has_verticals(j);
         for i in 0..system.layout.nodes_x {
             let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
             let node = node.map(real);
             let moves = node[3..].iter().fold(false, |moves, &v| moves | (v != 0.0));
             sound &= node.iter().fold(true, |sound, x| sound & possible.contains(x)) & !(moves && in_runs(run, i));
             words = rest;
-            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, j < up)] {
+            for (axis, exists) in [(Axis::Horizontal, i < across), (Axis::Vertical, verticals)] {
                 if !exists {
                     continue;
                 }
@@ -288,7 +290,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
                     let own = planes::get(strength, axis as usize, i).map_or(0.0, twice_strain_at);
                     (own, own)
                 } else {
-                    (0.0, system.directions.along(axis).critical)
+                    (0.0, system.direction(axis, j).critical)
                 };
                 let Some((&q, rest)) = words.split_first() else { return false };
                 let q = real(q);
@@ -310,10 +312,11 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
 fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let mut changed = false;
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
+    let (across, layout) = (system.layout.x.segments(), system.layout);
     let row = planes::row_mut(system.blocks.hot, chunks, j);
     let history = planes::row_mut(system.blocks.history, chunks, j);
     let marks = planes::row_mut(system.blocks.marks, chunks, j);
+    let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         let mut marks = marks.get_mut(c);
         #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
@@ -324,7 +327,7 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
             for (plane, &word) in hot.iter_mut().zip(node) {
                 plane[lane] = real(word);
             }
-            for (axis, exists) in [(0, i < across), (1, j < up)] {
+            for (axis, exists) in [(0, i < across), (1, verticals)] {
                 if !exists {
                     continue;
                 }
@@ -404,7 +407,8 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        let none = Parts { implicit: false, halving: false, viscous: false, rate: false, friction: false };
+        let none =
+            Parts { implicit: false, halving: false, viscous: false, rate: false, friction: false, stack: false };
         for parts in [
             none,
             Parts { implicit: true, ..none },
@@ -413,6 +417,7 @@ mod tests {
             Parts { rate: true, ..none },
             Parts { viscous: true, rate: true, ..none },
             Parts { friction: true, ..none },
+            Parts { stack: true, ..none },
         ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);

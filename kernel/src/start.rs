@@ -57,9 +57,12 @@ fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error
         }
         let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
         for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
-            if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
-                return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+            let mut x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
+            for ply in 0..scene.stack.plies {
+                x.z = f64::from(ply) * scene.stack.gap;
+                if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
+                    return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+                }
             }
         }
     }
@@ -104,13 +107,22 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
             return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
         }
     }
+    let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
+    let height = |point: &[f64; 3]| system.model.pose.point_in(*point)[2];
+    for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
+        // Rounding aside, a node lies on or above the one that it faces below.
+        let gap = height(above) - height(below);
+        if system.layout.is_stack() && system.model.overlaps(gap) {
+            return Err(Error::new(Code::InitialOverlap, "positions", (k + nodes_of_ply) as f64, 0.0));
+        }
+    }
     let h = system.scene.sheet.spacing;
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let x = system.model.pose.point_in(*point);
         let v = system.model.pose.vector_in(*velocity);
         let rest = system.rest(i, j);
-        let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h];
+        let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h - rest[2]];
         let mut v = v.map(|v| v / system.model.unit_speed);
         for (axis, on_plane) in on_planes(system, i, j).into_iter().enumerate() {
             if on_plane {
@@ -152,11 +164,14 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
         return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
     }
     let mut stretches = stretches.iter();
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let (across, up) = (system.layout.x.segments(), system.layout.y.segments());
-    for (axis, columns, rows) in [(Axis::Horizontal, across, ny), (Axis::Vertical, nx, up)] {
-        let critical = system.directions.along(axis).critical;
-        for j in 0..rows {
+    let chunks = system.layout.chunks;
+    let layout = system.layout;
+    let all = (0..layout.plies).flat_map(|ply| [(Axis::Horizontal, ply), (Axis::Vertical, ply)]);
+    for (axis, ply) in all {
+        let [first, end] = layout.rows_of(ply);
+        let columns = if axis == Axis::Horizontal { layout.x.segments() } else { layout.nodes_x };
+        for j in (first..end).filter(|&j| axis == Axis::Horizontal || layout.has_verticals(j)) {
+            let critical = system.direction(axis, j).critical;
             let history = planes::row_mut(system.blocks.history, chunks, j);
             for i in 0..columns {
                 let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));

@@ -52,6 +52,10 @@ pub struct Sums {
     pub viscous: f64,
     /// Energy rubbed away between nodes and projectile, J.
     pub friction: f64,
+    /// Kinetic energy lost where plies meet, J.
+    pub ply_loss: f64,
+    /// Deepest that facing nodes of two plies have been through each other, m.
+    pub ply_penetration: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -81,6 +85,8 @@ impl Sums {
         halving_energy: 0.0,
         viscous: 0.0,
         friction: 0.0,
+        ply_loss: 0.0,
+        ply_penetration: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -104,6 +110,8 @@ pub struct Parts {
     pub rate: bool,
     /// What only friction has.
     pub friction: bool,
+    /// What only a stack of plies has.
+    pub stack: bool,
 }
 
 /// Scalar state at step count n.
@@ -175,6 +183,10 @@ impl State {
         }
         if parts.friction {
             visitor.real(&mut self.sums.friction);
+        }
+        if parts.stack {
+            visitor.real(&mut self.sums.ply_loss);
+            visitor.real(&mut self.sums.ply_penetration);
         }
         visit_watch(&mut self.watch, visitor);
     }

@@ -19,6 +19,7 @@ use crate::rate::Rates;
 use crate::relaxation;
 use crate::rows::{Rows, Terms};
 use crate::scene::{IntegratorKind, Scene, Symmetry};
+use crate::stack;
 use crate::state::Sums;
 use crate::sweep::Report;
 use crate::system::System;
@@ -156,17 +157,24 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
     if system.scene.symmetry == Symmetry::default() {
         system.failed_segments += report.newly_failed;
     } else if report.newly_failed > 0 {
-        system.failed_segments = system.count_failed();
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
     body::load_body(system, system.model.pass_dt);
     if count > 0 {
         contact::complete_candidates(system, count);
         let kept = contact::let_pass(system, count);
-        let (solved, _) = contact::solve_contact(system, kept, count);
+        let (solved, _) = if system.layout.is_stack() {
+            contact::solve_contact(system, kept, count, stack::solve)
+        } else {
+            contact::solve_contact(system, kept, count, contact::solve_first)
+        };
         contact::set_rates(system, &solved);
         contact::book_contact(system, count, before);
     } else {
         system.state.sums.contacts = 0;
+    }
+    if system.layout.is_stack() {
+        stack::part(system, count);
     }
     body::book_load(system, system.model.pass_dt, before);
     Ok(())
@@ -174,28 +182,44 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
 
 /// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
 fn sweep(system: &mut System<'_>) -> Report {
-    let [first, end] = system.rows_to_step();
+    let mut report = Report::default();
+    for ply in 0..system.layout.plies {
+        report = report.merged(sweep_ply(system, ply));
+    }
+    report
+}
+
+/// The hot pass over a ply.
+#[inline(never)] // Its constants must not add to the stack of contact.
+fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
+    let [first, end] = system.rows_to_step(ply);
+    if first == end {
+        return Report::default();
+    }
     place_images_above(system, end);
     if system.layout.rate {
         relaxation::find_rates(system, [first, end]);
     }
-    let terms = terms(system);
     if system.layout.viscous {
-        viscosity::find_pushes(system, &terms, [first, end]);
+        viscosity::find_pushes(system, [first, end]);
     }
-    let (scene, sums, blocks) = (&system.scene, &mut system.state.sums, &mut system.blocks);
+    let (turned, rates) = (system.scene.is_turned(ply as u32), rates(system));
+    let failed = system.failed_segments > 0;
+    let System { scene, layout, directions, model, state, blocks, instructions, .. } = &mut *system;
+    let terms = Terms { layout, directions, toe: model.toe, rates, instructions: *instructions };
+    let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.
-    let marked = system.layout.toe && system.failed_segments > 0;
+    let marked = layout.toe && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(rows) = Rows::of(blocks, &system.layout, [first, end], marked) else { return Report::LOST };
+    let Some(rows) = Rows::of(blocks, layout, [first, end], turned, marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, j, &pulls);
+            book_pulls(sums, scene, j - bottom, &pulls);
         }
     });
     book_taken(system, [first, end]);
-    system.awake = [first, end];
+    system.set_awake(ply, [first, end]);
     report
 }
 
@@ -213,17 +237,11 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
     }
 }
 
-/// The constants of a sweep.
-pub(crate) fn terms(system: &System<'_>) -> Terms {
+/// What a sweep needs of the dependence on the rate of strain.
+pub(crate) fn rates(system: &System<'_>) -> Rates {
     // Below it damage sees no strain beyond the critical one.
     let limit = |axis: Axis| system.rate_law(axis).limit(system.directions.along(axis).critical);
-    Terms {
-        layout: system.layout,
-        directions: system.directions,
-        toe: system.model.toe,
-        rates: Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)]),
-        instructions: system.instructions,
-    }
+    Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)])
 }
 
 /// At the end of a force window: keeps the largest mean force.
@@ -238,7 +256,7 @@ fn close_window(system: &mut System<'_>) {
     sums.window = Vector::zeros();
 }
 
-/// Books the pulls of the sheet on the two runs of fixed nodes of row j, in units of m h/dt.
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt.
 pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2]) {
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {

@@ -10,7 +10,7 @@
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
-use crate::direction::Directions;
+use crate::direction::Along;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
@@ -45,7 +45,7 @@ pub struct YarnRow<'a> {
 #[derive(Clone, Copy)]
 pub enum Constants<'a> {
     /// All of a direction alike.
-    Uniform(&'a Directions),
+    Uniform(Along<'a>),
     /// Chunks of [kh, kv, lambda_h, lambda_v].
     Stochastic(&'a [Chunk<YARN_PLANES>]),
 }
@@ -79,7 +79,7 @@ pub struct Pass<'a> {
     /// Vertical segments above a row.
     pub verticals: usize,
     /// What the segments of a direction have in common.
-    pub directions: &'a Directions,
+    pub directions: Along<'a>,
     /// The toe of marked segments.
     pub toe: Toe,
     /// Dependence on the rate of strain.
@@ -184,7 +184,7 @@ impl Job for LiftJob<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) {
         let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
-        let upwards = &pass.directions.vertical;
+        let upwards = pass.directions.vertical;
         let dependent = !yarn.logarithms.is_empty();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
         let report = Report::default();
@@ -240,10 +240,10 @@ impl<const PLAIN: bool, const FACTOR: u8> Job for RowJob<'_, PLAIN, FACTOR> {
             report: Report::default(),
         };
         let zero = L::splat(0.0);
-        let Directions { horizontal, vertical, .. } = pass.directions;
+        let Along { horizontal, vertical, .. } = pass.directions;
         let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
         let limits = [L::splat(limits[0]), L::splat(limits[1])];
-        let mut along = Along::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
+        let mut along = Carried::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
         let mut rest = row;
         for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
             let Some((chunk, tail)) = rest.split_first_mut() else { break };
@@ -292,7 +292,7 @@ struct Planes<'a> {
 
 /// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
 /// that is not inlined.
-struct Along<L> {
+struct Carried<L> {
     /// q at the critical stretch of horizontal and vertical segments.
     limits: [L; 2],
     left_force: [L; 3],
@@ -311,7 +311,7 @@ struct Cold<'a> {
     report: Report,
 }
 
-impl<L: Lane> Along<L> {
+impl<L: Lane> Carried<L> {
     /// One lane group: damage, forces, velocity and position. The two segments are worked on side by side, so that a processor has
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
@@ -336,7 +336,7 @@ impl<L: Lane> Along<L> {
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let Directions { horizontal, vertical, .. } = cold.pass.directions;
+        let Along { horizontal, vertical, .. } = cold.pass.directions;
         let (rest_h, rest_v) = (&horizontal.rest, &vertical.rest);
         let (q_v, q_h) = if PLAIN {
             (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))

@@ -2,7 +2,7 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
-use crate::direction::Directions;
+use crate::direction::{Along, Direction, Directions};
 use crate::error::{Error, Failure};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
@@ -18,7 +18,7 @@ use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
 use crate::state::State;
-use crate::sweep::{self, Constants, YarnRow};
+use crate::sweep;
 use crate::toe::NO_TOE;
 use crate::weave::{self, in_runs};
 use crate::yarn::{self, DamageLaw, Rest};
@@ -33,7 +33,7 @@ pub(crate) struct System<'a> {
     pub blocks: Blocks<'a>,
     pub failed_segments: u64,
     pub failure: Option<Failure>,
-    /// Rows [first, end) that may hold a node that is not exactly at rest in its place.
+    /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
     pub awake: [usize; 2],
     pub skip_rest: bool,
     pub instructions: InstructionSet,
@@ -61,6 +61,8 @@ impl<'a> System<'a> {
 pub(crate) struct SegmentView {
     /// Direction.
     pub axis: Axis,
+    /// Direction of the fabric that it is of: in a turned ply the other one.
+    pub fabric: Axis,
     /// How it lies in the flat sheet.
     pub rest: Rest,
     /// Stiffness kk with the stored damage.
@@ -110,16 +112,32 @@ impl SegmentView {
 
 impl System<'_> {
     /// Rest place of a node in spacings h.
-    pub fn rest(&self, i: usize, j: usize) -> [f64; 2] {
-        let y = weave::rest_offset(j, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
-        [weave::rest_offset(i, self.scene.sheet.nodes_x), y]
+    pub fn rest(&self, i: usize, j: usize) -> [f64; 3] {
+        let (ply, row) = self.layout.ply_and_row(j);
+        let y = weave::rest_offset(row, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
+        [weave::rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
+    }
+
+    /// Direction of the fabric along an axis of row j: in a turned ply the other one.
+    pub fn fabric(&self, axis: Axis, j: usize) -> Axis {
+        if self.is_turned(j) { axis.other() } else { axis }
+    }
+
+    /// Whether row j is of a turned ply.
+    pub fn is_turned(&self, j: usize) -> bool {
+        self.scene.is_turned(self.layout.ply_and_row(j).0 as u32)
+    }
+
+    /// What the segments along an axis have in common that start in row j.
+    pub fn direction(&self, axis: Axis, j: usize) -> &Direction {
+        self.directions.along(self.fabric(axis, j))
     }
 
     /// Position at t_n in the sheet's frame, m.
     pub fn position(&self, i: usize, j: usize) -> Vector {
         let (u, _) = self.node(i, j);
         let (rest, h) = (self.rest(i, j), self.scene.sheet.spacing);
-        Vector::new((rest[0] + u[0]) * h, (rest[1] + u[1]) * h, u[2] * h)
+        Vector::new((rest[0] + u[0]) * h, (rest[1] + u[1]) * h, (rest[2] + u[2]) * h)
     }
 
     /// Displacement (spacings) and velocity (spacings per step) of a node.
@@ -153,7 +171,7 @@ impl System<'_> {
         let chunks = self.layout.chunks;
         let (i2, j2, exists) = match axis {
             Axis::Horizontal => (i + 1, j, i < self.layout.x.segments() && j < self.layout.nodes_y),
-            Axis::Vertical => (i, j + 1, i < self.layout.nodes_x && j < self.layout.y.segments()),
+            Axis::Vertical => (i, j + 1, i < self.layout.nodes_x && self.layout.has_verticals(j)),
         };
         if !exists {
             return None;
@@ -161,15 +179,20 @@ impl System<'_> {
         let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
         let d = [u2[0] - u1[0], u2[1] - u1[1], u2[2] - u1[2]];
         let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
-        let yarn = self.yarn_row(j);
-        let (undamaged, damage_rate) = yarn.constants(axis, i);
+        let fabric = self.fabric(axis, j);
+        let direction = self.directions.along(fabric);
+        let yarn = planes::row(self.blocks.yarn, chunks, j);
+        let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
+        let stochastic = self.layout.stochastic;
+        let strength = planes::row(self.blocks.strength, chunks, j);
         Some(SegmentView {
             axis,
-            rest: self.directions.along(axis).rest,
+            fabric,
+            rest: direction.rest,
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
-            undamaged,
-            damage_rate,
-            critical_stretch: yarn.critical_stretch(&self.directions.along(axis).law, axis, i),
+            undamaged: if stochastic { drawn(0) } else { direction.stiffness },
+            damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
+            critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),
             history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
             mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
@@ -181,16 +204,7 @@ impl System<'_> {
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
     /// begins at the segment's own critical q.
     pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
-        self.directions.along(segment.axis).law.at(segment.critical_stretch)
-    }
-
-    pub fn yarn_row(&self, j: usize) -> YarnRow<'_> {
-        let constants = if self.layout.stochastic {
-            Constants::Stochastic(planes::row(self.blocks.yarn, self.layout.chunks, j))
-        } else {
-            Constants::Uniform(&self.directions)
-        };
-        YarnRow { constants, strength: planes::row(self.blocks.strength, self.layout.chunks, j), logarithms: &[] }
+        self.directions.along(segment.fabric).law.at(segment.critical_stretch)
     }
 
     /// Time since the load began, s; a step at least.
@@ -217,12 +231,12 @@ impl System<'_> {
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
             let (seen, stiffening) = if self.layout.rate {
-                let rate = self.rate_law(axis);
+                let rate = self.rate_law(segment.fabric);
                 (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
             } else {
                 (q, 1.0)
             };
-            let stiffness = if self.directions.along(axis).law.is_damaging(seen, segment.history) {
+            let stiffness = if self.directions.along(segment.fabric).law.is_damaging(seen, segment.history) {
                 self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
             } else {
                 segment.stiffness
@@ -243,8 +257,9 @@ impl System<'_> {
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
+        let layout = self.layout;
         for (j, run) in self.blocks.runs.iter_mut().enumerate() {
-            let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, j);
+            let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
         let Layout { nodes_x: nx, nodes_y: ny, chunks, stochastic, strength, .. } = self.layout;
@@ -256,15 +271,19 @@ impl System<'_> {
         self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
         self.blocks.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
         for j in 0..ny {
+            let (ply, row_of_ply) = layout.ply_and_row(j);
+            let before = ply as u64 * self.scene.segments_of_ply();
+            let turned = self.scene.is_turned(ply as u32);
             let row = planes::row_mut(self.blocks.yarn, chunks, j);
             let strengths = planes::row_mut(self.blocks.strength, chunks, j);
+            let verticals = layout.has_verticals(j);
             for i in 0..nx {
-                let horizontal = (i + 1 < nx).then(|| weave::horizontal_number(nodes_x, i, j));
-                let vertical = (j + 1 < ny).then(|| weave::vertical_number(nodes_x, nodes_y, i, j));
+                let horizontal = (i + 1 < nx).then(|| before + weave::horizontal_number(nodes_x, i, row_of_ply));
+                let vertical = verticals.then(|| before + weave::vertical_number(nodes_x, nodes_y, i, row_of_ply));
                 for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
                     let Some(number) = number else { continue };
                     if stochastic {
-                        let direction = self.directions.along(axis);
+                        let direction = self.directions.along(if turned { axis.other() } else { axis });
                         let segment = self.scene.draw_segment(number)?;
                         if let Some(slot) = planes::get_mut(row, axis as usize, i) {
                             *slot = segment.modulus / direction.modulus_per_stiffness;
@@ -314,27 +333,27 @@ impl System<'_> {
         // Rows at rest have none until they are swept, and contact reads them.
         self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
         self.blocks.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
-        let mut awake: Option<[usize; 2]> = None;
+        self.blocks.before.fill([0.0; CHUNK]);
+        (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {
                 self.rebuild_stiffness(j);
             }
             if self.rebuild_range(j) {
-                awake = Some([awake.map_or(j, |[first, _]| first), j + 1]);
+                self.wake(j);
             }
         }
-        self.failed_segments = self.count_failed();
-        self.awake = awake.unwrap_or([0, 0]);
+        self.failed_segments = self.count_failed([0, self.layout.nodes_y]);
     }
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (directions, chunks) = (&self.directions, self.layout.chunks);
-        let [h, v] = [&directions.horizontal, &directions.vertical];
+        let (turned, chunks) = (self.is_turned(j), self.layout.chunks);
+        let ends = self.ends_of_segments(j);
+        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(turned);
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
-        let ends = self.ends_of_segments(j);
         let row = planes::row_mut(self.blocks.hot, chunks, j);
         let history = planes::row(self.blocks.history, chunks, j);
         let yarn = planes::row(self.blocks.yarn, chunks, j);
@@ -359,7 +378,7 @@ impl System<'_> {
 
     /// Horizontal and vertical segments of row j start before these columns.
     pub fn ends_of_segments(&self, j: usize) -> [usize; 2] {
-        [self.layout.x.segments(), if j < self.layout.y.segments() { self.layout.nodes_x } else { 0 }]
+        [self.layout.x.segments(), if self.layout.has_verticals(j) { self.layout.nodes_x } else { 0 }]
     }
 
     /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
@@ -389,10 +408,10 @@ impl System<'_> {
         moved
     }
 
-    /// Failed segments of the whole sheet.
-    pub fn count_failed(&self) -> u64 {
+    /// Failed segments of rows [first, end) in the whole sheet.
+    pub fn count_failed(&self, [first, end]: [usize; 2]) -> u64 {
         let mut failed = 0.0;
-        for j in 0..self.layout.nodes_y {
+        for j in first..end {
             let ends = self.ends_of_segments(j);
             for (c, hot) in planes::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
@@ -423,7 +442,8 @@ impl System<'_> {
         }
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
         let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
-        let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, j, side);
+        let (_, row) = self.layout.ply_and_row(j);
+        let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, row, side);
         let pull = impulse * (self.layout.node_weight(i, j) * symmetry.share());
         self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
@@ -444,18 +464,38 @@ impl System<'_> {
         }
     }
 
-    /// Awake rows and their neighbours.
-    pub fn rows_to_step(&self) -> [usize; 2] {
-        let ny = self.layout.nodes_y;
-        let [first, end] = self.awake;
-        // Where there is pre-tension the supports feel rows at rest, too.
-        if !self.skip_rest || self.directions.are_tense() {
-            [0, ny]
-        } else if first == end {
-            [0, 0]
-        } else {
-            [first.saturating_sub(1), (end + 1).min(ny)]
+    /// Awake rows of a ply and their neighbours.
+    pub fn rows_to_step(&self, ply: usize) -> [usize; 2] {
+        rows_to_step(self.layout.rows_of(ply), self.awake_of(ply), self.steps_all())
+    }
+
+    /// Whether every row is stepped: where there is pre-tension the supports feel rows at rest, too.
+    pub fn steps_all(&self) -> bool {
+        !self.skip_rest || self.directions.are_tense()
+    }
+
+    /// Rows [first, end) of a ply that may hold a node that is not exactly at rest in its place.
+    pub fn awake_of(&self, ply: usize) -> [usize; 2] {
+        if !self.layout.is_stack() {
+            return self.awake;
         }
+        self.blocks.awake.get(ply).map_or([0, 0], |rows| rows.map(|row| row as usize))
+    }
+
+    /// Sets the awake rows of a ply.
+    pub fn set_awake(&mut self, ply: usize, rows: [usize; 2]) {
+        if !self.layout.is_stack() {
+            self.awake = rows;
+        } else if let Some(place) = self.blocks.awake.get_mut(ply) {
+            *place = rows.map(|row| row as u32);
+        }
+    }
+
+    /// Notes that row j holds a moving node.
+    pub fn wake(&mut self, j: usize) {
+        let (ply, _) = self.layout.ply_and_row(j);
+        let [first, end] = self.awake_of(ply);
+        self.set_awake(ply, if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] });
     }
 
     /// Velocity of a node in this pass before any impulse, spacings a pass.
@@ -502,6 +542,17 @@ impl System<'_> {
     /// The latched failure as an error, so that every call after it says the same.
     pub fn sound(&self) -> Result<(), Failure> {
         self.failure.map_or(Ok(()), Err)
+    }
+}
+
+/// Rows to step of a ply with these rows, of which some are awake: those and their neighbours, or all.
+pub(crate) fn rows_to_step([low, high]: [usize; 2], [first, end]: [usize; 2], all: bool) -> [usize; 2] {
+    if all {
+        [low, high]
+    } else if first == end {
+        [low, low]
+    } else {
+        [first.saturating_sub(1).max(low), (end + 1).min(high)]
     }
 }
 

@@ -46,7 +46,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
         // not end.
         kept = if iteration == 1 { contact::let_pass(system, count) } else { kept };
         let solved;
-        (solved, kept) = contact::solve_contact(system, kept, count);
+        (solved, kept) = contact::solve_contact(system, kept, count, contact::solve_first);
         push_candidates(system, count);
         let moved = guess(system, rule);
         let sound = forces_at_guess(system) && moved.is_finite();
@@ -168,7 +168,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = &system.directions;
-    let uniform = Constants::Uniform(directions);
+    let uniform = Constants::Uniform(directions.of_ply(false));
     let Blocks { hot, history, yarn, strength, iterate, carry, .. } = &mut system.blocks;
     if system.layout.x.mirrored {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
@@ -286,7 +286,7 @@ fn commit_damage(system: &mut System<'_>) {
         }
     }
     if failed {
-        system.failed_segments = system.count_failed();
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
 }
 

@@ -11,10 +11,11 @@
 //! Reference: docs/model.md, "Viscosity".
 
 use crate::blocks::Blocks;
-use crate::direction::{Direction, Directions};
-use crate::lanes::{self, Job, Lane};
+use crate::direction::{Along, Direction};
+use crate::lanes::{self, InstructionSet, Job, Lane};
+use crate::layout::Layout;
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes};
-use crate::rows::{Terms, place_image_column};
+use crate::rows::place_image_column;
 use crate::sweep::{NOTHING, node_sum, right_of};
 use crate::symmetry::Line;
 use crate::system::System;
@@ -33,9 +34,14 @@ const FORCE: usize = 13;
 const OWN_PULL: usize = 16;
 const OWN_MOMENT: usize = 19;
 
-/// Rows whose changes are found, and what that takes: all that may move, or one band's.
+/// Rows of a ply whose changes are found, and what that takes: all that may move, or one band's.
 pub(crate) struct Pushing<'r> {
-    /// All rows that may move, [first, end).
+    pub layout: &'r Layout,
+    /// Those of the ply.
+    pub directions: Along<'r>,
+    pub toe: &'r Toe,
+    pub instructions: InstructionSet,
+    /// All rows of the ply that may move, [first, end).
     pub all: [usize; 2],
     /// Those of which changes are found.
     pub own: [usize; 2],
@@ -48,15 +54,26 @@ pub(crate) struct Pushing<'r> {
     pub pushes: &'r mut [Chunk<PUSH_PLANES>],
 }
 
-/// Finds what viscosity changes of the velocities of rows [first, end), all that may move. Changes no node.
-pub(crate) fn find_pushes(system: &mut System<'_>, terms: &Terms, all: [usize; 2]) {
-    let marked = system.layout.toe && system.failed_segments > 0;
+/// Finds what viscosity changes of the velocities of these rows of a ply, all that may move. Changes no node.
+pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
+    let (marked, turned) = (system.layout.toe && system.failed_segments > 0, system.is_turned(all[0]));
     place_images(system, all);
-    let Blocks { hot, marks, viscous, pushes, .. } = &mut system.blocks;
-    let chunks = terms.layout.chunks;
-    let pushes = pushes.get_mut(all[0] * chunks..all[1] * chunks).unwrap_or(&mut []);
-    let marks = if marked { &**marks } else { &[] };
-    Pushing { all, own: all, hot, marks, work: viscous, pushes }.find(terms);
+    let System { layout, directions, model, blocks, instructions, .. } = system;
+    let Blocks { hot, marks, viscous, pushes, .. } = blocks;
+    let pushes = pushes.get_mut(all[0] * layout.chunks..all[1] * layout.chunks).unwrap_or(&mut []);
+    let pushing = Pushing {
+        layout,
+        directions: directions.of_ply(turned),
+        toe: &model.toe,
+        instructions: *instructions,
+        all,
+        own: all,
+        hot,
+        marks: if marked { marks } else { &[] },
+        work: viscous,
+        pushes,
+    };
+    pushing.find();
 }
 
 /// The image columns of rows [first, end) with their velocities.
@@ -69,20 +86,20 @@ pub(crate) fn place_images(system: &mut System<'_>, [first, end]: [usize; 2]) {
 
 impl Pushing<'_> {
     /// Finds the changes. Those of a row depend on the velocities of two rows below it and two above.
-    pub fn find(self, terms: &Terms) {
-        let Pushing { all, own: [first, end], hot, marks, work, pushes } = self;
-        let (layout, chunks) = (&terms.layout, terms.layout.chunks);
+    pub fn find(self) {
+        let Pushing { layout, directions, toe, instructions, all, own: [first, end], hot, marks, work, pushes } = self;
+        let (Along { horizontal, vertical, .. }, chunks) = (directions, layout.chunks);
         work.fill([[0.0; CHUNK]; VISCOUS_PLANES]);
         for j in first.saturating_sub(2).max(all[0])..(end + 1).min(all[1]) {
             // What a row below the first would get goes to the place of the first, which is written afterwards.
             let below = planes::row_mut(pushes, chunks, j.saturating_sub(first + 1));
-            let (row, above) = (planes::row(hot, chunks, j), planes::row(hot, chunks, j + 1));
+            let row = planes::row(hot, chunks, j);
+            let above = if layout.has_verticals(j) { planes::row(hot, chunks, j + 1) } else { &[] };
             let marks = planes::row(marks, chunks, j);
             if layout.y.mirrored && j + 1 == layout.nodes_y {
                 keep_moments(work);
             }
-            let Terms { directions, toe, instructions, .. } = terms;
-            lanes::dispatch(*instructions, FirstLoop { directions, toe, row, above, marks, work, below });
+            lanes::dispatch(instructions, FirstLoop { horizontal, vertical, toe, row, above, marks, work, below });
             if !(first..end).contains(&j) {
                 continue;
             }
@@ -90,7 +107,7 @@ impl Pushing<'_> {
                 place_image_moment(work, layout.x);
             }
             let here = planes::row_mut(pushes, chunks, j - first);
-            lanes::dispatch(*instructions, SecondLoop { work, here });
+            lanes::dispatch(instructions, SecondLoop { work, here });
             // Places without a node: an image moves with its node.
             for place in layout.nodes_x..chunks * CHUNK {
                 (0..PUSH_PLANES).for_each(|plane| set(here, plane, place, 0.0));
@@ -136,7 +153,7 @@ fn acting(system: &System<'_>, axis: Axis, i: usize, j: usize) -> Option<Acting>
         segment.stiffness
     };
     let own = (axis.own_axes(segment.d), axis.own_axes(rate));
-    let viscosity = &system.directions.along(axis).viscosity;
+    let viscosity = &system.direction(axis, j).viscosity;
     let viscous = viscosity.stress(stiffness, q, segment.rest.twice_strain_rate(own.0, own.1));
     let pull = axis.own_axes(segment.rest.force(viscous, own.0));
     Some(Acting { rate, tension: yarn::stress(stiffness, q), pull })
@@ -150,7 +167,7 @@ fn moment(system: &System<'_>, axis: Axis, i: usize, j: usize) -> [f64; 3] {
         Axis::Vertical => node_j.checked_sub(1).and_then(|j| acting(system, axis, node_i, j)),
     };
     let (Some(before), Some(behind)) = (before, acting(system, axis, node_i, node_j)) else { return [0.0; 3] };
-    let bending = system.directions.along(axis).viscosity.bending(before.tension, behind.tension);
+    let bending = system.direction(axis, node_j).viscosity.bending(before.tension, behind.tension);
     let [x, y, z] = [0, 1, 2].map(|k| (behind.rate[k] - before.rate[k]) * bending);
     [if turn_x { -x } else { x }, if turn_y { -y } else { y }, z]
 }
@@ -166,7 +183,8 @@ fn segment_force(system: &System<'_>, axis: Axis, i: Option<usize>, j: Option<us
 
 /// What the segments that start in a row do, the moments of its nodes, and the vertical part of the changes of the row below.
 struct FirstLoop<'a> {
-    directions: &'a Directions,
+    horizontal: &'a Direction,
+    vertical: &'a Direction,
     toe: &'a Toe,
     row: &'a [Chunk<HOT_PLANES>],
     /// The row above; empty for the top row.
@@ -189,11 +207,11 @@ impl Job for FirstLoop<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let FirstLoop { directions, toe, row, above, marks, work, below } = self;
+        let FirstLoop { horizontal, vertical, toe, row, above, marks, work, below } = self;
         // Copies: what is written into the rows cannot change them, so they stay in registers.
-        let Directions { horizontal, vertical, .. } = *directions;
+        let (horizontal, vertical) = (*horizontal, *vertical);
         let zero = L::splat(0.0);
-        let mut along = Along::<L> { horizontal, vertical, tension: zero, rate: [zero; 3] };
+        let mut along = Carried::<L> { horizontal, vertical, tension: zero, rate: [zero; 3] };
         for (c, ((chunk, work), below)) in row.iter().zip(work).zip(below).enumerate() {
             let next = row.get(c + 1).unwrap_or(&NOTHING);
             let above = above.get(c).unwrap_or(&NOTHING);
@@ -230,7 +248,7 @@ struct Planes<'a> {
 }
 
 /// What the first loop carries along a row from one lane group to the next.
-struct Along<L> {
+struct Carried<L> {
     horizontal: Direction,
     vertical: Direction,
     /// Stress of the segments to the left.
@@ -239,7 +257,7 @@ struct Along<L> {
     rate: [L; 3],
 }
 
-impl<L: Lane> Along<L> {
+impl<L: Lane> Carried<L> {
     #[inline(always)]
     fn group(&mut self, planes: &mut Planes<'_>, g: usize) {
         let Planes { chunk, next, above, toe, work, below } = planes;
@@ -454,12 +472,11 @@ mod tests {
                 // Pushes are velocities in a pass: their energy with the velocities before and behind them.
                 let mut gained = 0.0;
                 sim.advance(60).unwrap();
-                let rows = sim.system.rows_to_step();
+                let rows = sim.system.rows_to_step(0);
                 sim.system.place_image_row();
                 for set in InstructionSet::ALL {
                     sim.system.instructions = set;
-                    let terms = crate::step::terms(&sim.system);
-                    find_pushes(&mut sim.system, &terms, rows);
+                    find_pushes(&mut sim.system, rows);
                     for (i, j) in sim.system.nodes().filter(|(_, j)| (rows[0]..rows[1]).contains(j)) {
                         let row = planes::row(sim.system.blocks.pushes, layout.chunks, j);
                         let found = [0, 1, 2].map(|plane| planes::get(row, plane, i).unwrap());

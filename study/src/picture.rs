@@ -30,7 +30,7 @@ pub struct Picture {
     outline: Vec<Vec<[f64; 3]>>,
 }
 
-/// Keeps the sheet as it is now.
+/// Keeps the sheet as it is now, of a stack the first ply.
 pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
     let mut positions = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_positions(&mut positions)?;
@@ -41,6 +41,10 @@ pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
     for value in [sim.time()].iter().chain(&motion.position).chain(&motion.orientation) {
         bytes.extend(value.to_le_bytes());
     }
+    // Of a stack the first ply.
+    let plies = sim.layout().plies;
+    positions.truncate(positions.len() / plies);
+    damage.truncate(damage.len() / plies);
     positions.iter().for_each(|&x| bytes.extend((x as f32).to_le_bytes()));
     bytes.extend(damage.iter().map(|alpha| (255.0 * alpha).ceil() as u8));
     std::fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()).into())
@@ -66,11 +70,11 @@ pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Res
     Ok(Picture {
         name,
         file,
-        nodes: [layout.nodes_x, layout.nodes_y],
+        nodes: [layout.nodes_x, layout.y.modelled()],
         mirrored: [scene.symmetry.mirror_x, scene.symmetry.mirror_y],
         half_size_m: scene.half_size(),
         spacing_m: scene.sheet.spacing,
-        held: (0..layout.nodes_y).flat_map(held).collect(),
+        held: (0..layout.y.modelled()).flat_map(held).collect(),
         outline: outline(scene, &motion),
     })
 }

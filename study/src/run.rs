@@ -79,6 +79,7 @@ struct Sample {
     dissipated_j: f64,
     viscous_j: f64,
     friction_j: f64,
+    ply_loss_j: f64,
     energy_residual_j: f64,
     momentum_residual_n_s: f64,
     failed_segments: u64,
@@ -117,6 +118,7 @@ impl Sample {
             dissipated_j: energy.dissipated,
             viscous_j: energy.viscous,
             friction_j: energy.friction,
+            ply_loss_j: energy.ply_loss,
             energy_residual_j: energy.residual,
             momentum_residual_n_s: fabric::math::length(sim.momentum_residual()?),
             failed_segments: counters.failed_segments,
@@ -319,7 +321,7 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
             summary.unconverged
         );
     }
-    let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
+    let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
         let fixed: u32 = fabric::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
         (fixed as usize) < nx

@@ -151,6 +151,16 @@ static void prescribed(fk_scene *scene)
     scene->projectile.mass = 0.0;
 }
 
+/* Three plies that touch, the second one turned, of a fabric with unlike directions. */
+static void plies(fk_scene *scene)
+{
+    sphere(scene);
+    scene->stack.plies = 3;
+    scene->stack.gap = 2.5e-4;
+    scene->stack.turned = 1;
+    scene->sheet.yarn_area_y = 8e-8;
+}
+
 /* Unlike directions, taut along x and crimped along y, one draw per yarn. */
 static void unlike(fk_scene *scene)
 {
@@ -197,12 +207,13 @@ static void textile(fk_scene *scene)
     (void)fk_scene_set_textile(scene, &kevlar, sizeof kevlar, 0, 0);
 }
 
-enum { TEST_SCENES = 12 };
+enum { TEST_SCENES = 13 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
     {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
     {"unlike", unlike, 400},   {"strength", strength, 400}, {"textile", textile, 400}, {"rubs", rubs, 400},
+    {"plies", plies, 400},
 };
 
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */

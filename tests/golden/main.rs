@@ -70,6 +70,11 @@ fn sphere_that_rubs() {
 }
 
 #[test]
+fn sphere_through_turned_plies() {
+    assert_pin(digest_after(&scenes::sphere_through_turned_plies(), 1200, true), pins::SPHERE_THROUGH_TURNED_PLIES);
+}
+
+#[test]
 fn taut_warp_and_crimped_weft() {
     assert_pin(digest_after(&scenes::taut_warp_and_crimped_weft(), 3000, true), pins::TAUT_WARP_AND_CRIMPED_WEFT);
 }

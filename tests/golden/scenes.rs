@@ -1,7 +1,7 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
 use fabric::{
-    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, StepAfterFailure,
+    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack, StepAfterFailure,
     StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 
@@ -66,6 +66,18 @@ pub fn sphere_on_drawn_strength() -> Scene {
     let yarn = &mut scene.yarn;
     (yarn.stochastic, yarn.strength_draw, yarn.weibull_shape) = (true, StrengthDraw::Weibull, 9.0);
     (yarn.weibull_gauge_length, yarn.weibull_correlation) = (0.05, 0.25);
+    scene
+}
+
+/// Four plies of a drawn, viscous fabric with unlike directions, every other one turned, that touch within the run.
+pub fn sphere_through_turned_plies() -> Scene {
+    let mut scene = uniform_sphere();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (31, 29);
+    scene.stack = Stack { plies: 4, gap: 2.5e-4, turned: true };
+    (scene.sheet.yarn_area_y, scene.weft.critical_stretch) = (0.8e-7, 1.025);
+    scene.yarn.stochastic = true;
+    (scene.yarn.viscosity_linear, scene.yarn.viscosity_bending) = (0.06, 0.06);
+    scene.projectile.velocity = [0.0, 0.0, 220.0];
     scene
 }
 

@@ -16,6 +16,7 @@ mod ledger;
 mod long_yarn;
 mod oscillator;
 mod outcomes;
+mod plies;
 mod prescribed;
 mod rate;
 mod rotation;

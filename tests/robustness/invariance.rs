@@ -3,14 +3,15 @@
 
 use crate::golden;
 use fabric::{
-    AttachmentKind, CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, StrengthDraw, TimeStep,
+    AttachmentKind, CacheLine, Drive, InstructionSet, Integrator, Motion, Path, Scene, Sim, Stack, StrengthDraw,
+    TimeStep,
 };
 use fabric_tests::{Buffers, damage, positions, small_sheet, tilted_cylinder, velocities};
 use rayon::prelude::*;
 
 const STEPS: u64 = 700;
 
-fn scenes() -> [Scene; 8] {
+fn scenes() -> [Scene; 9] {
     let mut corners = small_sheet(23, 500.0);
     corners.yarn.stochastic = true;
     corners.attachment.kind = AttachmentKind::FourCorners;
@@ -25,12 +26,14 @@ fn scenes() -> [Scene; 8] {
     let mut viscous = small_sheet(21, 250.0);
     let yarn = &mut viscous.yarn;
     (yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    let mut stack = small_sheet(21, 250.0);
+    stack.stack = Stack { plies: 3, gap: 2.5e-4, turned: false };
     let mut dependent = small_sheet(21, 250.0);
     golden::depend_on_rate(&mut dependent.yarn);
     (dependent.yarn.stochastic, dependent.sheet.crimp) = (true, [0.002, 0.0]);
     let mut rough = oblong;
     rough.contact.friction = 0.4;
-    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, dependent, rough]
+    [small_sheet(21, 250.0), corners, oblong, softened, drawn, viscous, dependent, rough, stack]
 }
 
 /// Digest of a plain run.

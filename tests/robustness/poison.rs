@@ -19,7 +19,7 @@ enum Entry {
 fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
     let layout = sim.layout();
     let (nx, ny) = (layout.nodes_x, layout.nodes_y);
-    let (across, up) = (layout.x.segments(), layout.y.segments());
+    let across = layout.x.segments();
     let marks = if layout.toe { 2 } else { 1 };
     let flags = if layout.track_detachment { layout.nodes().div_ceil(32) } else { 0 };
     let mut word = image.len() / 8 - 1 - flags - 6 * layout.nodes() - marks * layout.segments();
@@ -29,7 +29,7 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
             (0..3).for_each(|component| entries.push((k, entry, word + component)));
             word += 3;
         }
-        for exists in [k % nx < across, k / nx < up] {
+        for exists in [k % nx < across, layout.has_verticals(k / nx)] {
             if exists {
                 entries.push((k, Entry::History, word));
                 word += marks;
@@ -47,6 +47,8 @@ fn a_poisoned_state_is_refused() {
     let toe = Scene { slack_toe: 0.02, ..between_supports(small_sheet(13, 200.0), 3.0) };
     let mut viscous = toe;
     (viscous.slack_toe, viscous.yarn.viscosity_linear, viscous.yarn.viscosity_bending) = (0.0, 0.06, 0.06);
+    let mut stack = stochastic;
+    (stack.stack.plies, stack.stack.gap) = (2, 2e-4);
     let mut theta = golden::drawn_yarns_by_the_theta_rule();
     (theta.sheet.nodes_x, theta.sheet.nodes_y) = (17, 13);
     // Small enough to pass between the supports.
@@ -64,6 +66,7 @@ fn a_poisoned_state_is_refused() {
         ("toe", toe, 400),
         ("viscous", viscous, 60),
         ("friction", friction, 60),
+        ("stack", stack, 60),
         ("theta", theta, 60),
     ] {
         let mut memory = Buffers::of(&scene);

@@ -1,7 +1,7 @@
 //! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
 
 use fabric::{
-    AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, StrengthDraw,
+    AttachmentKind, CacheLine, Drive, Faces, Layout, Motion, Path, Scene, Shape, Sim, Stack, StepCheck, StrengthDraw,
     TimeStep, Weft,
 };
 use fabric_tests::small_sheet;
@@ -11,6 +11,7 @@ use proptest::test_runner::RngSeed;
 /// Mostly a usual value changed a little, sometimes any f64 at all.
 fn near(value: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
+        60 => (0.9..1.1).prop_map(move |factor: f64| value * factor),
         6 => (0.5..2.0).prop_map(move |factor: f64| value * factor),
         1 => Just(value),
         1 => any::<f64>(),
@@ -22,8 +23,8 @@ fn component() -> impl Strategy<Value = f64> {
     prop_oneof![8 => Just(0.0), 4 => -300.0..300.0, 1 => any::<f64>()]
 }
 
-/// Viscosity, dependence on the rate, and friction on the projectile: mostly none.
-fn resistance() -> impl Strategy<Value = ([f64; 3], [f64; 4], f64)> {
+/// Viscosity, dependence on the rate, friction on the projectile, and separate plies: mostly none.
+fn resistance() -> impl Strategy<Value = ([f64; 3], [f64; 4], f64, Stack)> {
     let of_yarn = prop_oneof![
         6 => Just(([0.0; 3], [0.0; 4])),
         2 => [near(0.06), near(1.5), near(0.06)].prop_map(|viscosity| (viscosity, [0.0; 4])),
@@ -31,7 +32,11 @@ fn resistance() -> impl Strategy<Value = ([f64; 3], [f64; 4], f64)> {
         1 => [near(0.1), near(30.0), near(1000.0), near(0.06)].prop_map(|[a, b, c, d]| ([d, 0.0, d], [a, a, b, c])),
     ];
     let friction = prop_oneof![2 => Just(0.0), 1 => near(0.3)];
-    (of_yarn, friction).prop_map(|((viscosity, rate), friction)| (viscosity, rate, friction)).boxed()
+    let plies = prop_oneof![6 => Just(1u32), 3 => 2u32..5, 1 => any::<u32>()];
+    let stack = (plies, near(1e-4), any::<bool>()).prop_map(|(plies, gap, turned)| Stack { plies, gap, turned });
+    (of_yarn, friction, stack)
+        .prop_map(|((viscosity, rate), friction, stack)| (viscosity, rate, friction, stack))
+        .boxed()
 }
 
 /// Spacing and section along y, crimp, pre-tension and a law of the weft's own.
@@ -52,11 +57,11 @@ fn weft() -> impl Strategy<Value = (f64, f64, [f64; 2], [f64; 2], Weft)> {
 
 prop_compose! {
     fn scenes()(
-        nodes in (0u32..13, 0u32..13),
-        plies in prop_oneof![4 => Just(1u32), 1 => any::<u32>()],
+        nodes in (prop_oneof![9 => 3u32..13, 1 => 0u32..3], prop_oneof![9 => 3u32..13, 1 => 0u32..3]),
+        plies in prop_oneof![20 => Just(1u32), 1 => any::<u32>()],
         sheet in (near(7.26e-4), near(6.52e-8), near(1.075e-7)),
         yarn in (near(140e9), near(2e9), near(7.91e-9), near(-878.0), near(8.35)),
-        law in (near(1.03), near(1.0), near(0.0), near(0.01)),
+        law in (near(0.03).prop_map(|strain| 1.0 + strain), near(0.9), near(0.0), near(0.01)),
         body in (near(6.35e-3), near(0.0381), near(8.4e-3), near(-7e-3)),
         velocity in (component(), component(), near(100.0)),
         rates in [component(), component(), component()],
@@ -118,7 +123,7 @@ prop_compose! {
         let yarn = &mut scene.yarn;
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = resistance.0;
         [yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit] = resistance.1;
-        scene.contact.friction = resistance.2;
+        (scene.contact.friction, scene.stack) = (resistance.2, resistance.3);
         if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
             (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);

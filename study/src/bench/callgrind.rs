@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use fabric::InstructionSet;
 use std::process::Command;
 
-const CASES: [&str; 6] = ["sweep", "fabric", "viscous", "rate", "run", "strength"];
+const CASES: [&str; 7] = ["sweep", "fabric", "viscous", "rate", "run", "strength", "plies"];
 const SIZE: u32 = 105;
 /// Steps before the counted ones: enough for the sphere to be in contact.
 const BEFORE: u64 = 100;
@@ -49,7 +49,8 @@ fn count(case: &str, set: InstructionSet) -> Result<f64> {
         let (_, text) = output(&mut command)?;
         *count = collected(&text).ok_or("callgrind printed no count")?;
     }
-    let nodes = f64::from(SIZE) * f64::from(SIZE);
+    let plies = if case == "plies" { f64::from(sheets::plies(SIZE).scene.stack.plies) } else { 1.0 };
+    let nodes = plies * f64::from(SIZE) * f64::from(SIZE);
     Ok((counts[1] - counts[0]) / ((STEPS[1] - STEPS[0]) as f64 * nodes))
 }
 
@@ -68,6 +69,7 @@ pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
         "strength" => sheets::strength(SIZE),
         "viscous" => sheets::viscous(SIZE),
         "rate" => sheets::rate(SIZE),
+        "plies" => sheets::plies(SIZE),
         _ => sheets::sweep(SIZE),
     };
     case.before = BEFORE;

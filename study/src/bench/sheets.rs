@@ -5,7 +5,7 @@ use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report, threads};
-use fabric::{AttachmentKind, InstructionSet, Scene, Sim, StrengthDraw};
+use fabric::{AttachmentKind, InstructionSet, Scene, Sim, Stack, StrengthDraw};
 
 /// A sheet that is stepped.
 pub struct Case {
@@ -108,6 +108,13 @@ pub fn whole_run(size: u32) -> Case {
     let mut scene = held(size);
     scene.projectile.velocity = [0.0, 0.0, 300.0];
     Case { name: "run", scene, start: nothing, before: 1000 }
+}
+
+/// The same through five plies 0.1 mm apart, all of which touch when the steps are counted.
+pub fn plies(size: u32) -> Case {
+    let mut case = whole_run(size);
+    (case.name, case.scene.stack) = ("plies", Stack { plies: 5, gap: 1e-4, turned: false });
+    case
 }
 
 /// Damage everywhere: the preset hit at 400 m/s, taken up when most of the sheet is damaged or has failed.

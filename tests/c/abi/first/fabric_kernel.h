@@ -264,8 +264,8 @@ typedef struct fk_scene_sheet {
     uint64_t nodes_x;
     // Nodes along y. 2 to 1048576. Default 350 (3 in preset: 105).
     uint64_t nodes_y;
-    // Coincident plies lumped into one network: mass and area are multiplied. An upper bound: plies do not touch each
-    // other. 1 to 1000. Default 1.
+    // Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart. 1 to 1000.
+    // Default 1.
     uint64_t plies;
     // Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension. In m, > 0. Default
     // 7.257142857142857e-4.
@@ -292,6 +292,19 @@ typedef struct fk_scene_sheet {
     // Default (1, 0, 0, 0).
     double orientation[4];
 } fk_scene_sheet;
+
+// Separate plies one behind the other: a part of fk_scene.
+typedef struct fk_scene_stack {
+    // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
+    // Verlet only; not with mirror planes, friction or a dependence on the rate of strain. 1 to 1000. Default 1.
+    uint64_t plies;
+    // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
+    // for more than one ply only. In m, >= 0. Default 0.
+    double gap;
+    // Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for
+    // more than one ply only. 0 or 1. Default 0.
+    uint64_t turned;
+} fk_scene_stack;
 
 // How the sheet is held: a part of fk_scene.
 typedef struct fk_scene_attachment {
@@ -352,7 +365,7 @@ typedef struct fk_scene_yarn {
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
     // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
-    // Verlet only; not with a toe or pre-tension. 0 to 1. Default 0.
+    // Verlet only; not with a toe, pre-tension or separate plies. 0 to 1. Default 0.
     double rate_modulus;
     // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
     double rate_stretch;
@@ -421,7 +434,7 @@ typedef struct fk_scene_projectile {
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
-    // Velocity Verlet only. 0 to 10. Default 0.
+    // Velocity Verlet only; not with separate plies. 0 to 10. Default 0.
     double friction;
 } fk_scene_contact;
 
@@ -473,6 +486,8 @@ typedef struct fk_scene {
     uint64_t struct_size;
     // Grid of nodes, its mass and its place.
     fk_scene_sheet sheet;
+    // Separate plies one behind the other.
+    fk_scene_stack stack;
     // How the sheet is held.
     fk_scene_attachment attachment;
     // The yarn law and its scatter.
@@ -645,7 +660,8 @@ typedef struct fk_step_limits {
     double step_max;
 } fk_step_limits;
 
-// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_...
+// What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
+// has, and arrays hold `plies` times as much, ply by ply.
 typedef struct fk_grid {
     // Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
     uint64_t nodes_x;
@@ -655,6 +671,8 @@ typedef struct fk_grid {
     uint64_t horizontal;
     // Segments along y, row by row, nodes_x in each row; in arrays they come after those along x.
     uint64_t vertical;
+    // Separate plies.
+    uint64_t plies;
 } fk_grid;
 
 // Contact sums (M8) since the start or reset, host's axes.
@@ -703,7 +721,21 @@ typedef struct fk_energy {
     double viscous;
     // Energy rubbed away between yarn and projectile, J.
     double friction;
+    // Kinetic energy lost where separate plies meet, J.
+    double ply_loss;
 } fk_energy;
+
+// What one ply of a stack holds.
+typedef struct fk_ply {
+    // Segments with alpha = 0 (M5) in the forces of the last step.
+    uint64_t failed_segments;
+    // Kinetic energy, J.
+    double kinetic;
+    // Strain energy, J.
+    double strain;
+    // Energy dissipated by rupture, J.
+    double dissipated;
+} fk_ply;
 
 // Extremes of the fabric at the present time.
 typedef struct fk_fabric {
@@ -736,6 +768,8 @@ typedef struct fk_counters {
     uint64_t iterations;
     // Most iterations of one step.
     uint64_t most_iterations;
+    // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    double ply_penetration;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -918,7 +952,7 @@ int32_t fk_get_projectile(const struct fk_sim *sim, struct fk_motion *out, uint6
 // FK_NOT_SYMMETRIC, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const double *torque);
 
-// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers each,
+// Starts from given positions, m, and velocities, m/s, at time 0: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers each,
 // node by node, rows along x first, host's frame. For restarts from another code and sheets that start stretched.
 // Fixed nodes stay where this puts them; their velocity must be 0. Only before the first step, and after
 // fk_set_largest_stretch.
@@ -926,7 +960,10 @@ int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const doub
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 // moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
 // FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
-int32_t fk_set_motion(struct fk_sim *sim, const double *positions, const double *velocities, uint64_t n);
+int32_t fk_set_motion(struct fk_sim *sim,
+                      const double *positions,
+                      const double *velocities,
+                      uint64_t n);
 
 // Gives every segment the largest stretch it has ever had, U_max of M5: a pre-damaged sheet. `n` = horizontal +
 // vertical (fk_get_grid) numbers, horizontal ones first, row by row, in [0, 1e100]; up to the critical stretch means
@@ -950,6 +987,11 @@ int32_t fk_get_support(const struct fk_sim *sim, struct fk_support *out, uint64_
 // Threads: looks. Time: a pass over the sheet, with exp for damaged segments. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_energy(const struct fk_sim *sim, struct fk_energy *out, uint64_t size);
+
+// Failed segments and energies of one ply, 0 to scene.stack.plies - 1; of a single sheet ply 0 is all.
+// Threads: looks. Time: a pass over the ply, with exp for damaged segments. Touches: `out`.
+// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_OUT_OF_RANGE, FK_MOVED_BLOCK, a latched failure.
+int32_t fk_get_ply(const struct fk_sim *sim, uint32_t ply, struct fk_ply *out, uint64_t size);
 
 // Linear momentum, N s, that the balance of projectile, fabric, supports and external load does not close by: three
 // numbers, host's axes. Rounding in a sound run. Needs track_support.
@@ -978,7 +1020,7 @@ int32_t fk_get_fault(const struct fk_sim *sim, struct fk_fault *out, uint64_t si
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_get_outcome(const struct fk_sim *sim, struct fk_outcome *out, uint64_t size);
 
-// Positions, m: `n` = 3 nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
+// Positions, m: `n` = 3 plies nodes_x nodes_y (fk_get_grid) numbers, node by node, rows along x first, host's frame.
 // Threads: looks. Time: a pass over the sheet. Touches: `out`.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_copy_positions(const struct fk_sim *sim, double *out, uint64_t n);

@@ -1,0 +1,317 @@
+//! Separate plies that push on each other, against closed forms: plies far apart, plies that lie on each other, a ply that falls on another,
+//! and the balances of energy and momentum.
+
+use fabric::{AttachmentKind, Code, Integrator, Outcome, Scene, Sim, Stack, Symmetry, TimeStep};
+use fabric_tests::reference::length;
+use fabric_tests::{Buffers, close, damage, positions, small_sheet, tilted_cylinder, velocities, without_projectile};
+
+/// So many plies at this gap, m.
+fn stacked(mut scene: Scene, plies: u32, gap: f64) -> Scene {
+    scene.stack = Stack { plies, gap, turned: false };
+    scene
+}
+
+/// Positions of one ply.
+fn of_ply(sim: &Sim<'_>, ply: usize) -> Vec<[f64; 3]> {
+    let nodes = sim.layout().nodes() / sim.layout().plies;
+    positions(sim)[ply * nodes..(ply + 1) * nodes].to_vec()
+}
+
+/// Largest distance of a node from its like, m.
+fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| length([0, 1, 2].map(|k| a[k] - b[k]))).fold(0.0, f64::max)
+}
+
+/// Before it reaches the second ply a projectile knows the first alone, to what the solve of contact leaves; and one that starts between the plies knows the second
+/// alone, which has draws of its own.
+#[test]
+fn plies_far_apart_are_shields_of_their_own() {
+    let mut scene = small_sheet(31, 90.0);
+    (scene.yarn.stochastic, scene.time_step) = (true, TimeStep::seconds(2e-8));
+    let gap = 0.05;
+    let (stack, mut second) = (stacked(scene, 2, gap), scene);
+    second.seed = scene.ply_seed(1);
+    assert_ne!(second.seed, scene.seed);
+    let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&scene));
+    let (mut both, mut alone) = (a.sim(&stack), b.sim(&scene));
+    both.advance(400).unwrap();
+    alone.advance(400).unwrap();
+    assert!(apart(&of_ply(&both, 0), &positions(&alone)) < 1e-9 * alone.fabric().unwrap().max_deflection);
+    close(both.projectile().unwrap().velocity[2], alone.projectile().unwrap().velocity[2], 1e-12);
+    assert!(of_ply(&both, 1).iter().all(|x| x[2] == gap));
+    let (first, rest, energy) = (both.ply(0).unwrap(), both.ply(1).unwrap(), alone.energy().unwrap());
+    close(first.kinetic, energy.fabric_kinetic, 1e-7);
+    close(first.strain, energy.strain, 1e-7);
+    assert_eq!((first.failed_segments, rest.failed_segments), (0, 0));
+    assert_eq!((rest.kinetic, rest.strain, rest.dissipated), (0.0, 0.0, 0.0));
+    assert_eq!(both.ply(2).unwrap_err().field, "ply");
+
+    let (mut stack, mut alone) = (stack, second);
+    stack.projectile.position[2] = gap - scene.projectile.radius;
+    alone.sheet.position[2] = gap;
+    alone.projectile.position = stack.projectile.position;
+    let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&alone));
+    let (mut both, mut alone) = (a.sim(&stack), b.sim(&alone));
+    both.advance(300).unwrap();
+    alone.advance(300).unwrap();
+    let worst = apart(&of_ply(&both, 1), &positions(&alone));
+    let deflection = both.fabric().unwrap().max_deflection;
+    assert!(worst < 1e-9 * deflection && deflection > 4e-4, "{worst:e} {deflection:e}");
+    assert_eq!(both.counters().failed_segments, 0);
+}
+
+/// The second of two shields in series is hit by what the first has left. The fragments of the first that fly on and the chaos after
+/// the first failure leave some percent of what two shields take.
+#[test]
+fn a_projectile_goes_through_two_plies_as_through_two_shields() {
+    let mut scene = small_sheet(31, 200.0);
+    scene.time_step = TimeStep::seconds(2e-8);
+    let gap = 0.03;
+    let run = |scene: &Scene| {
+        let mut buffers = Buffers::of(scene);
+        let mut sim = buffers.sim(scene);
+        sim.advance_until(Outcome::Exited, 20_000).unwrap();
+        assert!(sim.outcomes().mask.has(Outcome::Exited), "{scene:?}");
+        (sim.projectile().unwrap().velocity[2], sim.counters().failed_segments)
+    };
+    let (after_first, failed) = run(&scene);
+    let mut next = scene;
+    next.projectile.velocity[2] = after_first;
+    let (after_second, failed_second) = run(&next);
+    let (through, failed_both) = run(&stacked(scene, 2, gap));
+    println!(
+        "{after_first} then {after_second}, through both {through}; failed {failed} {failed_second} {failed_both}"
+    );
+    close(200.0 - through, 200.0 - after_second, 0.05);
+    assert!(failed_both > failed && failed_both > failed_second);
+}
+
+/// Plies that lie on each other and are alike are the lumped sheet of their mass, up to the first failure.
+#[test]
+fn plies_on_each_other_move_as_the_lumped_sheet() {
+    for (plies, scene) in [(2, small_sheet(31, 60.0)), (7, small_sheet(31, 60.0)), (3, tilted_cylinder(41, 0.3, 40.0))]
+    {
+        let (stack, mut lumped) = (stacked(scene, plies, 0.0), scene);
+        lumped.sheet.plies = plies;
+        let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&lumped));
+        let (mut apart, mut one) = (a.sim(&stack), b.sim(&lumped));
+        for _ in 0..6 {
+            apart.advance(50).unwrap();
+            one.advance(50).unwrap();
+            assert_eq!(apart.counters().failed_segments + one.counters().failed_segments, 0);
+            let (a, b) = (apart.projectile().unwrap().velocity[2], one.projectile().unwrap().velocity[2]);
+            assert!((a - b).abs() < 1e-9 * 60.0, "{plies} plies at step {}: {a} {b}", one.step_count());
+        }
+        let (a, b) = (apart.energy().unwrap(), one.energy().unwrap());
+        close(a.contact_work, b.contact_work, 1e-7);
+        close(a.strain, b.strain, 1e-6);
+        assert!(apart.counters().ply_penetration < 1e-12);
+    }
+}
+
+/// Motion of a stack of free plies without a projectile: so many spacings apart, with these velocities along z, m/s.
+fn free_plies(plies: u32, gap: f64) -> Scene {
+    let mut scene = stacked(without_projectile(small_sheet(9, 0.0)), plies, gap);
+    scene.attachment.kind = AttachmentKind::Free;
+    scene
+}
+
+/// Starts a sheet with these velocities along z, m/s, one for each ply.
+fn set_off(sim: &mut Sim<'_>, speeds: &[f64]) {
+    let x: Vec<f64> = positions(sim).into_iter().flatten().collect();
+    let nodes = sim.layout().nodes() / speeds.len();
+    let v: Vec<f64> = speeds.iter().flat_map(|&v| (0..nodes).flat_map(move |_| [0.0, 0.0, v])).collect();
+    sim.set_motion(&x, &v).unwrap();
+}
+
+/// Free plies are stiff plates in the direction in which they fall: a ply of speed V meets k plies at rest one after the other, and goes on with
+/// them at V/(k + 1), each time at the place that follows from the speeds between.
+#[test]
+fn a_falling_ply_takes_along_one_after_the_other() {
+    let (gap, speed) = (1e-4, 30.0);
+    let scene = free_plies(4, gap);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    set_off(&mut sim, &[speed, 0.0, 0.0, 0.0]);
+    let (dt, nodes) = (sim.step_limits().dt, 81.0);
+    let first = sim.energy().unwrap();
+    let mass = nodes * scene.sheet.node_mass;
+    close(first.fabric_kinetic, 0.5 * mass * speed * speed, 1e-12);
+    let steps = |seconds: f64| (seconds / dt).ceil() as u64;
+    for met in 1..4 {
+        // Up to the next meeting the first k plies go on together.
+        let together = speed / f64::from(met);
+        sim.advance(steps(gap / together) + 1).unwrap();
+        let common = speed / f64::from(met + 1);
+        for (k, v) in velocities(&sim).into_iter().enumerate() {
+            let expected = if k / 81 <= met as usize { common } else { 0.0 };
+            assert!((v[2] - expected).abs() < 1e-9 * speed, "{met}: node {k} {}", v[2]);
+        }
+        let energy = sim.energy().unwrap();
+        close(energy.fabric_kinetic, 0.5 * mass * speed * common, 1e-9);
+        // What an impact without restitution loses, in the ledger.
+        close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
+        assert!(energy.residual.abs() < 1e-9 * first.fabric_kinetic);
+        // The meeting was where the ply below has come by then: no ply is through another.
+        assert!(sim.counters().ply_penetration < 1e-15);
+    }
+    let x = positions(&sim);
+    for ply in 1..4 {
+        assert!((x[81 * ply][2] - x[81 * (ply - 1)][2]).abs() < 1e-12, "they lie on each other");
+    }
+}
+
+/// A free ply that falls on a held one shares its speed with it in the middle, where no support is felt yet.
+#[test]
+fn a_ply_that_falls_on_a_held_one_shares_its_speed() {
+    let scene = stacked(without_projectile(small_sheet(41, 0.0)), 2, 0.0);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    let nodes = 41 * 41;
+    let inside = |k: usize| k < nodes && !([0, 40].contains(&(k % 41)) || k / 41 == 0 || k / 41 == 40);
+    let v: Vec<f64> = (0..2 * nodes).flat_map(|k| [0.0, 0.0, if inside(k) { 20.0 } else { 0.0 }]).collect();
+    sim.set_motion(&x, &v).unwrap();
+    sim.advance(20).unwrap();
+    let v = velocities(&sim);
+    for ply in 0..2 {
+        close(v[ply * nodes + 20 * 41 + 20][2], 10.0, 1e-12);
+    }
+    assert!(sim.energy().unwrap().ply_loss > 0.0);
+}
+
+/// 250 m/s through five plies 0.25 mm apart: whatever tears, momentum is kept, the books close, and no ply goes through another
+/// before there is a hole.
+#[test]
+fn balances_of_a_perforated_stack() {
+    let mut scene = stacked(small_sheet(31, 250.0), 5, 2.5e-4);
+    (scene.yarn.stochastic, scene.track_support) = (true, true);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let (first, mut through) = (0.5 * scene.projectile.mass * 250.0 * 250.0, 0.0);
+    for _ in 0..40 {
+        sim.advance(20).unwrap();
+        let (energy, counters) = (sim.energy().unwrap(), sim.counters());
+        assert!(energy.residual.abs() < 1e-3 * first, "{energy:?}");
+        assert!(energy.ply_loss >= 0.0);
+        assert!(length(sim.momentum_residual().unwrap()) < 1e-10 * scene.projectile.mass * 250.0);
+        if counters.failed_segments == 0 {
+            through = counters.ply_penetration;
+        }
+        let sum: u64 = (0..5).map(|ply| sim.ply(ply).unwrap().failed_segments).sum();
+        assert_eq!(sum, counters.failed_segments);
+    }
+    assert!(through < 1e-15 && sim.counters().failed_segments > 300, "{:?}", sim.counters());
+    assert!(sim.energy().unwrap().ply_loss > 1e-4 * first);
+}
+
+/// The books of plies in persistent contact close to second order in the step.
+#[test]
+fn the_books_of_a_stack_close_to_second_order() {
+    let mut residuals = Vec::new();
+    for fraction in [0.4, 0.2, 0.1] {
+        let mut scene = stacked(small_sheet(31, 40.0), 4, 1e-4);
+        scene.time_step = TimeStep::fraction(fraction);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        let steps = (12e-6 / sim.step_limits().dt) as u64;
+        sim.advance(steps).unwrap();
+        assert_eq!(sim.counters().failed_segments, 0);
+        residuals.push(sim.energy().unwrap().residual.abs() / (0.5 * scene.projectile.mass * 1600.0));
+    }
+    println!("stack: residual over KE0 at 0.4, 0.2, 0.1 dt_crit: {residuals:?}");
+    assert!(residuals[0] < 1e-4 && residuals[2] < residuals[0] / 8.0, "{residuals:?}");
+}
+
+/// A turned ply of a fabric with unlike directions is the fabric with its directions exchanged.
+#[test]
+fn a_turned_ply_has_its_warp_along_y() {
+    let mut scene = small_sheet(21, 120.0);
+    (scene.sheet.yarn_area_y, scene.sheet.crimp) = (0.7e-7, [0.002, 0.0]);
+    scene.weft.critical_stretch = 1.02;
+    scene.time_step = TimeStep::seconds(1.5e-8);
+    let mut exchanged = scene;
+    (exchanged.sheet.yarn_area, exchanged.sheet.yarn_area_y) = (0.7e-7, scene.sheet.yarn_area);
+    exchanged.sheet.crimp = [0.0, 0.002];
+    (exchanged.yarn.critical_stretch, exchanged.weft.critical_stretch) = (1.02, 1.03);
+    let gap = 0.05;
+    let mut stack = stacked(scene, 2, gap);
+    stack.stack.turned = true;
+    stack.projectile.position[2] = gap - scene.projectile.radius;
+    exchanged.sheet.position[2] = gap;
+    exchanged.projectile.position = stack.projectile.position;
+    let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&exchanged));
+    let (mut both, mut alone) = (a.sim(&stack), b.sim(&exchanged));
+    while alone.counters().failed_segments == 0 {
+        both.advance(10).unwrap();
+        alone.advance(10).unwrap();
+    }
+    assert!(apart(&of_ply(&both, 1), &positions(&alone)) < 1e-9);
+    let half = damage(&both).len() / 2;
+    let worst = damage(&both)[half..].iter().zip(damage(&alone)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-6 && damage(&alone).iter().any(|alpha| *alpha < 1.0), "{worst}");
+}
+
+#[test]
+fn sixty_plies_and_a_thousand_tiny_ones_run() {
+    let mut scene = stacked(small_sheet(21, 200.0), 60, 2.5e-4);
+    scene.yarn.stochastic = true;
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    sim.advance(40).unwrap();
+    assert!(sim.ply(0).unwrap().kinetic > 0.0 && sim.ply(59).unwrap().kinetic == 0.0, "the last rests");
+    assert!(sim.energy().unwrap().residual.abs() < 1e-3 * 168.0);
+    let mut tiny = stacked(small_sheet(2, 50.0), 1000, 0.0);
+    tiny.attachment.kind = AttachmentKind::Free;
+    let mut buffers = Buffers::of(&tiny);
+    let mut sim = buffers.sim(&tiny);
+    sim.advance(100).unwrap();
+    assert!(sim.contact().unwrap().work > 0.0);
+}
+
+#[test]
+fn what_a_stack_cannot_be_is_refused_by_name() {
+    let stack = stacked(small_sheet(11, 50.0), 3, 1e-4);
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = stack;
+        change(&mut scene);
+        scene.step_limits().unwrap_err()
+    };
+    let named = |change: &dyn Fn(&mut Scene)| (refused(change).code, refused(change).field);
+    assert_eq!(named(&|s| s.stack.plies = 0), (Code::OutOfRange, "stack.plies"));
+    assert_eq!(named(&|s| s.stack.plies = 1001), (Code::OutOfRange, "stack.plies"));
+    assert_eq!(named(&|s| s.stack.gap = -1e-9), (Code::OutOfRange, "stack.gap"));
+    assert_eq!(named(&|s| s.stack.gap = 1e3), (Code::OutOfRange, "stack.gap"));
+    assert_eq!(
+        named(&|s| s.symmetry = Symmetry { mirror_x: true, mirror_y: false }),
+        (Code::NotSymmetric, "stack.plies")
+    );
+    assert_eq!(named(&|s| (s.stack.turned, s.sheet.spacing_y) = (true, 9e-4)), (Code::OutOfRange, "stack.turned"));
+    let turned = |s: &mut Scene| {
+        (s.stack.turned, s.sheet.pre_strain) = (true, [0.01, 0.0]);
+        s.attachment.kind = AttachmentKind::TwoSides;
+    };
+    assert_eq!(named(&turned), (Code::NotInEquilibrium, "stack.turned"));
+    assert_eq!(named(&|s| s.integrator = Integrator::THETA), (Code::OutOfRange, "stack.plies"));
+    assert_eq!(named(&|s| s.contact.friction = 0.2), (Code::OutOfRange, "contact.friction"));
+    for (modulus, stretch, field) in [(0.1, 0.0, "yarn.rate_modulus"), (0.0, 0.1, "yarn.rate_stretch")] {
+        let rate = |s: &mut Scene| {
+            (s.yarn.rate_modulus, s.yarn.rate_stretch) = (modulus, stretch);
+            (s.yarn.rate_reference, s.yarn.rate_limit) = (30.0, 170.0);
+        };
+        assert_eq!(named(&rate), (Code::OutOfRange, field));
+    }
+    // A projectile that starts in the stack, and plies that start through each other.
+    let mut inside = stack;
+    inside.projectile.position[2] = 0.0;
+    let mut buffers = Buffers::of(&inside);
+    let error = Sim::new(&inside, &mut buffers.lines).err().unwrap();
+    assert_eq!((error.code, error.field), (Code::InitialOverlap, "projectile.position"));
+    let mut buffers = Buffers::of(&stack);
+    let mut sim = buffers.sim(&stack);
+    let mut x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    x[3 * 60 + 2] = 1.5e-4;
+    let rest = vec![0.0; x.len()];
+    let error = sim.set_motion(&x, &rest).unwrap_err();
+    assert_eq!((error.code, error.field, error.value), (Code::InitialOverlap, "positions", 181.0));
+}
