@@ -287,13 +287,14 @@ fn restore_fixed(
     net: &Net<'_>,
     j: usize,
 ) -> [Vector; 2] {
+    let weighed = layout.x.mirrored || layout.y.mirrored || layout.graded;
     let mut pulls = [Vector::zeros(); 2];
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            let weight = layout.node_weight(i, j) * net.share(i, j);
-            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight;
+            let one = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+            *pull += if weighed { one * weight(layout, net, i, j) } else { one };
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;
@@ -301,6 +302,12 @@ fn restore_fixed(
         }
     }
     pulls
+}
+
+/// How many nodes of the fabric node (i, j) stands for. Not inlined: where all stand for one it would cost more than the sum.
+#[inline(never)]
+fn weight(layout: &Layout, net: &Net<'_>, i: usize, j: usize) -> f64 {
+    layout.node_weight(i, j) * net.share(i, j)
 }
 
 /// The image column of one row, at rest: only displacements, the first three planes, are read.

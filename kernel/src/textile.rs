@@ -62,8 +62,11 @@ pub const TEXTILE_VISCOSITY: [f64; 3] = [0.06, 1.5, 0.06];
 /// What the quadratic part may take of the largest step, eta of (M18).
 const QUADRATIC_SHARE: f64 = 0.25;
 
-/// The [`TEXTILE_VISCOSITY`], with less of the quadratic part for yarn that fails beyond 7 % of strain: it then takes the default
-/// step, too.
+/// -ln of the part of drawn segments, 1e-9, that may be stronger than the viscosity is made for.
+const STRONGEST: f64 = 20.72;
+
+/// The [`TEXTILE_VISCOSITY`], with less of the quadratic part for yarn of which a segment may fail beyond 7 % of strain: it then
+/// takes the default step, too.
 fn viscosity_at(critical_stretch: f64) -> [f64; 3] {
     let [linear, quadratic, bending] = TEXTILE_VISCOSITY;
     let critical = twice_strain_at(critical_stretch) * critical_stretch * critical_stretch;
@@ -214,13 +217,17 @@ impl Scene {
         (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) = (0.0, textile.damage_rate, 0.0);
         (yarn.damage_a, yarn.damage_b) = (1.0, 0.0);
         yarn.critical_stretch = critical_stretch;
-        [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(critical_stretch);
         yarn.stochastic = textile.modulus_sd > 0.0;
         yarn.strength_draw = StrengthDraw::None;
+        let mut strongest = critical_stretch;
         if textile.weibull_shape > 0.0 {
             yarn.strength_draw = StrengthDraw::Weibull;
             (yarn.weibull_shape, yarn.weibull_gauge_length) = (textile.weibull_shape, textile.gauge_length);
+            let lengths = if textile.gauge_length > 0.0 { textile.gauge_length / math::min(h_x, h_y) } else { 1.0 };
+            let factor = math::exp(math::ln(math::max(lengths * STRONGEST, 1.0)) / textile.weibull_shape);
+            strongest = math::min(1.0 + (critical_stretch - 1.0) * factor, CRITICAL_STRETCH_MAX);
         }
+        [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(strongest);
         Ok(())
     }
 }
@@ -258,6 +265,18 @@ mod tests {
         scene.set_textile(textile).unwrap();
         scene.check().unwrap();
         scene
+    }
+
+    /// Strong segments are stiff against fast stretching: the viscosity of widely drawn strength is made for them.
+    #[test]
+    fn any_drawn_strength_takes_the_default_step() {
+        for weibull_shape in [1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 15.0, 40.0] {
+            for gauge_length in [0.0, 0.05] {
+                let mut scene = Scene::sheet_3in_sphere();
+                scene.set_textile(&Textile { weibull_shape, gauge_length, ..plain() }).unwrap();
+                scene.step_limits().unwrap();
+            }
+        }
     }
 
     #[test]

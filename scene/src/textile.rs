@@ -54,7 +54,9 @@ const OF_BOTH: [(&str, Place, &[Unit]); 9] = [
 
 /// Makes the sheet of a scene that of its table `[fabric]`.
 pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
-    scene.set_textile(&textile(table)?)?;
+    let textile = textile(table)?;
+    refuse_wrong_units(&textile)?;
+    scene.set_textile(&textile)?;
     Ok(())
 }
 
@@ -102,7 +104,7 @@ fn textile(table: &Value) -> Result<Textile> {
         let Value::Table(values) = values else { return Err(format!("fabric.{side}: must be a table").into()) };
         for (key, value) in values {
             let threads = if side == "warp" { &mut textile.warp } else { &mut textile.weft };
-            set_threads(threads, &key, &value).ok_or_else(|| format!("unknown key `fabric.{side}.{key}`"))??;
+            set_threads(threads, &key, &value).ok_or_else(|| unknown(&format!("{side}.{key}")))??;
         }
     }
     Ok(textile)
@@ -115,8 +117,39 @@ fn set(textile: &mut Textile, key: &str, value: &Value) -> Result<()> {
         *place(textile) = number(key, value, units, density)?;
         return Ok(());
     }
-    set_threads(&mut textile.warp, key, value).ok_or_else(|| format!("unknown key `fabric.{key}`"))??;
+    set_threads(&mut textile.warp, key, value).ok_or_else(|| unknown(key))??;
     set_threads(&mut textile.weft, key, value).unwrap_or(Ok(()))
+}
+
+/// Says what the table may have.
+fn unknown(key: &str) -> String {
+    let of_threads: Vec<_> = OF_THREADS.iter().map(|(name, ..)| *name).collect();
+    let of_both: Vec<_> = OF_BOTH.iter().map(|(name, ..)| *name).collect();
+    let (threads, both) = (of_threads.join(", "), of_both.join(", "));
+    format!(
+        "unknown key `fabric.{key}`; there are name, {both}, and, for both directions or below warp and weft, {threads}"
+    )
+}
+
+/// What textiles are made of, in SI units: a number outside has the wrong unit.
+fn refuse_wrong_units(textile: &Textile) -> Result<()> {
+    let titer = |threads: &Threads| threads.linear_density;
+    for (key, value, [least, most], unit) in [
+        ("fibre_density", textile.fibre_density, [500.0, 10_000.0], "kg/m3"),
+        ("modulus", textile.modulus, [1e8, 1e13], "Pa"),
+        ("warp.linear_density", titer(&textile.warp), [1e-7, 1e-1], "kg/m"),
+        ("weft.linear_density", titer(&textile.weft), [1e-7, 1e-1], "kg/m"),
+        ("warp.count", textile.warp.count, [10.0, 1e5], "1/m"),
+        ("weft.count", textile.weft.count, [10.0, 1e5], "1/m"),
+    ] {
+        if value > 0.0 && !(least..=most).contains(&value) {
+            let text = format!(
+                "fabric.{key} = {value:e} {unit}: no textile has that; a plain number is in SI units, else write {{ value, unit }}"
+            );
+            return Err(text.into());
+        }
+    }
+    Ok(())
 }
 
 /// Gives a number of one direction its value, if it is one.
@@ -205,6 +238,24 @@ mod tests {
     }
 
     #[test]
+    fn a_forgotten_unit_and_an_unknown_key_are_refused_with_what_helps() {
+        let mut scene = Scene::sheet_3in_sphere();
+        for (number, part) in [
+            ("fibre_density = 1.44", "fibre_density = 1.44e0 kg/m3: no textile"),
+            ("modulus = 84.6", "modulus = 8.46e1 Pa"),
+            ("linear_density = 600", "linear_density = 6e2 kg/m"),
+            ("weft.count = 1e6", "weft.count = 1e6 1/m"),
+            ("crimp_warp = 0.01", "there are name, fibre_density"),
+            ("warp.crimps = 0.01", "below warp and weft, linear_density, count, crimp"),
+        ] {
+            let file: Table = format!("[fabric]\nname = \"kevlar_km2_s706\"\n{number}").parse().unwrap();
+            let error = apply(&mut scene, &file["fabric"]).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+            assert_eq!(scene, Scene::sheet_3in_sphere());
+        }
+    }
+
+    #[test]
     fn own_numbers_replace_those_of_a_named_textile() {
         let named = of("[fabric]\nname = \"kevlar_49_yarn\"").unwrap();
         let own = of("[fabric]\nname = \"kevlar_49_yarn\"\nfailure_strain = 0.02\ncount = 700\nlinear_density = 1e-4\nweft.crimp = 0.1").unwrap();
@@ -246,7 +297,8 @@ mod tests {
     #[test]
     fn every_number_of_a_named_textile_has_its_source() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fabrics");
-        assert_eq!(std::fs::read_dir(folder).unwrap().count(), FILES.len());
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        assert_eq!(entries.filter(|path| path.extension().is_some_and(|kind| kind == "toml")).count(), FILES.len());
         for (name, text) in FILES {
             let file: Table = text.parse().unwrap();
             for (key, value) in file["fabric"].as_table().unwrap() {
@@ -268,6 +320,17 @@ mod tests {
         assert!((density("kevlar_km2_s706") / 0.180 - 1.0).abs() < 0.01);
         let spacing = 0.0254 / 35.0;
         assert!((density("powell_zohdi_2009") * spacing * spacing / 6.52e-8 - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_example_of_the_page_is_a_scene() {
+        let page = include_str!("../../fabrics/README.md");
+        let example = page.split_once("```toml\n").unwrap().1.split_once("```").unwrap().0;
+        let scene = crate::parse(example).unwrap();
+        assert_eq!((scene.sheet.crimp, scene.viscosity()), ([0.01, 0.003], fabric::TEXTILE_VISCOSITY));
+        for key in OF_THREADS.iter().map(|(name, ..)| name).chain(OF_BOTH.iter().map(|(name, ..)| name)) {
+            assert!(page.contains(&format!("`{key}`")), "{key} is not on the page");
+        }
     }
 
     #[test]

@@ -240,6 +240,10 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     }
     row("projectile", projectile(&scene.projectile));
     row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
+    let viscosity = scene.viscosity();
+    if viscosity != [0.0; 3] {
+        row("viscosity of the yarn: linear, quadratic, bending", viscosity.map(|part| format!("{part:.4}")).join("  "));
+    }
     row("ended by", format!("{} at {:.1} us, step {}", summary.ended_by, 1e6 * summary.time, summary.steps));
     row("kinetic energy at the start", format!("{:.4} J", summary.initial_kinetic_energy));
     row("residual velocity x, y, z", format!("{} m/s", vector(summary.residual_velocity, 3)));
