@@ -170,7 +170,11 @@ impl<'s, 'a> Bands<'s, 'a> {
         let needed = system.layout.band_lines(of)?;
         let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
-        let plan = Plan::of(system, of, scratch, None);
+        let plan = Plan::of(system, scratch, None);
+        for band in 0..of {
+            // SAFETY: this call has the simulation to itself, so no band is being swept.
+            unsafe { plan.cut(of, band) };
+        }
         let outcomes = system.state.watch.mask().bits();
         Ok(Bands {
             system,
@@ -280,7 +284,11 @@ impl Bands<'_, '_> {
         }
         self.steps.fetch_add(usize::from(system.state.step > steps), Ordering::Release);
         self.outcomes.store(system.state.watch.mask().bits(), Ordering::Release);
-        *plan = Plan::of(system, self.of, plan.memory.scratch, Some(plan));
+        *plan = Plan::of(system, plan.memory.scratch, Some(plan));
+        for band in 0..self.of {
+            // SAFETY: the caller's promise.
+            unsafe { plan.cut(self.of, band) };
+        }
         Ok(())
     }
 }
@@ -303,7 +311,7 @@ impl Drop for Bands<'_, '_> {
 
 impl Plan {
     /// Plans the pass that follows `last`, or the first one.
-    fn of(system: &mut System<'_>, of: u32, scratch: *mut f64, last: Option<&Plan>) -> Plan {
+    fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>) -> Plan {
         let second_half = last.is_some_and(|last| last.end < 1.0);
         let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
         let failed_before = match last {
@@ -365,7 +373,7 @@ impl Plan {
         };
         let track_support = system.scene.track_support;
         let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
-        let plan = Plan {
+        Plan {
             end,
             second_half,
             failed_before,
@@ -382,12 +390,7 @@ impl Plan {
             marked,
             track_support,
             memory,
-        };
-        for band in 0..of {
-            // SAFETY: the caller has the simulation to itself, so no band is being swept.
-            unsafe { plan.cut(of, band) };
         }
-        plan
     }
 
     /// Rows [first, end) of a band.
@@ -470,6 +473,7 @@ impl Plan {
     ///
     /// # Safety
     /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    #[inline(never)] // What it needs must not add to the stack of a sweep.
     unsafe fn push(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if first == end {
@@ -541,7 +545,7 @@ impl Plan {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
                 let pulls = self.pulls(of);
-                let rows = Rows {
+                let mut rows = Rows {
                     first: start,
                     turned: self.is_turned(ply),
                     hot: rows_mut(memory.hot, chunks, start, count),

@@ -311,21 +311,6 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     run::<[f64; 2], J>(job)
 }
 
-/// The same with lanes of at most 32 bytes: for jobs that would take too much stack with wider ones.
-pub fn dispatch_narrow<J: Job>(set: InstructionSet, job: J) -> J::Output {
-    #[cfg(target_arch = "x86_64")]
-    if set.available() {
-        return match set {
-            InstructionSet::Scalar => run::<[f64; 2], J>(job),
-            InstructionSet::Sse2 => run::<core::arch::x86_64::__m128d, J>(job),
-            // SAFETY: available() has just found the instructions on this machine; those of AVX-512 include those of AVX2.
-            InstructionSet::Avx2 | InstructionSet::Avx512 => unsafe { x86::avx2(job) },
-        };
-    }
-    let _ = set;
-    run::<[f64; 2], J>(job)
-}
-
 /// Does a job with lanes that every machine of the target has. Not inlined: the stack of one kind must not add to that of another.
 #[inline(never)]
 fn run<L: Lane, J: Job>(job: J) -> J::Output {

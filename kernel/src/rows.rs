@@ -147,7 +147,7 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
+    pub fn sweep(&mut self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
         let Layout { strength, graded, .. } = *terms.layout;
         let optional = strength || graded || terms.layout.takes_energy() || !self.marks.is_empty();
         if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
@@ -155,17 +155,21 @@ impl Rows<'_> {
 
     /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
     #[inline]
-    fn sweep_with<const OPTIONS: bool>(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+    fn sweep_with<const OPTIONS: bool>(
+        &mut self,
+        terms: &Terms<'_>,
+        mut book: impl FnMut(usize, [Vector; 2]),
+    ) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let net = if OPTIONS { &self.net } else { &Net::NONE };
-        let pass = terms.pass(net, self.turned);
-        let Rows { first, turned, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
+        let Rows { hot, history, before, taken, ranges, carry, kept, .. } = self;
+        let (first, turned, above, yarn, runs) = (self.first, self.turned, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
-        let (viscous, taken) = if OPTIONS { (layout.viscous, self.taken) } else { (false, &mut [][..]) };
+        let (viscous, net) = if OPTIONS { (layout.viscous, &self.net) } else { (false, &Net::NONE) };
+        let pass = terms.pass(net, turned);
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }

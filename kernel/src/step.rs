@@ -88,6 +88,7 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
 }
 
 /// The body moves; high-water marks.
+#[inline(never)] // It must not add to the stack of the sweep.
 fn end_pass(
     system: &mut System<'_>,
     gathered: &Gathered,
@@ -214,7 +215,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     // No mark before the first failure.
     let marked = layout.toe && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(rows) = Rows::of(blocks, layout, [first, end], turned, marked) else { return Report::LOST };
+    let Some(mut rows) = Rows::of(blocks, layout, [first, end], turned, marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
             book_pulls(sums, scene, layout, j - bottom, &pulls);

@@ -172,8 +172,8 @@ impl Pass<'_> {
             (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(job)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(job)),
             (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(job)),
-            (_, false, true) => lanes::dispatch_narrow(set, RowJob::<false, true, NONE>(job)),
-            (_, false, false) => lanes::dispatch_narrow(set, RowJob::<false, true, TOE>(job)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(job)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(job)),
         }
     }
 
@@ -190,7 +190,7 @@ impl Pass<'_> {
         yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) {
-        lanes::dispatch_narrow(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
+        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
     }
 }
 

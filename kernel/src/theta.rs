@@ -34,6 +34,7 @@ use crate::yarn::{self, Damage};
 const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
+#[inline(never)] // It must not add to the stack of the sweep.
 pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
     let rates = system.state.body;
     start_pushed(system);

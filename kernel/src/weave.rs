@@ -51,6 +51,7 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
 }
 
 /// The same among nodes at these places.
+#[inline(never)] // It must not add to the stack of the search for overlaps.
 pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> FixedRuns {
     let [nx, ny] = places.each_ref().map(Places::nodes);
     let last_row = ny as usize - 1;
@@ -60,7 +61,7 @@ pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> Fixed
         AttachmentKind::TwoSides => sides,
         AttachmentKind::FourSides if j == 0 || j == last_row => [[0, nx], [0, 0]],
         AttachmentKind::FourSides => sides,
-        AttachmentKind::FourCorners => corner_runs(scene, places, j),
+        AttachmentKind::FourCorners => corner_runs(scene, places, nx, j),
     }
 }
 
@@ -94,9 +95,8 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
 }
 
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
-#[inline(never)] // It must not add to the stack of the search for overlaps.
-fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], j: usize) -> FixedRuns {
-    let (nx, [h_x, h_y]) = (columns.nodes(), scene.spacings());
+fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], nx: u32, j: usize) -> FixedRuns {
+    let [h_x, h_y] = scene.spacings();
     let centre = disc_centre(scene);
     let dy = from_disc_centre(j, rows, h_y, centre[1]);
     let radius2 = scene.attachment.disc_radius * scene.attachment.disc_radius;
