@@ -8,7 +8,7 @@ use fabric_tests::small_sheet;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Mostly a usual value changed a little, sometimes any f64 at all.
+/// Mostly a usual value changed a little, sometimes any f64 at all. Boxed: those of a scene would not fit a thread's stack.
 fn near(value: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
         60 => (0.9..1.1).prop_map(move |factor: f64| value * factor),
@@ -17,6 +17,7 @@ fn near(value: f64) -> impl Strategy<Value = f64> {
         1 => any::<f64>(),
         1 => prop::sample::select(vec![0.0, -value, f64::MIN_POSITIVE, 1e-310, 1e300, f64::MAX, 1e-12, 1e12]),
     ]
+    .boxed()
 }
 
 fn component() -> impl Strategy<Value = f64> {
