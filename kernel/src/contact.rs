@@ -549,7 +549,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let x0 = rest_offset(0, nodes_x);
     for j in 0..ny {
         let (ply, row_of_ply) = layout.ply_and_row(j);
-        let y0 = planes::get(net.lines, PLACE, j).unwrap_or_else(|| rest_offset(row_of_ply, nodes_y) * rise);
+        let y0 = rest_offset(row_of_ply, nodes_y) * rise;
+        let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
         let z0 = ply as f64 * pile;
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {

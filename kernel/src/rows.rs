@@ -11,7 +11,7 @@ use crate::planes::{
 };
 use crate::pose::Vector;
 use crate::rate::Rates;
-use crate::sweep::{Constants, Pass, Report, YarnRow};
+use crate::sweep::{Constants, Pass, Report, Row, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
 
@@ -173,6 +173,8 @@ impl Rows<'_> {
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
+        // Whether nodes stand for several.
+        let weighed = layout.x.mirrored || layout.y.mirrored || layout.graded;
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
@@ -187,18 +189,15 @@ impl Rows<'_> {
             }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, logarithms, k, turned);
-            let (met, reach) = pass.row(
-                j,
-                row,
-                planes::row_mut(history, chunks, k),
-                above,
-                carry,
-                &yarn,
-                planes::row(marks, chunks, k),
-            );
+            let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
+            let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
             report = report.merged(met);
             *range = reach;
-            let pulls = restore_fixed(row, kept, run, layout, net, j);
+            let pulls = if weighed {
+                restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
+            } else {
+                restore_fixed(row, kept, run, |_| 1.0)
+            };
             book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
@@ -287,18 +286,14 @@ fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    layout: &Layout,
-    net: &Net<'_>,
-    j: usize,
+    weight: impl Fn(usize) -> f64,
 ) -> [Vector; 2] {
-    let weighed = layout.x.mirrored || layout.y.mirrored || layout.graded;
     let mut pulls = [Vector::zeros(); 2];
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            let one = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-            *pull += if weighed { one * weight(layout, net, i, j) } else { one };
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight(i);
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;
@@ -306,12 +301,6 @@ fn restore_fixed(
         }
     }
     pulls
-}
-
-/// How many nodes of the fabric node (i, j) stands for. Not inlined: where all stand for one it would cost more than the sum.
-#[inline(never)]
-fn weight(layout: &Layout, net: &Net<'_>, i: usize, j: usize) -> f64 {
-    layout.node_weight(i, j) * net.share(i, j)
 }
 
 /// The image column of one row, at rest: only displacements, the first three planes, are read.

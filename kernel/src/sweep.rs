@@ -116,19 +116,27 @@ fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
 }
 
-/// What [`Pass::row`] works on.
-struct Row<'a> {
-    pass: &'a Pass<'a>,
-    j: usize,
-    row: &'a mut [Chunk<HOT_PLANES>],
-    history: &'a mut [Chunk<HISTORY_PLANES>],
-    above: &'a [Chunk<HOT_PLANES>],
-    carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: &'a YarnRow<'a>,
-    marks: &'a [Chunk<MARK_PLANES>],
+/// A row to be stepped.
+pub struct Row<'a> {
+    /// Constants of the pass.
+    pub pass: &'a Pass<'a>,
+    /// Its number.
+    pub j: usize,
+    /// Its hot chunks.
+    pub row: &'a mut [Chunk<HOT_PLANES>],
+    /// Its history.
+    pub history: &'a mut [Chunk<HISTORY_PLANES>],
+    /// The row above, empty for the top row.
+    pub above: &'a [Chunk<HOT_PLANES>],
+    /// The vertical forces from the row below, replaced by those to the row above.
+    pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    /// Constants of its segments.
+    pub yarn: &'a YarnRow<'a>,
+    /// Its toe's marks, empty for no toe.
+    pub marks: &'a [Chunk<MARK_PLANES>],
 }
 
-/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
+/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
 /// are multiplied by.
 struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(Row<'a>);
 
@@ -148,38 +156,27 @@ pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 /// Columns of no grading.
 const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
 
-impl Pass<'_> {
-    /// Steps row j. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
-    /// `carry`: the vertical forces from the row below, replaced by those to the row above; `marks`: its toe's marks, empty for
-    /// no toe. Returns what was met, and the least and greatest y displacement.
-    #[allow(clippy::too_many_arguments)] // What the row's blocks are.
-    pub fn row(
-        &self,
-        j: usize,
-        row: &mut [Chunk<HOT_PLANES>],
-        history: &mut [Chunk<HISTORY_PLANES>],
-        above: &[Chunk<HOT_PLANES>],
-        carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: &YarnRow<'_>,
-        marks: &[Chunk<MARK_PLANES>],
-    ) -> (Report, [f64; 2]) {
-        let set = self.instructions;
-        let job = Row { pass: self, j, row, history, above, carry, yarn, marks };
+impl Row<'_> {
+    /// Steps the row. Returns what was met, and the least and greatest y displacement.
+    pub fn step(self) -> (Report, [f64; 2]) {
+        let set = self.pass.instructions;
         // A dependence on the rate excludes the toe and grading.
-        match (self.directions.plain, self.net.columns.is_empty(), marks.is_empty()) {
-            _ if !yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, false, RATE>(job)),
-            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(job)),
-            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(job)),
-            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(job)),
-            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(job)),
-            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(job)),
-            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(job)),
+        match (self.pass.directions.plain, self.pass.net.columns.is_empty(), self.marks.is_empty()) {
+            _ if !self.yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
+            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(self)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
+            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(self)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(self)),
         }
     }
+}
 
-    /// The vertical forces of row j, `row`, on the row `above`, as [`Pass::row`] would leave them in `carry`; nothing is stepped and
+impl Pass<'_> {
+    /// The vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and
     /// no damage is committed. For a band that starts at `above`.
-    #[allow(clippy::too_many_arguments)] // As above.
+    #[allow(clippy::too_many_arguments)] // What the row's blocks are.
     pub fn lift(
         &self,
         j: usize,
