@@ -207,7 +207,7 @@ impl Scene {
             self.sheet.grading = Grading { largest: 0, ..before };
         }
         // Some options go with a whole fabric only.
-        self.check_grading().inspect_err(|_| self.sheet.grading = before)
+        self.check().inspect_err(|_| self.sheet.grading = before)
     }
 
     /// Where the projectile's centre meets the sheet's plane, and the half extents of its box there, m, sheet's frame.

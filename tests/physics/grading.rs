@@ -343,7 +343,7 @@ fn a_graded_sheet_converges_to_the_fabric() {
     assert!(errors[2] < 1e-2 && errors[0] < errors[1] / 3.0 && errors[1] < errors[2] / 3.0, "{errors:?}");
 }
 
-/// What a graded network does not have is refused by name, and a hit beside the fine part is told.
+/// Bars of no size are refused by name, and a hit beside the fine part is told. What does not go with them stands in `refusals.rs`.
 #[test]
 fn refusals_and_a_hit_beside_the_fine_part() {
     let scene = graded(small_sheet(61, 100.0), 10.0, 8, 1);
@@ -356,28 +356,6 @@ fn refusals_and_a_hit_beside_the_fine_part() {
     assert_eq!(refused(&|s| s.sheet.grading.largest = 3), (Code::OutOfRange, "sheet.grading.largest"));
     assert_eq!(refused(&|s| s.sheet.grading.largest = 128), (Code::OutOfRange, "sheet.grading.largest"));
     assert_eq!(refused(&|s| s.sheet.grading.run = 0), (Code::OutOfRange, "sheet.grading.run"));
-    for (name, viscosity) in
-        [("linear", [0.06, 0.0, 0.0]), ("quadratic", [0.0, 1.5, 0.0]), ("bending", [0.0, 0.0, 0.06])]
-    {
-        let viscous = |s: &mut Scene| {
-            [s.yarn.viscosity_linear, s.yarn.viscosity_quadratic, s.yarn.viscosity_bending] = viscosity;
-        };
-        let (code, field) = refused(&viscous);
-        assert_eq!((code, field.strip_prefix("yarn.viscosity_")), (Code::OutOfRange, Some(name)));
-    }
-    let rate = |s: &mut Scene| (s.yarn.rate_reference, s.yarn.rate_limit) = (30.0, 170.0);
-    let stiffening = |s: &mut Scene| {
-        rate(s);
-        s.yarn.rate_modulus = 0.1;
-    };
-    assert_eq!(refused(&stiffening), (Code::OutOfRange, "yarn.rate_modulus"));
-    let strengthening = |s: &mut Scene| {
-        rate(s);
-        s.yarn.rate_stretch = 0.1;
-    };
-    assert_eq!(refused(&strengthening), (Code::OutOfRange, "yarn.rate_stretch"));
-    assert_eq!(refused(&|s| s.contact.friction = 0.3), (Code::OutOfRange, "contact.friction"));
-    assert_eq!(refused(&|s| s.stack.plies = 2), (Code::OutOfRange, "stack.plies"));
     assert_eq!(refused(&|s| s.sheet.grading.half_width[1] = -1.0).1, "sheet.grading.half_width");
     for (x, beside) in [(0.0, false), (4e-3, true), (0.018, true)] {
         let mut scene = scene;
