@@ -4,10 +4,12 @@
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
 mod bench;
+mod effort;
 mod error_time;
 mod event;
 mod fabrics;
 mod friction;
+mod hits;
 mod machine;
 mod memory;
 mod paper;

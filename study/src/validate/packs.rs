@@ -10,9 +10,9 @@
 //! Limits: all plies are lumped into one network, so they are hit at once and cannot part; no friction, no slip; how the packs were
 //! held was not seen.
 
-use super::limit::limit;
-use super::{each, named, sheet};
+use super::{LONGEST, named, sheet};
 use crate::error_time::overshoot::{VISCOUS, with_viscosity};
+use crate::hits::{each, limit};
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
 use crate::{Result, report};
@@ -110,7 +110,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         let (bar, pack) = networks[k];
         // Near the trend of the measurements.
         let guess = 300.0 * (f64::from(pack.plies) * pack.textile.areal_density()).sqrt().max(0.3);
-        let found = limit(&scene(pack, bar, width, radius, mass)?, guess, hit)?;
+        let found = limit(&scene(pack, bar, width, radius, mass)?, guess, hit, LONGEST)?;
         progress.add(1, || format!("{}, {} plies", pack.name, pack.plies));
         Ok(found)
     })?;
