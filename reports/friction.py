@@ -23,13 +23,15 @@ def report(folder, docs=None):
 NOTES = (
     "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the sphere strikes. "
     "Absorbed: work of the sphere on the fabric. Rubbed: what of it friction turned into heat. A run ends when the sphere has exited or after 0.6 ms; "
-    "after the first failure steps are halved. The ballistic limit of each run is found by bisection to 1 %.\n"
+    "after the first failure steps are halved. The ballistic limit of each run is found by bisection to 1 %, which its interval counts.\n"
 )
 CROSSINGS = (
     "Energy that friction of coefficient 0.3 takes where yarns at an angle of crimp of 0.2 rad (1 % crimp) turn on each other, if every crossing turns "
     "once, to where tension and angle of shear have their largest product, under the tension there ([model](../model.md#friction)); one run each, without friction on the sphere."
 )
 SHARE = 0.3 * 0.2
+# Width of a bisection for a ballistic limit, in parts of it.
+BISECTION = 0.01
 
 
 def groups(rows, *keys):
@@ -37,10 +39,6 @@ def groups(rows, *keys):
     for row in rows:
         found.setdefault(tuple(float(row[key]) for key in keys), []).append(row)
     return found
-
-
-def estimate(values):
-    return Estimate.of_error(sum(values) / len(values), standard_error(values), len(values) - 1)
 
 
 def shown(found, digits):
@@ -54,10 +52,10 @@ def numbers(rows, key):
     return [float(row[key]) for row in rows]
 
 
-def change(values, without):
+def change(values, without, resolution=0.0):
     """Of a mean over that without friction, %; runs of the same number are no pairs beyond the first failure."""
     mean = lambda numbers: sum(numbers) / len(numbers)
-    error = lambda numbers: standard_error(numbers) / mean(numbers)
+    error = lambda numbers: standard_error(numbers, resolution) / mean(numbers)
     ratio = mean(values) / mean(without)
     spread = ratio * math.hypot(error(values), error(without))
     return Estimate.of_error(100 * (ratio - 1), 100 * spread, min(len(values), len(without)) - 1)
@@ -69,7 +67,7 @@ def limit_table(rows):
     lines = []
     for (friction,), own in found.items():
         limits = numbers(own, "limit m/s")
-        lines.append([f"{friction:g}", shown(estimate(limits), 1), "" if friction == 0 else shown(change(limits, without), 1), len(limits)])
+        lines.append([f"{friction:g}", shown(Estimate.mean(limits, BISECTION), 1), "" if friction == 0 else shown(change(limits, without, BISECTION), 1), len(limits)])
     return page.markdown(["coefficient", "limit, m/s", "against 0, %", "runs"], lines)
 
 
@@ -80,9 +78,9 @@ def impact_table(rows):
         absorbed = numbers(own, "absorbed J")
         without = numbers(found[(velocity, 0.0)], "absorbed J")
         lines.append([
-            f"{velocity:.0f}", f"{float(own[0]['impact J']):.1f}", f"{friction:g}", shown(estimate(absorbed), 2),
+            f"{velocity:.0f}", f"{float(own[0]['impact J']):.1f}", f"{friction:g}", shown(Estimate.mean(absorbed), 2),
             "" if friction == 0 else shown(change(absorbed, without), 1), f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
-            shown(estimate(numbers(own, "velocity m/s")), 1),
+            shown(Estimate.mean(numbers(own, "velocity m/s")), 1),
         ])  # fmt: skip
     return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "rubbed, J", "velocity after, m/s"], lines)
 

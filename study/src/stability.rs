@@ -12,6 +12,7 @@ mod fmu;
 mod friction;
 mod map;
 mod outcomes;
+mod plies;
 mod sheets;
 mod steps;
 
@@ -115,6 +116,7 @@ fn cases() -> Result<Vec<Case>> {
     cases.extend(sheets::rows());
     cases.extend(bodies::rows()?);
     cases.extend(friction::rows());
+    cases.extend(plies::rows());
     cases.extend(outcomes::rows());
     Ok(cases)
 }

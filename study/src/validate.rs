@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> Result<bool> {
 }
 
 /// A textile of the folder fabrics.
-fn named(name: &str) -> Result<Textile> {
+pub fn named(name: &str) -> Result<Textile> {
     let found = textile::all()?.into_iter().find(|named| named.name == name);
     Ok(found.ok_or_else(|| format!("no fabric {name}"))?.textile)
 }
@@ -99,7 +99,7 @@ fn measured_rows<T>(table: &str, read: impl Fn(&toml::Value) -> Option<T>) -> Re
 
 /// A square sheet of the textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and
 /// strength per width are those of the textile. Both directions must be alike.
-fn sheet(textile: &Textile, width: f64, bar: f64) -> Result<Scene> {
+pub fn sheet(textile: &Textile, width: f64, bar: f64) -> Result<Scene> {
     let mut scene = Scene::sheet_3in_sphere();
     scene.set_textile(textile)?;
     let sheet = &mut scene.sheet;
