@@ -266,8 +266,9 @@ def packs(folder, rows):
         "separate": "friction, slip, rate, the pack's true boundary, the gap of its plies; fibre before weaving",
     }
     comparisons, lines, series, slopes = [], [], [], []
-    for form, bar in dict.fromkeys((row["form"], row["yarns a bar"]) for row in rows):
-        own = [row for row in rows if (row["form"], row["yarns a bar"]) == (form, bar)]
+    kind = lambda row: (row["form"], row["yarns a bar"], row["width mm"])
+    for form, bar, width in dict.fromkeys(map(kind, rows)):
+        own = [row for row in rows if kind(row) == (form, bar, width)]
         points = []
         for row in own:
             ours, measured = mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"]
@@ -276,27 +277,27 @@ def packs(folder, rows):
                 points.append(Point(f"{row['areal density kg/m2']:.1f} kg/m², m/s", ours, (measured - V50_INTERVAL, measured + V50_INTERVAL)))
                 words, verdict = f"{measured:.0f} ± {V50_INTERVAL:.0f}", points[-1].verdict
             lines.append([
-                row["pack"], form, f"{bar:g}", f"{row['plies']:.0f}", f"{row['areal density kg/m2']:.2f}", ours.text(0), words,
+                row["pack"], form, f"{bar:g}", f"{width:.0f}", f"{row['plies']:.0f}", f"{row['areal density kg/m2']:.2f}", ours.text(0), words,
                 f"{100 * (ours.value / measured - 1):+.0f}" if words else "", verdict, f"{row['A_d A_p/m_p']:.4f}", f"{ours.value / row['(U*)^(1/3) m/s']:.3f}",
             ])
-        title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar"
+        title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar, {width:.0f} mm"
         comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks[form]))
         found = slope_points([row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]])
         comparisons.append(Comparison(f"slope of the V50 of {title}", "measurement", "from ± 19 m/s", found, 0, lacks[form]))
-        slopes += [[form, f"{bar:g}", point.name, point.ours.text(0), f"{point.allowed[0]:.0f} to {point.allowed[1]:.0f}", point.verdict] for point in found]
+        slopes += [[form, f"{bar:g}", f"{width:.0f}", point.name, point.ours.text(0), f"{point.allowed[0]:.0f} to {point.allowed[1]:.0f}", point.verdict] for point in found]
         for name in dict.fromkeys(row["pack"] for row in own):
             line = [row for row in own if row["pack"] == name]
             scaled = [(row["A_d A_p/m_p"], mean_of(row, "limit m/s", BISECTION), row["(U*)^(1/3) m/s"]) for row in line]
             bars = [(ours.low / u, ours.high / u) for _, ours, u in scaled]
-            series.append(Series(f"{name}, {form}, {bar:g} yarns a bar", [(x, ours.value / u) for x, ours, u in scaled], "marked", bars))
-    both = [[row for row in rows if row["form"] == "bonded" and row["yarns a bar"] == bar] for bar in sorted({row["yarns a bar"] for row in rows})]
+            series.append(Series(f"{name}, {form}, {bar:g} yarns a bar, {width:.0f} mm", [(x, ours.value / u) for x, ours, u in scaled], "marked", bars))
+    wide = [row for row in rows if row["width mm"] == rows[0]["width mm"]]
+    both = [[row for row in wide if row["form"] == "bonded" and row["yarns a bar"] == bar] for bar in sorted({row["yarns a bar"] for row in wide})]
     points = [
         Point(f"{fine['pack']}, {fine['plies']:.0f} plies", Estimate.quotient(mean_of(coarse, "limit m/s", BISECTION), mean_of(fine, "limit m/s", BISECTION)), about(1, 0.1))
         for fine, coarse in zip(both[0], both[-1]) if fine is not coarse
     ]
     comparisons.append(Comparison("ballistic limit of bonded packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2))
-    first = (rows[0]["form"], rows[0]["yarns a bar"])
-    measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and (row["form"], row["yarns a bar"]) == first]
+    measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and kind(row) == kind(rows[0])]
     points = [(row["A_d A_p/m_p"], row["measured V50 m/s"] / row["(U*)^(1/3) m/s"]) for row in measured]
     bars = [tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured]
     series.append(Series("Twaron CT612, measured", points, "points", bars))
@@ -304,10 +305,10 @@ def packs(folder, rows):
         folder / "packs.svg", "Ballistic limit on Cunniff's axes: fragment of 1.10 g", "areal density x presented area / mass of the fragment",
         "V50 / (U*)^(1/3)", series, "from zero",
     )
-    heading = ["pack", "form", "yarns a bar", "plies", "kg/m²", "model m/s [95 %]", "measured m/s", "off %", "verdict", "A_d A_p/m_p", "model V50/(U*)^(1/3)"]
+    heading = ["pack", "form", "yarns a bar", "width, mm", "plies", "kg/m²", "model m/s [95 %]", "measured m/s", "off %", "verdict", "A_d A_p/m_p", "model V50/(U*)^(1/3)"]
     text = page.markdown(heading, lines, 2)
     if slopes:
-        text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(["form", "yarns a bar", "between", "model [95 %]", "measured", "verdict"], slopes, 1)
+        text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1)
     return comparisons, text + "\n(U*)^(1/3) of the fibres of validation/fibres.toml:\n\n" + fibres()
 
 
