@@ -8,13 +8,11 @@ from .statistics import Estimate, standard_error
 
 def report(folder, docs=None):
     impacts, limits = page.rows_of(folder / "friction.csv"), page.rows_of(folder / "friction_limits.csv")
-    crossings = page.rows_of(folder / "friction_crossings.csv")
     text = NOTES
     for case in dict.fromkeys(row["case"] for row in impacts):
         own = [row for row in impacts if row["case"] == case]
         text += f"\n## {case[0].upper()}{case[1:]}\n\nBallistic limit:\n\n" + limit_table([row for row in limits if row["case"] == case])
         text += "\nAbove it:\n\n" + impact_table(own)
-    text += "\n## Friction between yarns\n\n" + CROSSINGS + "\n\n" + crossing_table(crossings)
     print(text)
     if docs:
         page.write_table(docs, "friction", "Friction against its coefficient", "fabric-study friction` and `python3 -m reports friction --docs docs", text)
@@ -25,11 +23,6 @@ NOTES = (
     "Absorbed: work of the sphere on the fabric. Rubbed: what of it friction turned into heat. A run ends when the sphere has exited or after 0.6 ms; "
     "after the first failure steps are halved. The ballistic limit of each run is found by bisection to 1 %, which its interval counts.\n"
 )
-CROSSINGS = (
-    "Energy that friction of coefficient 0.3 takes where yarns at an angle of crimp of 0.2 rad (1 % crimp) turn on each other, if every crossing turns "
-    "once, to where tension and angle of shear have their largest product, under the tension there ([model](../model.md#friction)); one run each, without friction on the sphere."
-)
-SHARE = 0.3 * 0.2
 # Width of a bisection for a ballistic limit, in parts of it.
 BISECTION = 0.01
 
@@ -83,11 +76,3 @@ def impact_table(rows):
             shown(Estimate.mean(numbers(own, "velocity m/s")), 1),
         ])  # fmt: skip
     return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "rubbed, J", "velocity after, m/s"], lines)
-
-
-def crossing_table(rows):
-    lines = []
-    for row in rows:
-        turning, absorbed = SHARE * float(row["turning J"]), float(row["absorbed J"])
-        lines.append([row["case"], f"{float(row['impact velocity m/s']):.0f}", f"{turning:.3f}", f"{absorbed:.2f}", f"{100 * turning / absorbed:.1f}"])
-    return page.markdown(["case", "velocity, m/s", "taken, J", "absorbed, J", "%"], lines)

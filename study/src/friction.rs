@@ -7,15 +7,12 @@
 //! `python3 -m reports friction` makes means with intervals of it, and docs/tables/friction.md.
 
 use crate::effort::{self, Effort};
-use crate::event::mask_of;
 use crate::hits::{Impact, each, impact, limit, shot};
-use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
 use crate::{Result, report};
 use clap::Args;
-use fabric::math::length;
-use fabric::{Outcome, Scene, Sim, StepAfterFailure};
+use fabric::{Scene, StepAfterFailure};
 use std::path::PathBuf;
 
 /// Options of `friction`.
@@ -73,61 +70,6 @@ fn rough(case: &Case, friction: f64) -> Scene {
     scene
 }
 
-/// What friction of crossing yarns that turn on each other takes, J, were its coefficient 1 and the yarns' angle of crimp 1 rad, if
-/// every crossing turned once, to where tension and angle have their largest product, under the tension there.
-///
-/// At a crossing with the mean tension T the yarns press on each other by N = 2 T theta, theta being the angle at which they cross
-/// the plane of the cloth. On a patch as wide as a yarn, h, uniform pressure gives the moment mu N h/3 against a change of the angle
-/// between them. The network has no such moment, and turns more than it would with one.
-fn crossings(scene: &Scene) -> Result<f64> {
-    const EVERY: f64 = 5e-7;
-    let mut buffers = Buffers::of(scene)?;
-    let mut sim = buffers.sim(scene)?;
-    let steps = ((EVERY / sim.step_limits().dt) as u64).max(1);
-    let ends = mask_of(&[Outcome::Arrested, Outcome::Exited, Outcome::Detached]);
-    let mut largest = vec![0.0_f64; sim.layout().nodes()];
-    while !sim.outcomes().mask.has(ends) && sim.time() < LONGEST {
-        sim.advance(steps)?;
-        for (largest, now) in largest.iter_mut().zip(angles(&sim)?) {
-            if let Some([tension, angle]) = now {
-                *largest = largest.max(tension * angle.abs());
-            }
-        }
-    }
-    Ok(2.0 * largest.iter().sum::<f64>() * scene.sheet.spacing / 3.0)
-}
-
-/// Of every crossing inside the sheet, while its four segments live: mean tension, N, and angle of shear, rad.
-fn angles(sim: &Sim<'_>) -> Result<Vec<Option<[f64; 2]>>> {
-    let (scene, layout) = (sim.scene(), sim.layout());
-    let (nx, ny) = (layout.nodes_x, layout.nodes_y);
-    let mut flat = vec![0.0; 3 * layout.nodes()];
-    sim.copy_positions(&mut flat)?;
-    let mut alpha = vec![0.0; layout.segments()];
-    sim.copy_damage(&mut alpha)?;
-    let at = |i: usize, j: usize| -> [f64; 3] { core::array::from_fn(|axis| flat[3 * (j * nx + i) + axis]) };
-    let way = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { core::array::from_fn(|axis| b[axis] - a[axis]) };
-    let tension = |a: [f64; 3], b: [f64; 3], alpha: f64| {
-        let stretch = length(way(a, b)) / scene.sheet.spacing;
-        let strain = (0.5 * (stretch * stretch - 1.0)).max(0.0);
-        alpha * scene.yarn.modulus_mean * scene.lumped_area() * stretch * strain
-    };
-    let mut all = Vec::new();
-    for (i, j) in (1..ny - 1).flat_map(|j| (1..nx - 1).map(move |i| (i, j))) {
-        let (x, left, right, below, above) = (at(i, j), at(i - 1, j), at(i + 1, j), at(i, j - 1), at(i, j + 1));
-        let first = (nx - 1) * ny;
-        let live =
-            [j * (nx - 1) + i - 1, j * (nx - 1) + i, first + (j - 1) * nx + i, first + j * nx + i].map(|k| alpha[k]);
-        let (warp, weft) = (way(left, right), way(below, above));
-        let along = warp[0] * weft[0] + warp[1] * weft[1] + warp[2] * weft[2];
-        let pulls =
-            [left, right, below, above].iter().zip(live).map(|(end, alpha)| tension(x, *end, alpha)).sum::<f64>();
-        let angle = (along / (length(warp) * length(weft))).asin();
-        all.push(live.iter().all(|alpha| *alpha > 0.0).then_some([0.25 * pulls, angle]));
-    }
-    Ok(all)
-}
-
 /// A run above the limit, or the search of one.
 struct Job {
     case: usize,
@@ -148,16 +90,6 @@ pub fn run(options: &Options) -> Result<bool> {
     let effort = options.flags.effort();
     let smoke = effort == Effort::Smoke;
     let cases = cases(smoke)?;
-    // Without friction between yarn and projectile: what friction between yarns could be.
-    let mut turning = Table::new(&["case", "impact velocity m/s", "turning J", "absorbed J"]);
-    for case in &cases {
-        for velocity in &case.velocities {
-            let scene = shot(&rough(case, 0.0), *velocity, 0);
-            let row = [*velocity, crossings(&scene)?, impact(&scene, LONGEST)?.absorbed];
-            turning.add(std::iter::once(Cell::text(case.name)).chain(row.map(Cell::Number)).collect());
-        }
-    }
-    turning.write(&options.out.join("friction_crossings.csv"))?;
     let runs = match effort {
         Effort::Smoke => 2,
         Effort::Quick => 3,
