@@ -147,6 +147,7 @@ pub struct Search<'s> {
 
 impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
+    #[inline(never)] // What it needs must not add to the stack of the search.
     pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
         // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
