@@ -31,6 +31,7 @@ const TEST: &[Step] = &[
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
     ("digests on other targets", crate::digests::short),
+    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
