@@ -24,5 +24,23 @@ def report(folder, docs=None):
     ]
     draw("energies.svg", "where the absorbed energy is", "energy (J)", [(words, key, 1) for words, key in energies])
     sheet = sheets.Sheet(folder, about)
-    sheets.picture(sheet, folder / "sheet.png", f"{name}: sheet at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments")
-    print(f"written: {folder}: velocity.svg, force.svg, energies.svg, sheet.png")
+    at = f"{name}: sheet at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments"
+    sheets.picture(sheet, folder / "sheet.png", at)
+    sheets.damage_map(sheet, folder / "damage.png", f"{name}: damage on the undeformed grid (node numbers)")
+    kept = json.loads((folder / "frames.json").read_text())
+    if kept["movie"]:
+        sheets.movie(folder, kept["frames"], folder / "movie.gif")
+    if kept["vtk"]:
+        sheets.vtk_series(folder, kept["frames"])
+    html = page.Page(f"{name}: {summary['ended_by']} at {1e6 * summary['time']:.1f} µs")
+    html.figure(folder / "sheet.png", at)
+    if kept["movie"]:
+        html.figure(folder / "movie.gif", "The same from the start.")
+    for file, caption in [
+        ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."), ("velocity.svg", "Velocity of the projectile."),
+        ("force.svg", "Force on the projectile, mean between samples."), ("energies.svg", "Where the absorbed energy is."),
+    ]:
+        html.figure(folder / file, caption)
+    html.section("Numbers")
+    html.table(["", ""], [[key.replace("_", " "), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
+    html.write(folder / "report.html")

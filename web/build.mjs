@@ -48,7 +48,8 @@ function parameters(file) {
 const PRESET = 'preset = "sheet_3in_sphere"\n';
 const plain = parameters(written("scenes/preset.toml", PRESET));
 const number = (text) => (text === "true" ? 1 : text === "false" ? 0 : Number(text));
-for (const name of pairs(read(here, "index.html"), /<option value="(\w+)">[^<]*<\/option>/g).flat().filter((name) => /_\d/.test(name))) {
+const [[fabrics]] = pairs(read(here, "index.html"), /<select id="fabric"([^]*?)<\/select>/g);
+for (const [name] of pairs(fabrics, /value="(\w+)"/g)) {
   const changed = Object.entries(parameters(written(`scenes/fabric-${name}.toml`, `${PRESET}[fabric]\nname = "${name}"\n`))).filter(([key, text]) => plain[key] !== text);
   data.fabrics[name] = Object.fromEntries(changed.map(([key, text]) => [key, text.replace(/[[\]]/g, "").split(",").map((part) => number(part.trim()))]));
   if (Object.values(data.fabrics[name]).flat().some(Number.isNaN)) throw new Error(`${name}: not a number`);

@@ -1,7 +1,8 @@
 /** The C interface (include/fabric_kernel.h) of the kernel for WebAssembly.
  *
  * All memory is the caller's: one simulation lives at a time, from the end of the module's own data on. */
-import { constants, fabrics, structures, wholes } from "built:data";
+import { constants, structures, wholes } from "built:data";
+import { changesOf } from "./scene";
 import type { Assignment } from "./scene";
 
 interface Exports {
@@ -187,7 +188,7 @@ export class Simulation {
     this.fault = new Structure(kernel, "fk_fault");
     this.one = kernel.take(8);
     this.must(exports.fk_scene_fill(scene.at, BigInt(scene.size), constant("FK_PRESET_SHEET_3IN_SPHERE")));
-    const changes = Object.entries(fabrics[fabric] ?? {}).map(([key, value]): Assignment => ({ key, value }));
+    const changes = Object.entries(changesOf(fabric)).map(([key, value]): Assignment => ({ key, value }));
     for (const { key, value } of [...changes, ...values]) {
       const numbers = typeof value === "string" ? [constant((CHOICES[key] ?? "") + value.toUpperCase())] : value;
       scene.set(key, numbers, wholes.includes(key));

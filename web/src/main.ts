@@ -1,11 +1,11 @@
 /** The page: form, picture, plots and results. The worker computes. */
-import { fabrics, native, pinned } from "built:data";
+import { native, pinned } from "built:data";
 import kernelText from "built:kernel";
 import workerText from "built:worker";
 import { COLUMNS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, Speed, ToWorker } from "./messages";
 import { Plot } from "./plots";
-import { DEFAULTS, DIMENSIONS, NAMED, assignments, fromAddress, nameOf, spacing, toAddress, toToml } from "./scene";
+import { DEFAULTS, DIMENSIONS, NAMED, assignments, changesOf, fromAddress, nameOf, spacing, toAddress, toToml } from "./scene";
 import type { Choices, Shape } from "./scene";
 import { View } from "./view";
 import type { Colouring, Side } from "./view";
@@ -52,6 +52,16 @@ let waiting = false;
 
 const worker = new Worker(URL.createObjectURL(new Blob([workerText], { type: "text/javascript" })));
 const tell = (message: ToWorker): void => worker.postMessage(message);
+
+/** Unpacks and compiles the kernel, while the page is drawn for the first time. */
+async function load(): Promise<void> {
+  const packed = Uint8Array.from(atob(kernelText), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  tell({ kind: "kernel", module: await WebAssembly.compile(await new Response(stream).arrayBuffer()) });
+}
+load().catch((error: unknown) => {
+  outcome.textContent = `This browser cannot run the kernel: ${String(error)}`;
+});
 
 let view: View | undefined;
 try {
@@ -289,7 +299,7 @@ function sameBits(): boolean | undefined {
 
 /** Strain at which the yarn begins to fail. */
 function critical(): number {
-  return (fabrics[choices.fabric]?.["yarn.critical_stretch"]?.[0] ?? 1.03) - 1;
+  return (changesOf(choices.fabric)["yarn.critical_stretch"]?.[0] ?? 1.03) - 1;
 }
 
 function show(): void {
@@ -382,12 +392,3 @@ element("link", HTMLButtonElement).addEventListener("click", (event) => {
 if (matchMedia("(max-width: 860px)").matches) element("more", HTMLDetailsElement).open = false;
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => update());
 new ResizeObserver(() => update()).observe(plots);
-
-async function load(): Promise<void> {
-  const packed = Uint8Array.from(atob(kernelText), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  tell({ kind: "kernel", module: await WebAssembly.compile(await new Response(stream).arrayBuffer()) });
-}
-load().catch((error: unknown) => {
-  outcome.textContent = `This browser cannot run the kernel: ${String(error)}`;
-});

@@ -8,10 +8,10 @@ export interface Series {
   of: (row: Row) => number;
 }
 
-/** 1, 2 or 5 times a power of ten, so that some four steps cover a range. */
+/** 1, 2 or 5 times a power of ten, so that at most five steps cover a range. */
 function stepOf(range: number): number {
-  const power = 10 ** Math.floor(Math.log10(range / 4));
-  const part = range / 4 / power;
+  const power = 10 ** Math.floor(Math.log10(range / 5));
+  const part = range / 5 / power;
   return power * (part > 5 ? 10 : part > 2 ? 5 : part > 1 ? 2 : 1);
 }
 

@@ -125,9 +125,16 @@ function reach(choices: Choices, q: Quaternion): number {
   return Math.max(...corners.map((corner) => height(q, corner)));
 }
 
+/** What a fabric changes in the preset; nothing for "". */
+export function changesOf(fabric: string): Record<string, number[]> {
+  const changes = fabric === "" ? {} : fabrics[fabric];
+  if (!changes) throw new Error(`the page has no fabric ${fabric}`);
+  return changes;
+}
+
 /** The distance of two crossings of a fabric, m. */
 export function spacing(fabric: string): number {
-  return fabrics[fabric]?.["sheet.spacing"]?.[0] ?? SPACING;
+  return changesOf(fabric)["sheet.spacing"]?.[0] ?? SPACING;
 }
 
 /** What differs from the preset `sheet_3in_sphere`, beside what the fabric changes. */

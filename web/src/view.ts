@@ -74,6 +74,8 @@ export class View {
     // What the cloth hides of it shines through.
     const hidden = new MeshBasicMaterial({ color: 0x2b4f73, transparent: true, opacity: 0.16, depthFunc: GreaterDepth, depthWrite: false });
     this.body.add(new Mesh(form, steel), new Mesh(form, hidden));
+    // A little smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it.
+    this.body.scale.setScalar(0.98);
     if (Math.abs(side / 2 - this.half) > 1e-9) {
       this.half = side / 2;
       this.look("oblique");
@@ -82,7 +84,7 @@ export class View {
 
   look(side: Side): void {
     const direction = VIEWS[side];
-    const far = (this.half * (side === "oblique" ? 1.12 : 1.3)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) / Math.hypot(...direction);
+    const far = (this.half * (side === "oblique" ? 1.0 : 1.25)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) / Math.hypot(...direction);
     this.controls.target.set(0, 0, side === "oblique" ? 0.12 * this.half : 0);
     this.camera.position.set(direction[0] * far, direction[1] * far, direction[2] * far);
     this.controls.update();

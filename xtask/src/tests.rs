@@ -194,7 +194,8 @@ fn studies() -> Outcome {
     }
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    let sheets = ["--sample", "512", "--movie", "--vtk"];
+    study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))
 }
 
