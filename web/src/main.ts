@@ -244,7 +244,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       return open();
     case "made":
       dt = data.dt;
-      view?.make(data.nodes, (data.nodes[0] - 1) * spacing(choices.fabric), choices);
+      view?.make(data.nodes, (data.nodes[0] - 1) * spacing(choices.fabric), choices, side.value as Side);
       outcome.textContent = `Ready: ${inWords(choices.shape)} at ${choices.speed} m/s. Press Run.`;
       return;
     case "refused": {

@@ -1,7 +1,7 @@
 /** The picture: the sheet as a lit surface with its yarns, holes where segments have failed, and the projectile. Metres. */
 import {
   BufferAttribute, BufferGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
-  GreaterDepth, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, PerspectiveCamera, Scene, SphereGeometry, WebGLRenderer,
+  GreaterDepth, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, PerspectiveCamera, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Frame } from "./messages";
@@ -52,8 +52,8 @@ export class View {
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
-  /** A new sheet and body. The camera moves only if the sheet has another size. */
-  make(nodes: [number, number], side: number, choices: Choices): void {
+  /** A new sheet and body. The camera moves only if the sheet has another size; then it looks from the side `view`. */
+  make(nodes: [number, number], side: number, choices: Choices, view: Side): void {
     this.nodes = nodes;
     const count = nodes[0] * nodes[1];
     for (const thing of [this.cloth, this.yarns]) {
@@ -78,15 +78,24 @@ export class View {
     this.body.scale.setScalar(0.98);
     if (Math.abs(side / 2 - this.half) > 1e-9) {
       this.half = side / 2;
-      this.look("oblique");
+      this.resize();
+      this.look(view);
     }
   }
 
   look(side: Side): void {
-    const direction = VIEWS[side];
-    const far = (this.half * (side === "oblique" ? 1.0 : 1.25)) / Math.tan((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect) / Math.hypot(...direction);
-    this.controls.target.set(0, 0, side === "oblique" ? 0.12 * this.half : 0);
-    this.camera.position.set(direction[0] * far, direction[1] * far, direction[2] * far);
+    const [x, y, z] = VIEWS[side];
+    this.controls.target.set(0, 0, side === "oblique" ? -0.06 * this.half : 0);
+    // So far away that all corners are in the picture.
+    const fits = (far: number): boolean => {
+      this.camera.position.set(x * far, y * far, z * far).add(this.controls.target);
+      this.camera.lookAt(this.controls.target);
+      this.camera.updateMatrixWorld();
+      const corners = [-1, 1].flatMap((i) => [-1, 1].map((j) => new Vector3(i * this.half, j * this.half, 0).project(this.camera)));
+      return corners.every((corner) => Math.max(Math.abs(corner.x), Math.abs(corner.y)) < 0.94);
+    };
+    let far = this.half;
+    while (!fits(far) && far < 20 * this.half) far *= 1.02;
     this.controls.update();
     this.draw();
   }

@@ -1,8 +1,8 @@
 //! `cargo xtask web`: the kernel for WebAssembly through the C interface, in one page without anything loaded from elsewhere
 //! (web/, docs/web.md); and the page's test in a browser.
 
-use crate::tools::{Outcome, cargo, first_found, make_folder, read, target, top};
-use std::path::PathBuf;
+use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run as command, target, top};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Options of the command.
@@ -11,9 +11,9 @@ pub struct Options {
     /// Also run the page's test in Chromium, as `cargo xtask test` does.
     #[arg(long)]
     test: bool,
-    /// Also take the page's picture for the README, docs/images/web.png, with Chromium.
+    /// Also make the README's pictures: docs/images/web.png, the page in Chromium, and docs/images/movie.gif.
     #[arg(long)]
-    picture: bool,
+    pictures: bool,
 }
 
 /// Names of the browser.
@@ -25,11 +25,22 @@ pub fn run(options: &Options) -> Outcome {
     if options.test {
         node("test.mjs", &[browser()?, &out.to_string_lossy(), &study()])?;
     }
-    if options.picture {
-        let picture = top().join("docs/images/web.png");
-        node("picture.mjs", &[browser()?, &out.to_string_lossy(), &picture.to_string_lossy()])?;
+    if options.pictures {
+        let images = top().join("docs/images");
+        node("picture.mjs", &[browser()?, &out.to_string_lossy(), &images.join("web.png").to_string_lossy()])?;
+        movie(&images.join("movie.gif"))?;
     }
     Ok(())
+}
+
+/// The README's movie: until the fragment is through.
+fn movie(path: &Path) -> Outcome {
+    let folder = target().join("movie");
+    let (scene, out) = ("study/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
+    command(study(), &["run", scene, "--movie", "--steps", "17000", "--out", &out])?;
+    command(python()?, &["-m", "reports", "run", &out])?;
+    let copied = std::fs::copy(folder.join("movie.gif"), path);
+    copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// The page's test, where what it needs is installed.
@@ -39,7 +50,7 @@ pub fn check() -> Outcome {
         println!("skipped: {missing}");
         return Ok(());
     }
-    run(&Options { test: true, picture: false })
+    run(&Options { test: true, pictures: false })
 }
 
 fn browser() -> Result<&'static str, String> {
@@ -79,6 +90,7 @@ fn packages() -> Outcome {
     if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(());
     }
+    println!("Installing what web/package-lock.json names ...");
     in_web("npm", &["ci", "--ignore-scripts", "--silent"])?;
     std::fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))
 }
