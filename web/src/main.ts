@@ -268,7 +268,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       } else {
         wanted = undefined;
       }
-      requestAnimationFrame(() => tell({ kind: "drawn" }));
+      void Promise.resolve(view?.drawn()).then(() => tell({ kind: "drawn" }));
       return;
     case "checked":
       return checked(data.digests, data.seconds);

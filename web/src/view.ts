@@ -173,6 +173,18 @@ export class View {
     this.draw();
   }
 
+  /** Waits until the graphics processor has drawn what it was told to. A slow one would else be told more and more. */
+  async drawn(): Promise<void> {
+    const nextPicture = (): Promise<number> => new Promise(requestAnimationFrame);
+    await nextPicture();
+    const context = this.renderer.getContext();
+    if (!(context instanceof WebGL2RenderingContext)) return;
+    const fence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    context.flush();
+    while (fence && context.getSyncParameter(fence, context.SYNC_STATUS) === context.UNSIGNALED) await nextPicture();
+    context.deleteSync(fence);
+  }
+
   /** At the browser's next picture, once. */
   private draw(): void {
     if (this.asked) return;
