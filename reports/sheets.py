@@ -248,10 +248,15 @@ def picture(sheet, path, title):
 
 
 def damage_map(sheet, path, title):
-    """Damage on the grid of nodes."""
+    """Damage on the grid of nodes: the part where there is any, at least a third of the sheet."""
     figure, axis = plot.new(7.2, 7.2)
     sheet.draw_damage(axis)
     axis.set(title=title)
+    damaged = sheet.segments[sheet.alpha < 1].ravel()
+    if len(damaged):
+        places = numpy.stack([damaged % sheet.nodes[0], damaged // sheet.nodes[0]], 1)
+        middle, half = 0.5 * (places.max(0) + places.min(0)), 0.55 * max(*numpy.ptp(places, axis=0), max(sheet.nodes) / 3)
+        axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
     axis.legend(loc="upper right", frameon=True, fontsize=8)
     axis.grid(False)
     plot.save(figure, path)

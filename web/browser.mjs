@@ -13,8 +13,16 @@ export function start(name) {
 export async function says(page, pattern, timeout = 60_000) {
   const fits = ([source]) => new RegExp(source).test(document.getElementById("outcome").textContent);
   await page.waitForFunction(fits, [pattern.source], { timeout });
-  // The picture follows with the browser's next frames.
-  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
+  // The picture follows when the graphics processor is done.
+  await page.waitForFunction(() => document.getElementById("picture").dataset.row === document.getElementById("time").value);
+}
+
+/** The picture of the sheet, when it changes no more. */
+export async function steady(page) {
+  const shot = async () => (await page.locator("#picture").screenshot()).toString("base64");
+  let [before, now] = ["", await shot()];
+  for (let k = 0; before !== now && k < 20; k++) [before, now] = [now, await shot()];
+  return now;
 }
 
 /** Goes to a row of the history by the slider, or by the button for one row on. */

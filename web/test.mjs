@@ -6,7 +6,7 @@ import { createServer } from "node:http";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { goTo, says, start } from "./browser.mjs";
+import { goTo, says, start, steady } from "./browser.mjs";
 
 const [program, folder, study] = process.argv.slice(2);
 const file = join(folder, "index.html");
@@ -97,7 +97,7 @@ const tests = {
       await page.waitForFunction((row) => Number(document.getElementById("time").value) === row, row);
     }
     await says(page, /Stopped/);
-    const seen = async () => [await text(page, "value-digest"), await text(page, "value-time"), (await page.locator("#picture").screenshot()).toString("base64")];
+    const seen = async () => [await text(page, "value-digest"), await text(page, "value-time"), await steady(page)];
     const row = Number(await page.inputValue("#time"));
     const before = await seen();
     await toTheEnd(page);

@@ -268,7 +268,10 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       } else {
         wanted = undefined;
       }
-      void Promise.resolve(view?.drawn()).then(() => tell({ kind: "drawn" }));
+      void Promise.resolve(view?.drawn()).then(() => {
+        picture.dataset.row = String(data.frame.row);
+        tell({ kind: "drawn" });
+      });
       return;
     case "checked":
       return checked(data.digests, data.seconds);
