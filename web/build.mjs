@@ -63,7 +63,7 @@ const bundled = async (entry, format, modules) => {
       builder.onLoad({ filter: /.*/, namespace: "built" }, ({ path }) => modules[path]);
     },
   };
-  const options = { bundle: true, write: false, minify: true, target: "es2022", legalComments: "none", plugins: [plugin] };
+  const options = { bundle: true, write: false, minify: true, target: "es2022", legalComments: "eof", plugins: [plugin] };
   const { outputFiles } = await build({ ...options, entryPoints: [join(here, "src", entry)], format, charset: "utf8" });
   return outputFiles[0].text;
 };
