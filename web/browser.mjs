@@ -9,20 +9,21 @@ export function start(name) {
   return chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...quiet] });
 }
 
-/** Waits until the status line says something that fits. */
-export async function says(page, pattern, timeout = 60_000) {
+/** Waits until the status line says something that fits, and the picture shows it. */
+export async function says(page, pattern) {
   const fits = ([source]) => new RegExp(source).test(document.getElementById("outcome").textContent);
-  await page.waitForFunction(fits, [pattern.source], { timeout });
+  await page.waitForFunction(fits, [pattern.source], { timeout: 60_000 });
   // The picture follows when the graphics processor is done.
   await page.waitForFunction(() => document.getElementById("picture").dataset.row === document.getElementById("time").value);
 }
 
-/** The picture of the sheet, when it changes no more. */
-export async function steady(page) {
-  const shot = async () => (await page.locator("#picture").screenshot()).toString("base64");
-  let [before, now] = ["", await shot()];
-  for (let k = 0; before !== now && k < 20; k++) [before, now] = [now, await shot()];
-  return now;
+/** The picture of the sheet, drawn anew. */
+export function drawn(page) {
+  return page.evaluate(() => {
+    document.getElementById("colouring").dispatchEvent(new Event("change"));
+    // A canvas of WebGL can be read until the browser shows it.
+    return new Promise((done) => requestAnimationFrame(() => done(document.getElementById("picture").toDataURL())));
+  });
 }
 
 /** Goes to a row of the history by the slider, or by the button for one row on. */

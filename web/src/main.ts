@@ -219,7 +219,6 @@ function goTo(row: number): void {
 
 runButton.addEventListener("click", () => {
   if (running) return tell({ kind: "pause" });
-  if (rest?.ended) goTo(0);
   tell({ kind: "run" });
   running = true;
   outcome.textContent = "Running ...";
@@ -245,7 +244,6 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
     case "made":
       dt = data.dt;
       view?.make(data.nodes, (data.nodes[0] - 1) * spacing(choices.fabric), choices, side.value as Side);
-      outcome.textContent = `Ready: ${inWords(choices.shape)} at ${choices.speed} m/s. Press Run.`;
       return;
     case "refused": {
       const field = FIELDS.find(([start]) => data.field.startsWith(start))?.[1] ?? "";
@@ -263,7 +261,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       waiting = false;
       show();
       if (rest) announce(rest);
-      if (wanted !== undefined && wanted !== frame.row && !rest?.ended && !running) {
+      if (wanted !== undefined && wanted !== frame.row && !running && (wanted < frame.row || !rest?.ended)) {
         goTo(wanted);
       } else {
         wanted = undefined;
@@ -284,7 +282,7 @@ function announce({ ended, latched }: Rest): void {
   if (!row) return;
   const at = `at ${microseconds(frame?.row ?? 0)}`;
   if (ended === "") {
-    if (row.step > 0) outcome.textContent = `Stopped ${at}.`;
+    outcome.textContent = row.step > 0 ? `Stopped ${at}.` : `Ready: ${inWords(choices.shape)} at ${choices.speed} m/s. Press Run.`;
     return;
   }
   const residual = `velocity ${row.velocity_z_m_per_s.toFixed(1)} m/s, ${row.contact_work_j.toFixed(2)} J absorbed`;

@@ -52,6 +52,7 @@ export type ToWorker =
   | { kind: "scene"; number: number; fabric: string; values: Assignment[] }
   /** Microseconds of the event in a second; 0: as fast as it computes. */
   | { kind: "pace"; pace: number }
+  /** From the start again after the end. */
   | { kind: "run" }
   | { kind: "pause" }
   /** To a row that may be new, and stay there. */

@@ -191,7 +191,8 @@ function work(): void {
 }
 
 function start(): void {
-  if (!run || run.ended) return;
+  if (!run) return;
+  if (run.ended) run.go(0);
   run.running = true;
   paced = [performance.now(), run.row];
   queue();
