@@ -17,6 +17,8 @@ YARN = "#5a6e8c"
 # From yarn without load, linen, to dark red: the colours of the web page.
 STRAIN = LinearSegmentedColormap.from_list("strain", ["#d6d3cb", "#f2cf5b", "#f28e2b", "#d1352b", "#6b0f2e"])
 STEEL = numpy.array([0.36, 0.47, 0.56])
+# Plies in turn, so that neighbours can be told apart.
+PLIES = ["#1f4e79", "#6fa8dc"]
 # The oblique view: turned by so much about z, seen from so far above the sheet, rad; the light comes from the left, above.
 TURN, ABOVE = 0.53, 0.52
 LIGHT = numpy.array([-0.55, -0.35, 0.76]) / numpy.linalg.norm([-0.55, -0.35, 0.76])
@@ -26,9 +28,9 @@ MOST_MESHES = 130
 
 class Sheet:
     """positions: m, one row a node, and velocities likewise; segments: the two nodes of each; stretch, and alpha, 0 only where it
-    has failed, of each."""
+    has failed, of each. ply: of a stack."""
 
-    def __init__(self, folder, about):
+    def __init__(self, folder, about, ply=0):
         data = (folder / about["file"]).read_bytes()
         nx, ny = about["nodes"]
         self.about, self.nodes = about, (nx, ny)
@@ -36,14 +38,16 @@ class Sheet:
         self.time, self.centre = float(head[0]), head[1:4]
         # A mirrored line has one segment more, to an image, which is not drawn.
         along_x, along_y = nx - 1 + about["mirrored"][0], ny - 1 + about["mirrored"][1]
-        count = along_x * ny + along_y * nx
-        singles = numpy.frombuffer(data, "<f4", 6 * nx * ny + count, 64).astype(float)
-        self.positions, self.velocities = singles[: 6 * nx * ny].reshape(2, -1, 3)
+        plies, nodes, count = about["plies"], nx * ny, along_x * ny + along_y * nx
+        singles = numpy.frombuffer(data, "<f4", plies * (6 * nodes + count), 64).astype(float)
+        self.positions, self.velocities = singles[: plies * 6 * nodes].reshape(2, plies, nodes, 3)[:, ply]
+        damage = numpy.frombuffer(data, "u1", plies * count, len(data) - plies * count) / 255.0
         node = numpy.arange(nx * ny).reshape(ny, nx)
         pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:])]
         self.segments = numpy.concatenate([numpy.stack([a.ravel(), b.ravel()], 1) for a, b in pairs])
-        self.stretch = self.drawn(singles[6 * nx * ny :], along_x, along_y)
-        self.alpha = self.drawn(numpy.frombuffer(data, "u1", count, len(data) - count) / 255.0, along_x, along_y)
+        of_ply = slice(count * ply, count * (ply + 1))
+        self.stretch = self.drawn(singles[plies * 6 * nodes :][of_ply], along_x, along_y)
+        self.alpha = self.drawn(damage[of_ply], along_x, along_y)
         self.outline = [numpy.array(line) for line in about["outline"]]
 
     def drawn(self, values, along_x, along_y):
@@ -160,6 +164,13 @@ class Sheet:
         faces = self.centre + 0.98 * (points[ConvexHull(points).simplices] - self.centre)
         return faces, numpy.broadcast_to(STEEL, (len(faces), 3))
 
+    def section(self):
+        """The yarn along x that is nearest to the middle: its segments as lines in x and z, mm, and their damage."""
+        nx, ny = self.nodes
+        first = (ny // 2) * (nx - 1)
+        chosen = slice(first, first + nx - 1)
+        return 1e3 * self.positions[:, [0, 2]][self.segments[chosen]], self.alpha[chosen]
+
     def draw_damage(self, axis):
         """Damage on the undeformed grid, seen along the line of flight; held nodes in grey."""
         nx, ny = self.nodes
@@ -176,15 +187,16 @@ class Sheet:
         side = max(nx, ny)
         axis.set(xlim=(-0.02 * side, 1.02 * side - 1), ylim=(-0.02 * side, 1.02 * side - 1), aspect="equal")
 
-    def vtk(self, folder, number):
-        """The sheet and the projectile's outline as VTK PolyData; failed segments are kept (hide them with a threshold on alpha)."""
-        names = f"sheet_{number:04}.vtp", f"projectile_{number:04}.vtp"
+    def vtk(self, path):
+        """The sheet as VTK PolyData; failed segments are kept (hide them with a threshold on alpha)."""
         offsets = 2 * numpy.arange(1, len(self.segments) + 1)
         cells = {"alpha": self.alpha, "damage": 1 - self.alpha, "stretch": self.stretch}
-        poly_data(folder / names[0], self.positions, self.segments.ravel(), offsets, cells, {"velocity": self.velocities})
+        poly_data(path, self.positions, self.segments.ravel(), offsets, cells, {"velocity": self.velocities})
+
+    def vtk_of_body(self, path):
+        """The projectile's outline likewise."""
         points = numpy.concatenate(self.outline)
-        poly_data(folder / names[1], points, numpy.arange(len(points)), numpy.cumsum([len(line) for line in self.outline]), {})
-        return names
+        poly_data(path, points, numpy.arange(len(points)), numpy.cumsum([len(line) for line in self.outline]), {})
 
 
 def outward(corners, normals, centre):
@@ -219,14 +231,17 @@ def poly_data(path, points, connectivity, offsets, cell_data, point_data={}):
 
 
 def vtk_series(folder, frames):
-    """vtk/run.pvd lists the sheet and the projectile at each time."""
+    """vtk/run.pvd lists at each time the projectile and the sheet, of a stack every ply."""
     out = folder / "vtk"
     out.mkdir(exist_ok=True)
     lines = []
     for number, about in enumerate(frames):
-        sheet = Sheet(folder, about)
-        for part, name in enumerate(sheet.vtk(out, number)):
-            lines.append(f'<DataSet timestep="{sheet.time}" part="{part}" file="{name}"/>')
+        plies = [Sheet(folder, about, ply) for ply in range(about["plies"])]
+        names = [f"projectile_{number:04}.vtp", *(f"sheet_{number:04}_{ply}.vtp" for ply in range(len(plies)))]
+        plies[0].vtk_of_body(out / names[0])
+        for sheet, name in zip(plies, names[1:]):
+            sheet.vtk(out / name)
+        lines += [f'<DataSet timestep="{plies[0].time}" part="{part}" file="{name}"/>' for part, name in enumerate(names)]
     text = "\n".join(lines)
     (out / "run.pvd").write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n')
     print(f"written: {out / 'run.pvd'}")
@@ -299,3 +314,25 @@ def movie(folder, frames, path, seconds=6.0):
     pause = max(40, round(1e3 * seconds / len(images) / 10) * 10)
     images[0].save(path, save_all=True, append_images=images[1:], duration=[pause] * (len(images) - 1) + [1500], loop=0, optimize=True)
     print(f"written: {path}, {path.stat().st_size / 1e6:.2f} MB")
+
+
+def picture_of_stack(sheets, path, title):
+    """Of separate plies a section along x through the middle, and how many segments failed in each."""
+    figure, (left, right) = plot.new(12.6, 6.4, 2)
+    for number, sheet in enumerate(sheets):
+        lines, alpha = sheet.section()
+        live, damaged = alpha > 0, (alpha > 0) & (alpha < 1)
+        left.add_collection(LineCollection(lines[live], colors=PLIES[number % len(PLIES)], linewidths=0.6))
+        left.add_collection(LineCollection(lines[damaged], colors=DAMAGE(alpha[damaged]), linewidths=1.4))
+    for line in sheets[0].outline:
+        left.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.9)
+    half = 1e3 * sheets[0].about["half_size_m"][0]
+    ends = [1e3 * sheet.deflection() for sheet in sheets] + [1e3 * line[:, 2].max() for line in sheets[0].outline]
+    low = min(0.0, *(1e3 * line[:, 2].min() for line in sheets[0].outline))
+    left.set(xlim=(-half, half), ylim=(low - 1, max(ends) + 1), aspect="equal", xlabel="x (mm)", ylabel="z, along the line of flight (mm)")
+    left.set(title="section: the middle yarn of each ply")
+    right.barh(range(1, len(sheets) + 1), [sheet.failed() for sheet in sheets], color=YARN, height=0.8)
+    right.set(xlabel="failed segments", ylabel="ply, from the side that is hit", title="failed segments of each ply")
+    left.grid(False)
+    figure.suptitle(title)
+    plot.save(figure, path)

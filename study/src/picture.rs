@@ -2,7 +2,7 @@
 //!
 //! The file is little-endian: time, position (3) and orientation (4) of the projectile as f64; then as f32 three coordinates of
 //! every node, three components of its velocity, and the stretch of every segment; then alpha of every segment as a byte, 0 to
-//! 255, which is 0 only where the segment has failed.
+//! 255, which is 0 only where the segment has failed. Of a stack each of these has all plies, in their order.
 
 use crate::Result;
 use fabric::shape::Solid;
@@ -17,6 +17,8 @@ pub struct Picture {
     name: String,
     /// The file, from the folder of the results.
     file: String,
+    /// Plies with a network of their own.
+    plies: usize,
     /// Modelled nodes along x and y.
     nodes: [usize; 2],
     /// Whether the sheet goes on beyond the last column, and the last row, in a mirror.
@@ -33,7 +35,7 @@ pub struct Picture {
     outline: Vec<Vec<[f64; 3]>>,
 }
 
-/// Keeps the sheet as it is now, of a stack the first ply.
+/// Keeps the sheet as it is now.
 pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
     let [mut positions, mut velocities] = [(); 2].map(|()| vec![0.0; 3 * sim.layout().nodes()]);
     sim.copy_positions(&mut positions)?;
@@ -45,11 +47,6 @@ pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
     let mut bytes = Vec::new();
     for value in [sim.time()].iter().chain(&motion.position).chain(&motion.orientation) {
         bytes.extend(value.to_le_bytes());
-    }
-    // Of a stack the first ply.
-    let plies = sim.layout().plies;
-    for values in [&mut positions, &mut velocities, &mut stretch, &mut damage] {
-        values.truncate(values.len() / plies);
     }
     let singles = [&positions, &velocities, &stretch].into_iter().flatten();
     singles.for_each(|&x| bytes.extend((x as f32).to_le_bytes()));
@@ -135,6 +132,7 @@ pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Res
     Ok(Picture {
         name,
         file,
+        plies: layout.plies,
         nodes: [layout.nodes_x, layout.y.modelled()],
         mirrored: [scene.symmetry.mirror_x, scene.symmetry.mirror_y],
         half_size_m: scene.half_size(),
