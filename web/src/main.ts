@@ -53,24 +53,11 @@ let waiting = false;
 const worker = new Worker(URL.createObjectURL(new Blob([workerText], { type: "text/javascript" })));
 const tell = (message: ToWorker): void => worker.postMessage(message);
 
-/** Unpacks and compiles the kernel, while the page is drawn for the first time. */
-async function load(): Promise<void> {
-  const packed = Uint8Array.from(atob(kernelText), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  tell({ kind: "kernel", module: await WebAssembly.compile(await new Response(stream).arrayBuffer()) });
-}
-load().catch((error: unknown) => {
-  outcome.textContent = `This browser cannot run the kernel: ${String(error)}`;
-});
+// The worker unpacks the kernel and makes the first scene while the page sets up its picture, at the end of this file.
+tell({ kind: "kernel", packed: kernelText });
+tell({ kind: "pace", pace: Number(pace.value) });
 
 let view: View | undefined;
-try {
-  view = new View(picture);
-} catch {
-  const note = element("nopicture", HTMLElement);
-  note.textContent = "This browser has no WebGL, so there is no picture. Everything else works.";
-  note.hidden = false;
-}
 
 const plots = element("plots", HTMLElement);
 const atTime = (seconds: number): void => goTo(Math.round(seconds / (ROW * dt)));
@@ -235,12 +222,11 @@ side.addEventListener("change", () => view?.look(side.value as Side));
 // What the worker says.
 
 worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
-  if ("number" in data && data.number !== number) return;
+  if ("number" in data && data.number !== undefined && data.number !== number) return;
   switch (data.kind) {
     case "ready":
       element("version", HTMLElement).textContent = `Version ${data.version}.`;
-      tell({ kind: "pace", pace: Number(pace.value) });
-      return open();
+      return;
     case "made":
       dt = data.dt;
       view?.make(data.nodes, (data.nodes[0] - 1) * spacing(choices.fabric), choices, side.value as Side);
@@ -393,3 +379,11 @@ element("link", HTMLButtonElement).addEventListener("click", (event) => {
 if (matchMedia("(max-width: 860px)").matches) element("more", HTMLDetailsElement).open = false;
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => update());
 new ResizeObserver(() => update()).observe(plots);
+open();
+try {
+  view = new View(picture);
+} catch {
+  const note = element("nopicture", HTMLElement);
+  note.textContent = "This browser has no WebGL, so there is no picture. Everything else works.";
+  note.hidden = false;
+}

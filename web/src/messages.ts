@@ -47,7 +47,8 @@ export interface Rest {
 }
 
 export type ToWorker =
-  | { kind: "kernel"; module: WebAssembly.Module }
+  /** The kernel's module, gzip, base64. */
+  | { kind: "kernel"; packed: string }
   /** A new scene, shown at its start. */
   | { kind: "scene"; number: number; fabric: string; values: Assignment[] }
   /** Microseconds of the event in a second; 0: as fast as it computes. */
@@ -66,5 +67,6 @@ export type FromWorker =
   | { kind: "made"; number: number; nodes: [number, number]; dt: number }
   | { kind: "refused"; number: number; field: string; text: string }
   | { kind: "shown"; number: number; rows: Row[]; frame: Frame; speed: Speed | undefined; rest: Rest | undefined; running: boolean }
-  | { kind: "failed"; number: number; text: string }
+  /** number: of the scene; without one the kernel itself cannot run. */
+  | { kind: "failed"; number: number | undefined; text: string }
   | { kind: "checked"; digests: Record<string, string>; seconds: number };

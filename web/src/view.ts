@@ -40,6 +40,8 @@ export class View {
   /** Throws where the browser has no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    // To ask whether a shader is sound means to wait for it.
+    this.renderer.debug.checkShaderErrors = false;
     this.camera.up.set(0, 0, 1);
     const sun = new DirectionalLight(0xffffff, 2.1);
     sun.position.set(-0.55, -0.5, 0.8);
@@ -187,7 +189,7 @@ export class View {
 
   /** At the browser's next picture, once. */
   private draw(): void {
-    if (this.asked) return;
+    if (this.asked || this.half === 0) return;
     this.asked = true;
     requestAnimationFrame(() => {
       this.asked = false;

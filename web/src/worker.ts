@@ -222,6 +222,15 @@ function make(order: ToWorker & { kind: "scene" }): void {
   run.show();
 }
 
+/** Unpacks and compiles the kernel. */
+async function load(text: string): Promise<void> {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  module = await WebAssembly.compile(await new Response(stream).arrayBuffer());
+  kernel = new Kernel(module);
+  page.postMessage({ kind: "ready", version: kernel.version() });
+}
+
 function check(module: WebAssembly.Module): void {
   // A kernel of its own: the scenes have memory of their own, but the run must not see them.
   const begin = performance.now();
@@ -230,31 +239,34 @@ function check(module: WebAssembly.Module): void {
 }
 
 let module: WebAssembly.Module | undefined;
-page.onmessage = ({ data }): void =>
-  guarded(() => {
-    switch (data.kind) {
-      case "kernel":
-        module = data.module;
-        kernel = new Kernel(module);
-        return page.postMessage({ kind: "ready", version: kernel.version() });
-      case "scene":
-        return make(data);
-      case "pace":
-        pace = data.pace;
-        paced = [performance.now(), run?.row ?? 0];
-        return;
-      case "run":
-        return start();
-      case "pause":
-      case "go":
-        if (!run) return;
-        run.running = false;
-        if (data.kind === "go") run.go(data.row);
-        return run.show();
-      case "drawn":
-        drawn = true;
-        return;
-      case "check":
-        return module && check(module);
-    }
+/** What was said before is done: loading takes time. */
+let done: Promise<void> = Promise.resolve();
+page.onmessage = ({ data }): void => {
+  done = done.then(() => (data.kind === "kernel" ? load(data.packed) : guarded(() => answer(data)))).catch((error: unknown) => {
+    page.postMessage({ kind: "failed", number: undefined, text: `this browser cannot run the kernel: ${String(error)}` });
   });
+};
+
+function answer(data: ToWorker): void {
+  switch (data.kind) {
+    case "scene":
+      return make(data);
+    case "pace":
+      pace = data.pace;
+      paced = [performance.now(), run?.row ?? 0];
+      return;
+    case "run":
+      return start();
+    case "pause":
+    case "go":
+      if (!run) return;
+      run.running = false;
+      if (data.kind === "go") run.go(data.row);
+      return run.show();
+    case "drawn":
+      drawn = true;
+      return;
+    case "check":
+      return module && check(module);
+  }
+}
