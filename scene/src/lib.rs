@@ -142,12 +142,12 @@ fn about(field: &Field) -> String {
 fn value(field: &Field, scene: &mut Scene) -> String {
     let words: Vec<u64> = (0..field.size()).map(|element| field.word(scene, element)).collect();
     let numbers = |words: &[u64]| {
-        let texts: Vec<_> = words.iter().map(|word| format!("{:?}", f64::from_bits(*word))).collect();
+        let texts: Vec<_> = words.iter().map(|word| real(*word)).collect();
         format!("[{}]", texts.join(", "))
     };
     let first = words.first().copied().unwrap_or(0);
     match field.place {
-        Place::Reals(_, []) => format!("{:?}", f64::from_bits(first)),
+        Place::Reals(_, []) => real(first),
         Place::Reals(_, [_]) => numbers(&words),
         Place::Reals(_, shape) => {
             let rows = scene.projectile.faces.in_use().len();
@@ -158,6 +158,12 @@ fn value(field: &Field, scene: &mut Scene) -> String {
         Place::Flag(_) => (first == 1).to_string(),
         Place::Choice(choice, ..) => format!("\"{}\"", choice.items[first as usize].0),
     }
+}
+
+/// A real number as TOML has it, from its bits.
+fn real(word: u64) -> String {
+    // TOML writes what is no number in small letters.
+    format!("{:?}", f64::from_bits(word)).to_lowercase()
 }
 
 /// Every key below a table with its whole name, tables of tables taken apart.
@@ -274,6 +280,9 @@ mod tests {
             (scene.seed, scene.time_step.seconds, scene.yarn.draw) = (7, 1.23456789e-8, Draw::Yarn);
             scene.attachment.kind = AttachmentKind::Free;
             assert_eq!(parse(&write("sheet_3in_sphere", &scene)).unwrap(), scene, "{name}");
+            (scene.projectile.mass, scene.projectile.radius) = (f64::NAN, f64::NEG_INFINITY);
+            let unsound = parse(&write("sheet_3in_sphere", &scene)).unwrap().projectile;
+            assert!(unsound.mass.is_nan() && unsound.radius == f64::NEG_INFINITY);
         }
     }
 
