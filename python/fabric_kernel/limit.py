@@ -1,0 +1,296 @@
+"""The ballistic limit with its interval: V01, V50 and V99 from shots that were stopped or went through.
+
+Estimate: maximum likelihood, or Firth's penalised likelihood where results do not overlap. No estimate where all results are alike or
+where the faster shots did not go through more often.
+Interval: a velocity belongs to it if the ratio of Firth's penalised likelihoods, at the best fit and with this velocity held, is not
+rarer than the confidence allows. How rare it is comes from simulated tests of the same design with as many shots against a fabric that
+has this velocity (and the sigma that fits it best), not from chi squared, which promises too much for few shots and for shots that are
+chosen from the results. Intervals may have no end on one side or on both. docs/tables/v50.md has the measured coverage.
+Profile: the plain profile-likelihood interval of the textbooks, for comparison.
+Alike: if all results are alike there is still a bound without any model: if m shots faster than t were all stopped, a fabric that
+lets a share p through at t does that with a probability below (1 - p)^m.
+Limits: the distribution is taken as known; its wrong choice moves V01 and V99, hardly V50. Simulated quantiles are interpolated
+between tests at whole steps of the design's scale, each from `tests` simulated tests.
+Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the likelihood ratio; D. Firth, Biometrika 80 (1993) 27;
+J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy
+import scipy.optimize
+import scipy.special
+
+from . import designs
+from .likelihood import LINKS, ends, firth, maximum, ratio
+
+SHARES = (0.01, 0.5, 0.99)
+
+
+class Interval(NamedTuple):
+    """m/s. An end that the shots do not give is infinite."""
+
+    low: float
+    high: float
+
+    def text(self, digits=1):
+        low, high = (f"{end:.{digits}f}" if math.isfinite(end) else None for end in self)
+        if low and high:
+            return f"[{low}, {high}]"
+        return f"above {low}" if low else f"below {high}" if high else "no bound"
+
+
+class Fit(NamedTuple):
+    """One test."""
+
+    link: str
+    confidence: float
+    shots: int
+    through: int
+    method: str  # "maximum likelihood", "Firth" or "none"
+    mu: float  # V50, m/s; NaN if there is no estimate
+    sigma: float  # scale of F, m/s
+    deviation: float  # standard deviation of single limits, m/s
+    shares: tuple
+    velocities: tuple  # at which these shares go through, m/s
+    intervals: tuple
+    profile: tuple  # plain profile-likelihood intervals
+    notes: tuple  # what the reader must know
+
+
+class Calibration:
+    """Quantiles of the likelihood ratio in simulated tests of one design.
+
+    They depend on where mu and sigma of the fabric lie beside the design's centre and scale. Simulated at whole steps (a step in mu is
+    the larger of sigma and scale, a step in sigma is a factor 2) and when first needed; linear in between."""
+
+    STEPS = 6
+
+    def __init__(self, design, shots, link="probit", confidence=0.95, shares=SHARES, tests=1000, seed=1):
+        if not 0.5 <= confidence < 1:
+            raise ValueError("confidence: from 0.5 to below 1")
+        self.design, self.shots, self.link, self.confidence = design, shots, LINKS[link], confidence
+        self.quantiles = [float(self.link.quantile(share)) for share in shares]
+        self.tests, self.seed, self.known = tests, seed, {}
+
+    def node(self, column, row):
+        """The quantile for each share where sigma is 2^row scales and mu `column` steps from the centre."""
+        if (column, row) not in self.known:
+            sigma = self.design.scale * 2.0**row
+            mu = self.design.centre + column * max(sigma, self.design.scale)
+            # Its own random numbers: the order in which nodes are asked for changes nothing.
+            random = numpy.random.default_rng([self.seed, column + 1000, row + 1000])
+            limits = mu + sigma * self.link.sample(random, (self.tests, self.shots))
+            velocities, through = designs.simulate(self.design, self.shots, limits)
+            best, found = firth(velocities, through, self.link).level, []
+            for quantile in self.quantiles:
+                truth = numpy.full(self.tests, mu + sigma * quantile)
+                # Without a fit the interval has no end: it holds the truth.
+                values = numpy.nan_to_num(ratio(best, velocities, through, self.link, truth, quantile, 1.0)[0])
+                found.append(numpy.quantile(values, self.confidence, method="higher"))
+            self.known[column, row] = numpy.array(found)
+        return self.known[column, row]
+
+    def allowed(self, at, sigma, shares):
+        """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their numbers."""
+        quantiles = numpy.array(self.quantiles)[shares]
+        mu = at - quantiles * sigma
+        rows = numpy.clip(numpy.log2(sigma / self.design.scale), -self.STEPS, self.STEPS)
+        result = numpy.zeros(len(rows))
+        for side in (0, 1):
+            row = numpy.floor(rows).astype(int) + side
+            part_row = 1 - numpy.abs(rows - row)
+            step = self.design.scale * 2.0 ** numpy.maximum(row, 0)
+            columns = numpy.clip((mu - self.design.centre) / step, -self.STEPS, self.STEPS)
+            for other in (0, 1):
+                column = numpy.floor(columns).astype(int) + other
+                part = part_row * (1 - numpy.abs(columns - column))
+                for k in numpy.flatnonzero(part > 0):
+                    result[k] += part[k] * self.node(int(column[k]), int(row[k]))[shares[k]]
+        return result
+
+
+def alike(velocities, through, share, confidence):
+    """The interval from shots of which all were stopped, or all went through."""
+    miss = 0.5 * (1 - confidence)
+    all_stopped = not through.any()
+    rarity = 1 - share if all_stopped else share
+    needed = math.ceil(math.log(miss) / math.log(rarity))
+    ordered = numpy.sort(velocities)
+    if needed > len(ordered):
+        return Interval(-math.inf, math.inf)
+    return Interval(float(ordered[-needed]), math.inf) if all_stopped else Interval(-math.inf, float(ordered[needed - 1]))
+
+
+def outer_ends(excess, starts, directions, step, reach):
+    """Where `excess` (of an array of velocities, one for each end) turns positive away from the starts: outwards in doubled steps, then
+    by false position (Illinois). What lies beyond `reach` is infinite."""
+    inside, outside = starts.copy(), starts + directions * reach
+    f_outside = excess(outside)
+    none = f_outside <= 0
+    f_inside = numpy.minimum(excess(inside), 0.0)
+    size, open_ = numpy.full(len(starts), step), ~none
+    while open_.any():
+        at = starts + directions * size
+        value = excess(numpy.where(open_, at, outside))
+        beyond = open_ & (value > 0)
+        outside[beyond], f_outside[beyond] = at[beyond], value[beyond]
+        within = open_ & ~beyond
+        inside[within], f_inside[within] = at[within], value[within]
+        open_ = within & (2 * size < reach)
+        size = 2 * size
+    side = numpy.zeros(len(starts))
+    for _ in range(40):
+        weight_in, weight_out = f_inside * numpy.where(side > 1, 0.5 ** (side - 1), 1.0), f_outside * numpy.where(side < -1, 0.5 ** (-side - 1), 1.0)
+        at = (inside * weight_out - outside * weight_in) / numpy.where(none, 1.0, weight_out - weight_in)
+        at = numpy.where(none | ~numpy.isfinite(at), 0.5 * (inside + outside), at)
+        value = excess(at)
+        beyond = value > 0
+        outside, f_outside = numpy.where(beyond, at, outside), numpy.where(beyond, value, f_outside)
+        inside, f_inside = numpy.where(beyond, inside, at), numpy.where(beyond, f_inside, value)
+        side = numpy.where(beyond, numpy.maximum(side, 0) + 1, numpy.minimum(side, 0) - 1)
+        if (none | (numpy.abs(value) < 1e-5) | (numpy.abs(outside - inside) < 1e-6 * step)).all():
+            break
+    return numpy.where(none, directions * numpy.inf, at)
+
+
+def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, design=None, tests=1000, seed=1, calibration=None):
+    """The fit of one test with its intervals.
+
+    velocities, m/s, and through: in the order of the shots. design: the one that chose them; without it the velocities count as given
+    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds.
+    Raises ValueError that names the argument."""
+    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    if velocities.ndim != 1 or not len(velocities) or not numpy.isfinite(velocities).all():
+        raise ValueError("velocities: at least one, all finite")
+    if through.shape != velocities.shape:
+        raise ValueError("through: one result for each velocity")
+    if link not in LINKS:
+        raise ValueError("link: probit or logit")
+    if not all(0 < share < 1 for share in shares):
+        raise ValueError("shares: between 0 and 1")
+    if not 0.5 <= confidence < 1:
+        raise ValueError("confidence: from 0.5 to below 1")
+    law, hits, count = LINKS[link], int(through.sum()), len(velocities)
+    v, y = velocities[None], through[None]
+    nothing = (math.nan,) * len(shares)
+    deviation = 1.0 if link == "probit" else math.pi / math.sqrt(3)
+    if hits in (0, count):
+        bounds = tuple(alike(velocities, through, share, confidence) for share in shares)
+        word = "stopped" if hits == 0 else "went through"
+        notes = [f"All {count} shots {word}: no fit; the bounds need no model." if count > 1 else f"One shot, which {word}: no fit; the bounds need no model."]
+        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, bounds, bounds, tuple(notes))
+    best, penalised = maximum(v, y, law), firth(v, y, law)
+    if not penalised.sigma[0] > 0:
+        open_ended = (Interval(-math.inf, math.inf),) * len(shares)
+        note = "The faster shots did not go through more often: no fit, and no bound."
+        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, open_ended, open_ended, (note,))
+    notes = []
+    overlap = best.sigma[0] > 0
+    mu, sigma = (float(x[0]) for x in ((best.mu, best.sigma) if overlap else (penalised.mu, penalised.sigma)))
+    if not overlap:
+        stopped, passed = (float(end[0]) for end in ends(v, y))
+        notes.append(f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; the sigma of the likelihood alone is 0.")
+    chi = scipy.special.chdtri(1, 1 - confidence)
+    if calibration is None and tests:
+        calibration = Calibration(design or designs.Plan(velocities), count, link, confidence, shares, tests, seed)
+    quantiles = numpy.array([float(law.quantile(share)) for share in shares])
+    width = float(numpy.ptp(velocities))
+
+    def intervals(centre, scale, best, penalty, allowed):
+        """Both ends of every share."""
+        numbers, directions = numpy.repeat(numpy.arange(len(shares)), 2), numpy.tile([-1.0, 1.0], len(shares))
+        starts = centre + quantiles[numbers] * scale
+
+        def excess(at):
+            value, held_sigma = ratio(best, v, y, law, at, quantiles[numbers], penalty)
+            return value - allowed(at, held_sigma, numbers)
+
+        reach = 300 * (width + float(numpy.abs(starts - velocities.mean()).max()))
+        found = outer_ends(excess, starts, directions, 0.1 * width, reach)
+        # No velocity is negative: such an end says nothing.
+        return tuple(Interval(float(low) if low > 0 else -math.inf, float(high)) for low, high in found.reshape(-1, 2))
+
+    by_chi = lambda at, held_sigma, numbers: chi
+    calibrated = intervals(penalised.mu[0], penalised.sigma[0], penalised.level[0], 1.0, calibration.allowed if calibration else by_chi)
+    profile = intervals(best.mu[0], best.sigma[0], best.level[0], 0.0, by_chi)
+    if any(math.isinf(end) for found in calibrated for end in found):
+        notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
+    values = tuple(float(x) for x in mu + quantiles * sigma)
+    return Fit(link, confidence, count, hits, "maximum likelihood" if overlap else "Firth", mu, sigma, deviation * sigma, tuple(shares), values, calibrated, profile, tuple(notes))
+
+
+class Average(NamedTuple):
+    """V50 as MIL-STD-662F averages it, m/s: NaN if no such group of shots exists."""
+
+    value: float
+    shots: int
+    spread: float
+
+
+def standard_average(velocities, through):
+    """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
+    38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma."""
+    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    stopped, passed = numpy.sort(velocities[~through])[::-1], numpy.sort(velocities[through])
+    for each, allowed in ((5, 38.1), (3, 27.432), (2, 18.288)):
+        if min(len(stopped), len(passed)) >= each:
+            group = numpy.concatenate([stopped[:each], passed[:each]])
+            if numpy.ptp(group) <= allowed:
+                return Average(float(group.mean()), 2 * each, float(numpy.ptp(group)))
+    return Average(math.nan, 0, math.nan)
+
+
+class Residual(NamedTuple):
+    """v_r = a (v^p - v_l^p)^(1/p) above v_l, m/s, with a normal error of standard deviation `error`. NaN if not fitted."""
+
+    limit: float  # v_l, m/s
+    a: float
+    p: float
+    error: float
+    note: str
+
+    def curve(self, velocities):
+        return lambert_jonas(numpy.asarray(velocities, float), self.limit, self.a, self.p)
+
+
+def lambert_jonas(velocities, limit, a, p):
+    # Relative to the velocity: large powers do not overflow.
+    part = numpy.clip(limit / numpy.maximum(velocities, 1e-300), 0.0, 1.0)
+    return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
+
+
+def residual_fit(velocities, through, residuals):
+    """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit).
+
+    a from 0 to 1 and p from 1 to 10; p is 2 (Recht and Ipson) and not fitted if fewer than five shots went through at different
+    velocities; none fitted for fewer than three."""
+    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    residuals = numpy.where(through, numpy.asarray(residuals, float), 0.0)
+    different = len(numpy.unique(velocities[through]))
+    if different < 3:
+        return Residual(math.nan, math.nan, math.nan, math.nan, "Fewer than three shots went through at different velocities: no fit of the residual velocities.")
+    free = different >= 5
+    scale = float(velocities.max())
+    v, r = velocities / scale, residuals / scale
+    least = 1e-5
+
+    def cost(x):
+        limit, a, p, error = x[0], x[1], x[2] if free else 2.0, math.exp(x[-1])
+        expected = lambert_jonas(v, limit, a, p)
+        density = -0.5 * ((r - expected) / error) ** 2 - math.log(error) - 0.5 * math.log(2 * math.pi)
+        return -float(numpy.where(through, density, scipy.special.log_ndtr(-expected / error)).sum())
+
+    slow, fast = float(v[through].min()), float(v.max())
+    best = None
+    for limit in (0.7 * slow, 0.95 * slow, slow, min(fast, 1.02 * slow)):
+        for p in (2.0, 4.0) if free else (2.0,):
+            start = [limit, 0.9, *([p] if free else []), math.log(0.05)]
+            bounds = [(0.0, fast), (0.01, 1.0), *([(1.0, 10.0)] if free else []), (math.log(least), 0.0)]
+            found = scipy.optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000, "maxfev": 4000})
+            if best is None or found.fun < best.fun:
+                best = found
+    limit, a, p, error = best.x[0] * scale, best.x[1], best.x[2] if free else 2.0, math.exp(best.x[-1]) * scale
+    note = "" if free else "p is 2 and not fitted: fewer than five shots went through at different velocities."
+    return Residual(float(limit), float(a), float(p), float(error), note)
