@@ -6,7 +6,7 @@ sigma >= 0, where 0 is a step and infinite means that velocity does not matter. 
 (-mu/sigma, 1/sigma), so that Newton's method with halved steps finds its maximum.
 Where results do not overlap (every shot that was stopped was slower than every one that went through) the maximum is a step.
 Firth's penalty, half the logarithm of the determinant of Fisher's information, makes it finite.
-Limits: no prior knowledge, no velocity that is known with an error, one distribution without two kinds of failure.
+Limits: no prior knowledge but that single limits are positive, no velocity that is known with an error, one distribution without two kinds of failure.
 Shapes: velocities and results are (tests, shots); what is returned has one value for each test.
 Reference: M. J. Silvapulle, J. R. Statist. Soc. B 43 (1981) 310, for when the maximum exists; D. Firth, Biometrika 80 (1993) 27;
 G. Heinze and M. Schemper, Statistics in Medicine 21 (2002) 2409.
@@ -22,6 +22,7 @@ class Link(NamedTuple):
     """A distribution of single limits, symmetric about 0."""
 
     name: str
+    deviation: float  # standard deviation of F
     quantile: Callable  # F^-1(p)
     share: Callable  # F(z)
     log_share: Callable  # log F(z)
@@ -47,6 +48,7 @@ def normal_information_slope(z):
 
 PROBIT = Link(
     name="probit",
+    deviation=1.0,
     quantile=scipy.special.ndtri,
     share=scipy.special.ndtr,
     log_share=scipy.special.log_ndtr,
@@ -58,6 +60,7 @@ PROBIT = Link(
 )
 LOGIT = Link(
     name="logit",
+    deviation=numpy.pi / numpy.sqrt(3),
     quantile=scipy.special.logit,
     share=scipy.special.expit,
     log_share=scipy.special.log_expit,
@@ -67,6 +70,9 @@ LOGIT = Link(
     information_slope=lambda z: -numpy.tanh(0.5 * z),
     sample=lambda random, shape: random.logistic(size=shape),
 )
+LARGEST = 1 / 3
+"""Largest standard deviation of single limits over V50 that is thought possible: no limit is negative."""
+
 LINKS = {link.name: link for link in (PROBIT, LOGIT)}
 
 
@@ -99,7 +105,8 @@ def rises(velocities, through):
 
 
 def maximum(velocities, through, link, near=None):
-    """The maximum of the likelihood with sigma >= 0. near: mu and sigma from where to search; NaN or 0 where unknown."""
+    """The maximum of the likelihood with sigma >= 0. near: mu and sigma from where to search (NaN or 0 where unknown), for the choice of
+    the next shot, which needs few digits."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     count, hits = velocities.shape[-1], through.sum(axis=-1)
     stopped, passed = ends(velocities, through)
@@ -189,7 +196,7 @@ def newton(velocities, through, link, penalty, near=None):
                 break
             step[worse] *= 0.5
         a[active], b[active], level[active] = new_a, new_b, new
-        active = active[gain > 1e-11]
+        active = active[gain > (1e-6 if near else 1e-11)]
         if not len(active):
             break
     if penalty:
@@ -202,11 +209,11 @@ def newton(velocities, through, link, penalty, near=None):
 GOLDEN = 0.5 * (5**0.5 - 1)
 
 
-def held(velocities, through, link, at, quantile, penalty):
+def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
     """The highest log likelihood (with Firth's penalty, if it is 1) when the velocity `at` has the quantile F^-1(p), and its sigma.
 
-    By golden section in the logarithm of 1/sigma, in which it has one maximum. at: one for each test. Without the penalty a step has
-    sigma 0."""
+    By golden section in the logarithm of 1/sigma, in which it has one maximum. at: one for each test. largest: sigma is no larger.
+    Without the penalty a step has sigma 0."""
     velocities, through, at = numpy.broadcast_arrays(velocities, through, numpy.asarray(at, float)[:, None])
     at, quantile = at[:, 0], numpy.broadcast_to(quantile, at.shape[:1])[:, None]
     reach = numpy.abs(velocities - at[:, None]).max(axis=-1)
@@ -222,8 +229,8 @@ def held(velocities, through, link, at, quantile, penalty):
             result = result + 0.5 * numpy.log(numpy.maximum(determinant, 1e-300)) + numpy.log(reach)
         return result
 
-    low = numpy.full(len(at), numpy.log(1e-3))
-    high = numpy.log(30.0 * velocities.shape[-1] * reach / width)
+    low = numpy.log(numpy.maximum(1e-3, reach / largest))
+    high = numpy.maximum(numpy.log(30.0 * velocities.shape[-1] * reach / width), low + 1.0)
     # A few values first: far from the maximum the determinant vanishes and tells no direction.
     grid = numpy.linspace(low, high, 16)
     values = numpy.array([value(log_b) for log_b in grid])
@@ -247,8 +254,10 @@ def held(velocities, through, link, at, quantile, penalty):
     bend = below - 2 * here + above
     curved = bend < 0
     shift = numpy.where(curved, numpy.clip(0.5 * (below - above) / numpy.where(curved, bend, -1.0), -1.0, 1.0), 0.0)
-    log_b = log_b + shift * step
-    level = numpy.maximum(value(log_b), numpy.maximum(here, values.max(axis=0)))
+    log_b = numpy.maximum(low, log_b + shift * step)
+    level = value(log_b)
+    log_b, level = numpy.where(values[0] > level, low, log_b), numpy.maximum(level, values[0])
+    level = numpy.maximum(level, here)
     sigma = reach / numpy.exp(log_b)
     if not penalty:
         # Velocity does not matter, and every shot agrees with a step.
@@ -264,3 +273,26 @@ def ratio(best, velocities, through, link, at, quantile, penalty):
     and the sigma of the latter. NaN where there is no fit."""
     level, sigma = held(velocities, through, link, at, quantile, penalty)
     return numpy.maximum(0.0, 2 * (best - level)), sigma
+
+
+def possible(velocities, through, link):
+    """The level of Firth's maximum among the fabrics whose standard deviation is at most LARGEST of V50. NaN where there is no fit."""
+    found = firth(velocities, through, link)
+    level = found.level.copy()
+    beyond = link.deviation * found.sigma > LARGEST * found.mu
+    if beyond.any():
+        # Then it lies where the two are in this proportion: the velocity 0 has this quantile.
+        level[beyond] = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / LARGEST, 1.0)[0]
+    return level
+
+
+def possible_ratio(best, velocities, through, link, at, quantile):
+    """`ratio` with Firth's penalty among the same fabrics; `best` from `possible`. Infinite where no such fabric has this velocity."""
+    at = numpy.asarray(at, float)
+    quantile = numpy.broadcast_to(quantile, at.shape)
+    # mu is at - quantile sigma.
+    proportion = link.deviation / LARGEST + quantile
+    positive = at > 0
+    largest = numpy.where(proportion > 0, numpy.where(positive, at, 1.0) / numpy.where(proportion > 0, proportion, 1.0), numpy.inf)
+    level, sigma = held(velocities, through, link, at, quantile, 1.0, largest)
+    return numpy.where(positive, numpy.maximum(0.0, 2 * (best - level)), numpy.inf), sigma

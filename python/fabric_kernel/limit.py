@@ -9,6 +9,8 @@ chosen from the results. Intervals may have no end on one side or on both. docs/
 Profile: the plain profile-likelihood interval of the textbooks, for comparison.
 Alike: if all results are alike there is still a bound without any model: if m shots faster than t were all stopped, a fabric that
 lets a share p through at t does that with a probability below (1 - p)^m.
+Assumed: single limits are positive, so that their standard deviation is at most a third of V50. A note says where this and not the
+shots gives an end.
 Limits: the distribution is taken as known; its wrong choice moves V01 and V99, hardly V50. Simulated quantiles are interpolated
 between tests at whole steps of the design's scale, each from `tests` simulated tests.
 Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the likelihood ratio; D. Firth, Biometrika 80 (1993) 27;
@@ -23,7 +25,7 @@ import scipy.optimize
 import scipy.special
 
 from . import designs
-from .likelihood import LINKS, ends, firth, maximum, ratio
+from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
 
 SHARES = (0.01, 0.5, 0.99)
 
@@ -55,6 +57,7 @@ class Fit(NamedTuple):
     shares: tuple
     velocities: tuple  # at which these shares go through, m/s
     intervals: tuple
+    assumed: tuple  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
     profile: tuple  # plain profile-likelihood intervals
     notes: tuple  # what the reader must know
 
@@ -83,12 +86,18 @@ class Calibration:
             random = numpy.random.default_rng([self.seed, column + 1000, row + 1000])
             limits = mu + sigma * self.link.sample(random, (self.tests, self.shots))
             velocities, through = designs.simulate(self.design, self.shots, limits)
-            best, found = firth(velocities, through, self.link).level, []
+            # A corner beyond the possible fabrics is only there for the interpolation.
+            inside = self.link.deviation * sigma <= LARGEST * mu
+            best = possible(velocities, through, self.link) if inside else firth(velocities, through, self.link).level
+            found = []
             for quantile in self.quantiles:
                 truth = numpy.full(self.tests, mu + sigma * quantile)
+                if inside:
+                    values = possible_ratio(best, velocities, through, self.link, truth, quantile)[0]
+                else:
+                    values = ratio(best, velocities, through, self.link, truth, quantile, 1.0)[0]
                 # Without a fit the interval has no end: it holds the truth.
-                values = numpy.nan_to_num(ratio(best, velocities, through, self.link, truth, quantile, 1.0)[0])
-                found.append(numpy.quantile(values, self.confidence, method="higher"))
+                found.append(numpy.quantile(numpy.nan_to_num(values), self.confidence, method="higher"))
             self.known[column, row] = numpy.array(found)
         return self.known[column, row]
 
@@ -123,6 +132,11 @@ def alike(velocities, through, share, confidence):
     return Interval(float(ordered[-needed]), math.inf) if all_stopped else Interval(-math.inf, float(ordered[needed - 1]))
 
 
+def name(share):
+    """V01, V50, V99."""
+    return f"V{100 * share:04.1f}" if round(100 * share, 6) % 1 else f"V{100 * share:02.0f}"
+
+
 def outer_ends(excess, starts, directions, step, reach):
     """Where `excess` (of an array of velocities, one for each end) turns positive away from the starts: outwards in doubled steps, then
     by false position (Illinois). What lies beyond `reach` is infinite."""
@@ -143,7 +157,8 @@ def outer_ends(excess, starts, directions, step, reach):
     side = numpy.zeros(len(starts))
     for _ in range(40):
         weight_in, weight_out = f_inside * numpy.where(side > 1, 0.5 ** (side - 1), 1.0), f_outside * numpy.where(side < -1, 0.5 ** (-side - 1), 1.0)
-        at = (inside * weight_out - outside * weight_in) / numpy.where(none, 1.0, weight_out - weight_in)
+        with numpy.errstate(divide="ignore", invalid="ignore"):
+            at = (inside * weight_out - outside * weight_in) / (weight_out - weight_in)
         at = numpy.where(none | ~numpy.isfinite(at), 0.5 * (inside + outside), at)
         value = excess(at)
         beyond = value > 0
@@ -175,17 +190,17 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
     law, hits, count = LINKS[link], int(through.sum()), len(velocities)
     v, y = velocities[None], through[None]
     nothing = (math.nan,) * len(shares)
-    deviation = 1.0 if link == "probit" else math.pi / math.sqrt(3)
+    deviation = LINKS[link].deviation
     if hits in (0, count):
         bounds = tuple(alike(velocities, through, share, confidence) for share in shares)
         word = "stopped" if hits == 0 else "went through"
         notes = [f"All {count} shots {word}: no fit; the bounds need no model." if count > 1 else f"One shot, which {word}: no fit; the bounds need no model."]
-        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, bounds, bounds, tuple(notes))
+        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, bounds, (True,) * len(shares), bounds, tuple(notes))
     best, penalised = maximum(v, y, law), firth(v, y, law)
     if not penalised.sigma[0] > 0:
         open_ended = (Interval(-math.inf, math.inf),) * len(shares)
         note = "The faster shots did not go through more often: no fit, and no bound."
-        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, open_ended, open_ended, (note,))
+        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, open_ended, (True,) * len(shares), open_ended, (note,))
     notes = []
     overlap = best.sigma[0] > 0
     mu, sigma = (float(x[0]) for x in ((best.mu, best.sigma) if overlap else (penalised.mu, penalised.sigma)))
@@ -198,27 +213,45 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
     quantiles = numpy.array([float(law.quantile(share)) for share in shares])
     width = float(numpy.ptp(velocities))
 
-    def intervals(centre, scale, best, penalty, allowed):
+    numbers, directions = numpy.repeat(numpy.arange(len(shares)), 2), numpy.tile([-1.0, 1.0], len(shares))
+    q = quantiles[numbers]
+
+    def intervals(centre, scale, excess):
         """Both ends of every share."""
-        numbers, directions = numpy.repeat(numpy.arange(len(shares)), 2), numpy.tile([-1.0, 1.0], len(shares))
-        starts = centre + quantiles[numbers] * scale
-
-        def excess(at):
-            value, held_sigma = ratio(best, v, y, law, at, quantiles[numbers], penalty)
-            return value - allowed(at, held_sigma, numbers)
-
+        starts = centre + q * scale
         reach = 300 * (width + float(numpy.abs(starts - velocities.mean()).max()))
-        found = outer_ends(excess, starts, directions, 0.1 * width, reach)
-        # No velocity is negative: such an end says nothing.
-        return tuple(Interval(float(low) if low > 0 else -math.inf, float(high)) for low, high in found.reshape(-1, 2))
+        return outer_ends(excess, starts, directions, 0.1 * width, reach)
 
-    by_chi = lambda at, held_sigma, numbers: chi
-    calibrated = intervals(penalised.mu[0], penalised.sigma[0], penalised.level[0], 1.0, calibration.allowed if calibration else by_chi)
-    profile = intervals(best.mu[0], best.sigma[0], best.level[0], 0.0, by_chi)
-    if any(math.isinf(end) for found in calibrated for end in found):
+    def plain(at):
+        return ratio(best.level, v, y, law, at, q, 0.0)[0] - chi
+
+    level = possible(v, y, law)
+
+    def calibrated(at):
+        value, held_sigma = possible_ratio(level, v, y, law, at, q)
+        return value - (calibration.allowed(at, held_sigma, numbers) if calibration else chi)
+
+    # A fit beyond the possible fabrics: from the nearest of them.
+    mu0, sigma0 = float(penalised.mu[0]), float(penalised.sigma[0])
+    if law.deviation * sigma0 > LARGEST * mu0:
+        sigma0 = float(possible_ratio(level, v, y, law, numpy.array([velocities.mean()]), 0.0)[1][0])
+        mu0 = float(velocities.mean())
+    found = intervals(mu0, sigma0, calibrated)
+    held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q)[1]
+    middles = found - q * held_sigma
+    limited = numpy.isfinite(found) & (law.deviation * held_sigma > 0.99 * LARGEST * middles)
+    if limited.any():
+        which = ", ".join(f"{'lower' if directions[k] < 0 else 'upper'} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
+        notes.append(f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed.")
+    assumed = tuple(bool(one) for one in (limited | numpy.isinf(found)).reshape(-1, 2).any(axis=1))
+    calibrated_intervals = tuple(Interval(float(low), float(high)) for low, high in found.reshape(-1, 2))
+    found = intervals(float(best.mu[0]), float(best.sigma[0]), plain).reshape(-1, 2)
+    # No velocity is negative: such an end says nothing.
+    profile = tuple(Interval(float(low) if low > 0 else -math.inf, float(high)) for low, high in found)
+    if any(math.isinf(end) for pair in calibrated_intervals for end in pair):
         notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
     values = tuple(float(x) for x in mu + quantiles * sigma)
-    return Fit(link, confidence, count, hits, "maximum likelihood" if overlap else "Firth", mu, sigma, deviation * sigma, tuple(shares), values, calibrated, profile, tuple(notes))
+    return Fit(link, confidence, count, hits, "maximum likelihood" if overlap else "Firth", mu, sigma, deviation * sigma, tuple(shares), values, calibrated_intervals, assumed, profile, tuple(notes))
 
 
 class Average(NamedTuple):
