@@ -138,22 +138,20 @@ def name(share):
 
 
 def outer_ends(excess, starts, directions, step, reach):
-    """Where `excess` (of an array of velocities, one for each end) turns positive away from the starts: outwards in doubled steps, then
-    by false position (Illinois). What lies beyond `reach` is infinite."""
-    inside, outside = starts.copy(), starts + directions * reach
-    f_outside = excess(outside)
+    """Where `excess` (of an array of velocities, one for each end) is at most 0 for the last time away from the starts: inwards from
+    `reach` in steps of a third, then by false position (Illinois). What is still at most 0 at `reach` has no end."""
+    outside, inside = starts + directions * reach, starts.copy()
+    f_outside, f_inside = excess(outside), numpy.full(len(starts), -1e-9)
     none = f_outside <= 0
-    f_inside = numpy.minimum(excess(inside), 0.0)
-    size, open_ = numpy.full(len(starts), step), ~none
-    while open_.any():
-        at = starts + directions * size
-        value = excess(numpy.where(open_, at, outside))
-        beyond = open_ & (value > 0)
-        outside[beyond], f_outside[beyond] = at[beyond], value[beyond]
-        within = open_ & ~beyond
+    size, searched = reach / 1.5, ~none
+    while searched.any() and size > 0.01 * step:
+        at = numpy.where(searched, starts + directions * size, starts)
+        value = excess(at)
+        within = searched & (value <= 0)
         inside[within], f_inside[within] = at[within], value[within]
-        open_ = within & (2 * size < reach)
-        size = 2 * size
+        searched &= ~within
+        outside[searched], f_outside[searched] = at[searched], value[searched]
+        size /= 1.5
     side = numpy.zeros(len(starts))
     for _ in range(40):
         weight_in, weight_out = f_inside * numpy.where(side > 1, 0.5 ** (side - 1), 1.0), f_outside * numpy.where(side < -1, 0.5 ** (-side - 1), 1.0)
@@ -229,7 +227,13 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
 
     def calibrated(at):
         value, held_sigma = possible_ratio(level, v, y, law, at, q)
-        return value - (calibration.allowed(at, held_sigma, numbers) if calibration else chi)
+        if not calibration:
+            return value - chi
+        # No quantile comes near this.
+        near = value < 30.0
+        allowed = numpy.zeros(len(at))
+        allowed[near] = calibration.allowed(at[near], held_sigma[near], numbers[near])
+        return value - allowed
 
     # A fit beyond the possible fabrics: from the nearest of them.
     mu0, sigma0 = float(penalised.mu[0]), float(penalised.sigma[0])
