@@ -5,7 +5,7 @@ All numbers are in SI units.
 """
 
 from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters
-from .ensemble import ClusterLost, ensemble, vary
+from .ensembles import ClusterLost, ensemble, vary
 from .fragments import draw_map, fragment_map
 from .runs import fly, history
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kernel import Scene
-from .ensemble import ensemble, vary
+from .ensembles import ensemble, vary
 
 if TYPE_CHECKING:
     import matplotlib.figure

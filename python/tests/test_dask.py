@@ -1,6 +1,5 @@
 """Ensembles on a Dask cluster: a real scheduler and workers on this machine, some of which are killed."""
 
-import os
 import pathlib
 import socket
 import subprocess
@@ -9,9 +8,8 @@ import tempfile
 import unittest
 
 import fabric_kernel as fk
-from test_ensemble import lines, wait_for
-
-SCENES = fk.vary(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), 40, seed=2)
+from test_ensembles import FORTY as SCENES
+from test_ensembles import forty, lines, wait_for
 
 
 class Dask(unittest.TestCase):
@@ -48,13 +46,12 @@ class Dask(unittest.TestCase):
         _, said = call.communicate(timeout=120)
         self.assertEqual(call.returncode, 0, said)
         self.assertEqual(lines(self.keep), len(SCENES))
-        local = fk.ensemble(SCENES)
-        self.assertTrue(fk.ensemble(SCENES, keep=self.keep).equals(local))
+        self.assertTrue(fk.ensemble(SCENES, keep=self.keep).equals(forty()))
         # A client of the caller's own, and tasks of several runs.
         from distributed import Client
 
         with Client(self.address) as client:
-            self.assertTrue(fk.ensemble(SCENES, on=client, batch=7).equals(local))
+            self.assertTrue(fk.ensemble(SCENES, on=client, batch=7).equals(forty()))
 
     def test_a_scheduler_that_is_lost(self):
         call = self.ensemble_in_the_background()
@@ -67,7 +64,7 @@ class Dask(unittest.TestCase):
         self.assertIn(f"ClusterLost: the scheduler {self.address} is lost after {left} of 40 runs; they are in {self.keep}", said)
         table = fk.ensemble(SCENES, keep=self.keep)
         self.assertEqual(lines(self.keep), len(SCENES))
-        self.assertTrue(table.equals(fk.ensemble(SCENES)))
+        self.assertTrue(table.equals(forty()))
 
     def test_a_refused_scene_is_refused_here(self):
         bad = SCENES[0].replace({"projectile.mass": -1.0})

@@ -62,7 +62,7 @@ def ensemble(
     wanted = dict(zip(keys, scenes))
     rows: dict[str, dict[str, Any]] = {}
     if keep is not None:
-        rows = {key: row for key, row in _read(Path(keep)) if key in wanted}
+        rows = {key: row for key, row in kept(Path(keep)) if key in wanted}
     left = [(key, scene) for key, scene in wanted.items() if key not in rows]
     tasks = [left[first : first + batch] for first in range(0, len(left), batch)]
     with tqdm(total=len(wanted), initial=len(rows), unit="run", disable=None if progress is None else not progress) as bar:
@@ -70,7 +70,7 @@ def ensemble(
         try:
             for results in _results(work, tasks, on):
                 if keep is not None:
-                    _append(Path(keep), results)
+                    append(Path(keep), results)
                 rows.update((key, json.loads(line)) for key, line in results)
                 bar.update(len(results))
         except ClusterLost as lost:
@@ -158,7 +158,7 @@ def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tup
             client.close()
 
 
-def _read(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+def kept(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     """Results of a file. A line that was cut off when its writer was killed is removed."""
     if not path.exists():
         return
@@ -176,7 +176,7 @@ def _read(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
                 raise ValueError(f"{path}: line {number} is not a result of an ensemble") from None
 
 
-def _append(path: Path, results: list[tuple[str, str]]) -> None:
+def append(path: Path, results: list[tuple[str, str]]) -> None:
     """Adds results to a file, each in one line, at once."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as file:
