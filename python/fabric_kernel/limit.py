@@ -18,11 +18,13 @@ J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy
 import scipy.optimize
 import scipy.special
+from numpy.typing import ArrayLike
 
 from . import designs
 from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
@@ -36,7 +38,7 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def text(self, digits=1):
+    def text(self, digits: int = 1) -> str:
         low, high = (f"{end:.{digits}f}" if math.isfinite(end) else None for end in self)
         if low and high:
             return f"[{low}, {high}]"
@@ -54,12 +56,12 @@ class Fit(NamedTuple):
     mu: float  # V50, m/s; NaN if there is no estimate
     sigma: float  # scale of F, m/s
     deviation: float  # standard deviation of single limits, m/s
-    shares: tuple
-    velocities: tuple  # at which these shares go through, m/s
-    intervals: tuple
-    assumed: tuple  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
-    profile: tuple  # plain profile-likelihood intervals
-    notes: tuple  # what the reader must know
+    shares: tuple[float, ...]
+    velocities: tuple[float, ...]  # at which these shares go through, m/s
+    intervals: tuple[Interval, ...]
+    assumed: tuple[bool, ...]  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
+    profile: tuple[Interval, ...]  # plain profile-likelihood intervals
+    notes: tuple[str, ...]  # what the reader must know
 
 
 class Calibration:
@@ -168,11 +170,22 @@ def outer_ends(excess, starts, directions, step, reach):
     return numpy.where(none, directions * numpy.inf, at)
 
 
-def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, design=None, tests=1000, seed=1, calibration=None):
+def fit(
+    velocities: ArrayLike,
+    through: ArrayLike,
+    link: str = "probit",
+    confidence: float = 0.95,
+    shares: Sequence[float] = SHARES,
+    design: "designs.Neyer | designs.ThreePhase | designs.Plan | None" = None,
+    tests: int = 1000,
+    seed: int = 1,
+    calibration: "Calibration | None" = None,
+) -> Fit:
     """The fit of one test with its intervals.
 
     velocities, m/s, and through: in the order of the shots. design: the one that chose them; without it the velocities count as given
-    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds.
+    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds. calibration: one
+    that was made before for this design, number of shots, link, confidence and shares.
     Raises ValueError that names the argument."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     if velocities.ndim != 1 or not len(velocities) or not numpy.isfinite(velocities).all():
@@ -240,6 +253,8 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
     if law.deviation * sigma0 > LARGEST * mu0:
         sigma0 = float(possible_ratio(level, v, y, law, numpy.array([velocities.mean()]), 0.0)[1][0])
         mu0 = float(velocities.mean())
+    if calibration and abs(math.log2(sigma0 / calibration.design.scale)) > calibration.STEPS - 1:
+        notes.append(f"The design's scale, {calibration.design.scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated.")
     found = intervals(mu0, sigma0, calibrated)
     held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q)[1]
     middles = found - q * held_sigma
@@ -266,7 +281,7 @@ class Average(NamedTuple):
     spread: float
 
 
-def standard_average(velocities, through):
+def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
     """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
     38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
@@ -298,7 +313,7 @@ def lambert_jonas(velocities, limit, a, p):
     return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
 
 
-def residual_fit(velocities, through, residuals):
+def residual_fit(velocities: ArrayLike, through: ArrayLike, residuals: ArrayLike) -> Residual:
     """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit).
 
     a from 0 to 1 and p from 1 to 10; p is 2 (Recht and Ipson) and not fitted if fewer than five shots went through at different

@@ -259,6 +259,8 @@ def shooter(
     - `attitude`, `tilt`: as for `vary`;
     - `keep`: a file that receives each shot as it comes; what is in it is not shot again.
 
+    - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly.
+
     A shot that neither stops nor goes through within the steps raises RuntimeError.
     """
     import scipy.stats
@@ -267,7 +269,7 @@ def shooter(
     from .ensemble import _append, _read, run_key
     from .runs import STEPS, UNTIL
 
-    most = steps or STEPS
+    most = 10 * STEPS if steps is None else steps
     spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
     mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
     rows = dict(_read(Path(keep))) if keep is not None else {}
@@ -316,6 +318,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
     parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
@@ -333,6 +336,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             point=None if given.as_aimed else (0.0, 0.0),
             attitude=given.attitude,
             keep=given.out / "runs.jsonl",
+            steps=given.steps,
         )
         where = "as the scene says" if given.as_aimed else "through a point drawn within one mesh about the middle"
         test = v50(

@@ -11,8 +11,8 @@ import scipy.optimize
 import scipy.stats
 
 from fabric_kernel import coverage, designs, limit
-from fabric_kernel import v50 as reports
 from fabric_kernel.likelihood import LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
+from fabric_kernel.v50 import v50
 
 
 def groups(*rows):
@@ -152,6 +152,14 @@ class Intervals(unittest.TestCase):
         second = [other.node(1, -1), other.node(0, 0)][::-1]
         self.assertTrue((numpy.array(first) == numpy.array(second)).all())
 
+    def test_only_the_error_of_the_guess_matters(self):
+        # Standard deviations of 2 and 5 % of V50, the same random numbers: the same tests, moved.
+        nodes = []
+        for middle in (1250.0, 500.0):
+            calibration = limit.Calibration(designs.Neyer(middle - 100, middle + 100, 25), 20, tests=200)
+            nodes.append([calibration.node(0, 0), calibration.node(1, -1)])
+        self.assertTrue(numpy.allclose(nodes[0], nodes[1], atol=1e-3), nodes)
+
     def test_an_interval_of_few_shots_is_wider_than_chi_squared_promises(self):
         design = designs.Neyer(80, 120, 5)
         calibration = limit.Calibration(design, 12, tests=400)
@@ -199,6 +207,19 @@ class Alike(unittest.TestCase):
         self.assertIn("upper end of V99", found.notes[1])
         for interval, profile in zip(found.intervals, found.profile):
             self.assertGreater(interval.high - interval.low, profile.high - profile.low)
+
+    def test_any_few_shots_give_ordered_intervals(self):
+        random = numpy.random.default_rng(11)
+        for _ in range(150):
+            shots = int(random.integers(1, 8))
+            velocities = numpy.round(random.normal(100, 10, shots), int(random.integers(-1, 3)))
+            through = random.random(shots) < 0.5
+            found = limit.fit(velocities, through, str(random.choice(["probit", "logit"])), tests=int(random.choice([0, 20])))
+            for interval in (*found.intervals, *found.profile):
+                self.assertLess(interval.low, interval.high)
+            if found.method != "none":
+                self.assertTrue(all(math.isfinite(value) for value in found.velocities))
+                self.assertGreater(found.sigma, 0.0)
 
     def test_bad_arguments_are_named(self):
         for arguments, name in ((([], []), "velocities"), (([1.0, math.nan], [True, False]), "velocities"), (([1.0, 2.0], [True]), "through")):
@@ -315,7 +336,7 @@ class Report(unittest.TestCase):
 
     def test_a_test_from_the_first_shot_to_the_page(self):
         lines = []
-        test = reports.v50(self.shoot, designs.Neyer(80, 120, 5), 20, tests=100, say=lines.append, title="A < B")
+        test = v50(self.shoot, designs.Neyer(80, 120, 5), 20, tests=100, say=lines.append, title="A < B")
         self.assertEqual((len(lines), len(test.shots)), (20, 20))
         self.assertTrue(test.fit.intervals[1].low < 100 < test.fit.intervals[1].high)
         text = test.text()
@@ -339,22 +360,22 @@ class Report(unittest.TestCase):
                 (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
                 (lambda v, k: (v < 101, 0.5 * v), 5),
             )):  # fmt: skip
-                test = reports.v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
+                test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
                 self.assertTrue(test.fit.notes)
                 test.write(pathlib.Path(name) / str(number))
                 json.loads((pathlib.Path(name) / str(number) / "test.json").read_text())
 
     def test_a_design_that_asks_for_no_velocity_ends_the_test(self):
-        test = reports.v50(lambda v, k: (False, v), designs.Neyer(60, 140, 5), 12, tests=20)
+        test = v50(lambda v, k: (False, v), designs.Neyer(60, 140, 5), 12, tests=20)
         self.assertEqual([shot.velocity for shot in test.shots], [100.0, 80.0, 60.0, 20.0])
         self.assertIn("cannot be shot", test.notes[0])
 
     def test_a_plan_is_shot_as_it_stands(self):
         plan = [90.0, 110.0, 95.0, 105.0]
-        test = reports.v50(self.shoot, designs.Plan(plan), 4, tests=20)
+        test = v50(self.shoot, designs.Plan(plan), 4, tests=20)
         self.assertEqual([shot.velocity for shot in test.shots], plan)
         with self.assertRaisesRegex(ValueError, "shots"):
-            reports.v50(self.shoot, designs.Plan(plan), 5)
+            v50(self.shoot, designs.Plan(plan), 5)
 
 
 if __name__ == "__main__":
