@@ -107,7 +107,8 @@ def result(name, link, shots, law, tests, seed=1):
     guesses = GUESSES if law == link else GUESSES[:1]
     runs = [case.run(shift, part, tests, seed) for shift, part in guesses]
     median, open_ = case.widths(max(20, tests // 20), seed) if law == link else ((), ())
-    print(f"{name}, {law} fitted as {link}, {shots} shots: {time.monotonic() - begin:.0f} s, {len(case.calibration.known)} points of the calibration", flush=True)
+    took, points = time.monotonic() - begin, len(case.calibration.known)
+    print(f"{name}, {law} fitted as {link}, {shots} shots: {took:.0f} s, {points} points of the calibration", flush=True)
     return {"runs": runs, "median": list(median), "open": list(open_)}
 
 
@@ -153,7 +154,10 @@ def summary(everything, tests):
         shots = f"{low} shots" if low == high else f"{low} to {high} shots"
         at = lambda row: f"{100 * row[5]:.1f} % (V{100 * row[4]:02.0f}, {row[1]}, {row[2]}, {row[0]} shots, {row[3]})"
         below, above = sum(row[5] < 0.93 for row in here), sum(row[5] > 0.97 for row in here)
-        lines.append(f"- {shots}: {inside} of {len(here)} coverages lie between 93 and 97 %, {below} below, {above} above; the smallest is {at(least)}, the largest {at(most)}.")
+        lines.append(
+            f"- {shots}: {inside} of {len(here)} coverages lie between 93 and 97 %, {below} below, {above} above; the smallest is {at(least)}, "
+            f"the largest {at(most)}."
+        )
     error = 100 * math.sqrt(0.95 * 0.05 / tests)
     return "\n".join(lines) + f"\n\nEach coverage is from {tests} tests: its standard error is {error:.1f} percentage points.\n"
 

@@ -130,8 +130,9 @@ class Intervals(unittest.TestCase):
         for value, interval, profile, share in zip(found.velocities, found.intervals, found.profile, found.shares):
             self.assertTrue(interval.low < value < interval.high)
             quantile = PROBIT.quantile(share)
+            best = maximum(v[None], y[None], PROBIT).level
             for end in profile:
-                self.assertAlmostEqual(ratio(maximum(v[None], y[None], PROBIT).level, v[None], y[None], PROBIT, numpy.array([end]), quantile, 0.0)[0][0], chi, 3)
+                self.assertAlmostEqual(ratio(best, v[None], y[None], PROBIT, numpy.array([end]), quantile, 0.0)[0][0], chi, 3)
             level = possible(v[None], y[None], PROBIT)
             for end in interval:
                 self.assertAlmostEqual(possible_ratio(level, v[None], y[None], PROBIT, numpy.array([end]), quantile)[0][0], chi, 3)
@@ -181,7 +182,7 @@ class Alike(unittest.TestCase):
         # 0.5^6 < 0.025 < 0.5^5: the sixth fastest; 0.01 < 0.025: the fastest; 0.99^10 is no evidence.
         self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, math.inf), (104.0, math.inf), (109.0, math.inf)])
         self.assertEqual((found.method, found.through), ("none", 0))
-        self.assertIn("All 10 shots stopped", found.notes[0])
+        self.assertIn("All 10 shots were stopped", found.notes[0])
 
     def test_bounds_of_shots_that_all_went_through(self):
         found = limit.fit(numpy.arange(100.0, 110.0), numpy.ones(10, bool))
@@ -190,7 +191,7 @@ class Alike(unittest.TestCase):
     def test_one_shot(self):
         found = limit.fit([100.0], [True])
         self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, math.inf), (-math.inf, math.inf)])
-        self.assertIn("One shot", found.notes[0])
+        self.assertIn("The one shot", found.notes[0])
 
     def test_wrong_way_round(self):
         found = limit.fit([90.0, 100.0, 110.0], [True, True, False])
