@@ -270,13 +270,13 @@ def shooter(
     import scipy.stats
 
     from . import fly, vary
-    from .ensemble import _append, _read, run_key
+    from .ensembles import append, kept, run_key
     from .runs import STEPS, UNTIL
 
     most = 10 * STEPS if steps is None else steps
     spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
     mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
-    rows = dict(_read(Path(keep))) if keep is not None else {}
+    rows = dict(kept(Path(keep))) if keep is not None else {}
 
     def shoot(velocity: float, shot: int) -> tuple[bool, float]:
         one = vary(scene, shot + 1, seed=seed, speed=velocity, point=mesh, attitude=attitude, tilt=tilt)[shot]
@@ -284,7 +284,7 @@ def shooter(
         if key not in rows:
             rows[key] = fly(one, steps=most)
             if keep is not None:
-                _append(Path(keep), [(key, json.dumps(rows[key]))])
+                append(Path(keep), [(key, json.dumps(rows[key]))])
         row = rows[key]
         if row["stopped"] is None:
             ended = f"{row['failure'] or row['outcome']} after {row['steps']} steps"

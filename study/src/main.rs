@@ -9,7 +9,6 @@ mod event;
 mod fabrics;
 mod friction;
 mod machine;
-mod memory;
 mod paper;
 mod picture;
 mod progress;
@@ -21,6 +20,7 @@ mod threads;
 mod validate;
 
 use clap::{Parser, Subcommand};
+use fabric_scene::memory;
 use std::process::ExitCode;
 
 /// What a command returns: a sentence for the user if it could not do its work.

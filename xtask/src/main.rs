@@ -20,6 +20,7 @@ mod rotorburst;
 mod stack;
 mod tests;
 mod tools;
+mod wheel;
 
 use clap::{Parser, Subcommand};
 
@@ -53,6 +54,8 @@ enum Command {
     Digests(digests::Options),
     /// Measure ns per node-step, parts and peers; `python3 -m reports bench` compares them with the goals.
     Bench(tests::BenchOptions),
+    /// Build the Python package as wheels: target/wheels.
+    Wheel(wheel::Options),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
 }
@@ -69,6 +72,7 @@ fn main() -> std::process::ExitCode {
         Command::Header => header::write(),
         Command::Digests(options) => digests::run(&options),
         Command::Bench(options) => tests::bench(&options),
+        Command::Wheel(options) => wheel::run(&options),
         Command::Fuzz(options) => fuzz::run(&options),
     };
     match result {

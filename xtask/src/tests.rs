@@ -33,6 +33,7 @@ const TEST: &[Step] = &[
     ("digests on other targets", crate::digests::short),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
     ("studies in short form", studies),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
