@@ -31,6 +31,7 @@ const OF_A_FIELD: [i32; 19] = [
     Code::NotBuilt.number(),
     Code::HoldsNothing.number(),
     Code::NotInEquilibrium.number(),
+    Code::DoesNotGoWith.number(),
 ];
 /// What fk_scene_check adds.
 const OF_THE_STEP: [i32; 3] =

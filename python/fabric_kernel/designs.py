@@ -181,7 +181,8 @@ class ThreePhase(Guess):
             known = sigma > 0
             self.unit = numpy.minimum(numpy.where(known, sigma * deviation, self.guess), fastest - slowest)
             mu = numpy.clip(numpy.where(numpy.isfinite(mu), mu, self.centre), slowest, fastest)
-            aa, ab, bb, determinant, _ = information((velocities - mu[:, None]) / self.unit[:, None], (velocities - mu[:, None]) / self.unit[:, None], LINKS["probit"])
+            z = (velocities - mu[:, None]) / self.unit[:, None]
+            aa, _, bb, determinant, _ = information(z, z, LINKS["probit"])
             variance = (bb + self.quantile**2 * aa) / determinant
             # Wu and Tian keep the first uncertainty between 3 and 5 standard deviations in 95 %.
             self.variance = numpy.clip(variance, (3 / 1.96) ** 2, (5 / 1.96) ** 2)

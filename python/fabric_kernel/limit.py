@@ -18,11 +18,13 @@ J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy
 import scipy.optimize
 import scipy.special
+from numpy.typing import ArrayLike
 
 from . import designs
 from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
@@ -36,7 +38,7 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def text(self, digits=1):
+    def text(self, digits: int = 1) -> str:
         low, high = (f"{end:.{digits}f}" if math.isfinite(end) else None for end in self)
         if low and high:
             return f"[{low}, {high}]"
@@ -54,12 +56,12 @@ class Fit(NamedTuple):
     mu: float  # V50, m/s; NaN if there is no estimate
     sigma: float  # scale of F, m/s
     deviation: float  # standard deviation of single limits, m/s
-    shares: tuple
-    velocities: tuple  # at which these shares go through, m/s
-    intervals: tuple
-    assumed: tuple  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
-    profile: tuple  # plain profile-likelihood intervals
-    notes: tuple  # what the reader must know
+    shares: tuple[float, ...]
+    velocities: tuple[float, ...]  # at which these shares go through, m/s
+    intervals: tuple[Interval, ...]
+    assumed: tuple[bool, ...]  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
+    profile: tuple[Interval, ...]  # plain profile-likelihood intervals
+    notes: tuple[str, ...]  # what the reader must know
 
 
 class Calibration:
@@ -154,7 +156,8 @@ def outer_ends(excess, starts, directions, step, reach):
         size /= 1.5
     side = numpy.zeros(len(starts))
     for _ in range(40):
-        weight_in, weight_out = f_inside * numpy.where(side > 1, 0.5 ** (side - 1), 1.0), f_outside * numpy.where(side < -1, 0.5 ** (-side - 1), 1.0)
+        # The value of an end that stays is halved again and again.
+        weight_in, weight_out = f_inside * 0.5 ** numpy.maximum(side - 1, 0), f_outside * 0.5 ** numpy.maximum(-side - 1, 0)
         with numpy.errstate(divide="ignore", invalid="ignore"):
             at = (inside * weight_out - outside * weight_in) / (weight_out - weight_in)
         at = numpy.where(none | ~numpy.isfinite(at), 0.5 * (inside + outside), at)
@@ -168,11 +171,22 @@ def outer_ends(excess, starts, directions, step, reach):
     return numpy.where(none, directions * numpy.inf, at)
 
 
-def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, design=None, tests=1000, seed=1, calibration=None):
+def fit(
+    velocities: ArrayLike,
+    through: ArrayLike,
+    link: str = "probit",
+    confidence: float = 0.95,
+    shares: Sequence[float] = SHARES,
+    design: "designs.Neyer | designs.ThreePhase | designs.Plan | None" = None,
+    tests: int = 1000,
+    seed: int = 1,
+    calibration: "Calibration | None" = None,
+) -> Fit:
     """The fit of one test with its intervals.
 
     velocities, m/s, and through: in the order of the shots. design: the one that chose them; without it the velocities count as given
-    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds.
+    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds. calibration: one
+    that was made before for this design, number of shots, link, confidence and shares.
     Raises ValueError that names the argument."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     if velocities.ndim != 1 or not len(velocities) or not numpy.isfinite(velocities).all():
@@ -187,24 +201,29 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
         raise ValueError("confidence: from 0.5 to below 1")
     law, hits, count = LINKS[link], int(through.sum()), len(velocities)
     v, y = velocities[None], through[None]
-    nothing = (math.nan,) * len(shares)
-    deviation = LINKS[link].deviation
+
+    def without_fit(bounds, note):
+        nan, missing = math.nan, (math.nan,) * len(shares)
+        return Fit(link, confidence, count, hits, "none", nan, nan, nan, tuple(shares), missing, bounds, (True,) * len(shares), bounds, (note,))
+
     if hits in (0, count):
         bounds = tuple(alike(velocities, through, share, confidence) for share in shares)
-        word = "stopped" if hits == 0 else "went through"
-        notes = [f"All {count} shots {word}: no fit; the bounds need no model." if count > 1 else f"One shot, which {word}: no fit; the bounds need no model."]
-        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, bounds, (True,) * len(shares), bounds, tuple(notes))
+        which = f"All {count} shots" if count > 1 else "The one shot"
+        what = "went through" if hits else "were stopped" if count > 1 else "was stopped"
+        return without_fit(bounds, f"{which} {what}: no fit; the bounds need no model.")
     best, penalised = maximum(v, y, law), firth(v, y, law)
     if not penalised.sigma[0] > 0:
-        open_ended = (Interval(-math.inf, math.inf),) * len(shares)
-        note = "The faster shots did not go through more often: no fit, and no bound."
-        return Fit(link, confidence, count, hits, "none", math.nan, math.nan, math.nan, tuple(shares), nothing, open_ended, (True,) * len(shares), open_ended, (note,))
+        bounds = (Interval(-math.inf, math.inf),) * len(shares)
+        return without_fit(bounds, "The faster shots did not go through more often: no fit, and no bound.")
     notes = []
     overlap = best.sigma[0] > 0
     mu, sigma = (float(x[0]) for x in ((best.mu, best.sigma) if overlap else (penalised.mu, penalised.sigma)))
     if not overlap:
         stopped, passed = (float(end[0]) for end in ends(v, y))
-        notes.append(f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; the sigma of the likelihood alone is 0.")
+        notes.append(
+            f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; the sigma of "
+            "the likelihood alone is 0."
+        )
     chi = scipy.special.chdtri(1, 1 - confidence)
     if calibration is None and tests:
         calibration = Calibration(design or designs.Plan(velocities), count, link, confidence, shares, tests, seed)
@@ -240,13 +259,19 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
     if law.deviation * sigma0 > LARGEST * mu0:
         sigma0 = float(possible_ratio(level, v, y, law, numpy.array([velocities.mean()]), 0.0)[1][0])
         mu0 = float(velocities.mean())
+    if calibration and abs(math.log2(sigma0 / calibration.design.scale)) > calibration.STEPS - 1:
+        scale = calibration.design.scale
+        notes.append(f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated.")
     found = intervals(mu0, sigma0, calibrated)
     held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q)[1]
     middles = found - q * held_sigma
     limited = numpy.isfinite(found) & (law.deviation * held_sigma > 0.99 * LARGEST * middles)
     if limited.any():
-        which = ", ".join(f"{'lower' if directions[k] < 0 else 'upper'} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
-        notes.append(f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed.")
+        sides = {-1.0: "lower", 1.0: "upper"}
+        which = ", ".join(f"{sides[directions[k]]} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
+        notes.append(
+            f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed."
+        )
     assumed = tuple(bool(one) for one in (limited | numpy.isinf(found)).reshape(-1, 2).any(axis=1))
     calibrated_intervals = tuple(Interval(float(low), float(high)) for low, high in found.reshape(-1, 2))
     found = intervals(float(best.mu[0]), float(best.sigma[0]), plain).reshape(-1, 2)
@@ -255,7 +280,11 @@ def fit(velocities, through, link="probit", confidence=0.95, shares=SHARES, desi
     if any(math.isinf(end) for pair in calibrated_intervals for end in pair):
         notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
     values = tuple(float(x) for x in mu + quantiles * sigma)
-    return Fit(link, confidence, count, hits, "maximum likelihood" if overlap else "Firth", mu, sigma, deviation * sigma, tuple(shares), values, calibrated_intervals, assumed, profile, tuple(notes))
+    method = "maximum likelihood" if overlap else "Firth"
+    return Fit(
+        link, confidence, count, hits, method, mu, sigma, law.deviation * sigma, tuple(shares), values, calibrated_intervals, assumed,
+        profile, tuple(notes),
+    )  # fmt: skip
 
 
 class Average(NamedTuple):
@@ -266,7 +295,7 @@ class Average(NamedTuple):
     spread: float
 
 
-def standard_average(velocities, through):
+def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
     """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
     38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
@@ -298,7 +327,7 @@ def lambert_jonas(velocities, limit, a, p):
     return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
 
 
-def residual_fit(velocities, through, residuals):
+def residual_fit(velocities: ArrayLike, through: ArrayLike, residuals: ArrayLike) -> Residual:
     """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit).
 
     a from 0 to 1 and p from 1 to 10; p is 2 (Recht and Ipson) and not fitted if fewer than five shots went through at different
@@ -307,7 +336,8 @@ def residual_fit(velocities, through, residuals):
     residuals = numpy.where(through, numpy.asarray(residuals, float), 0.0)
     different = len(numpy.unique(velocities[through]))
     if different < 3:
-        return Residual(math.nan, math.nan, math.nan, math.nan, "Fewer than three shots went through at different velocities: no fit of the residual velocities.")
+        note = "Fewer than three shots went through at different velocities: no fit of the residual velocities."
+        return Residual(math.nan, math.nan, math.nan, math.nan, note)
     free = different >= 5
     scale = float(velocities.max())
     v, r = velocities / scale, residuals / scale
@@ -325,7 +355,8 @@ def residual_fit(velocities, through, residuals):
         for p in (2.0, 4.0) if free else (2.0,):
             start = [limit, 0.9, *([p] if free else []), math.log(0.05)]
             bounds = [(0.0, fast), (0.01, 1.0), *([(1.0, 10.0)] if free else []), (math.log(least), 0.0)]
-            found = scipy.optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000, "maxfev": 4000})
+            options = {"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000, "maxfev": 4000}
+            found = scipy.optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
             if best is None or found.fun < best.fun:
                 best = found
     limit, a, p, error = best.x[0] * scale, best.x[1], best.x[2] if free else 2.0, math.exp(best.x[-1]) * scale

@@ -67,7 +67,8 @@ class Test(NamedTuple):
             method = "maximum likelihood" if fit.method == "maximum likelihood" else "Firth's penalised likelihood"
             lines.append(f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s.")
         if math.isfinite(average.value):
-            lines.append(f"Average after MIL-STD-662F, for comparison: {average.value:.1f} m/s from {average.shots} shots within {average.spread:.1f} m/s.")
+            words = f"{average.value:.1f} m/s from {average.shots} shots within {average.spread:.1f} m/s"
+            lines.append(f"Average after MIL-STD-662F, for comparison: {words}.")
         else:
             lines.append("Average after MIL-STD-662F, for comparison: none; no group of shots lies near enough.")
         if math.isfinite(residual.limit):
@@ -104,7 +105,8 @@ class Test(NamedTuple):
             z = numpy.linspace(quantiles.min(), quantiles.max(), 201)
             share = law.share(z)
             label = f"{100 * fit.confidence:g} %, joined between V01, V50 and V99"
-            upper.fill_betweenx(share, numpy.interp(z, quantiles, low), numpy.interp(z, quantiles, high), color="#0072b2", alpha=0.2, linewidth=0, label=label)
+            band = [numpy.interp(z, quantiles, side) for side in (low, high)]
+            upper.fill_betweenx(share, *band, color="#0072b2", alpha=0.2, linewidth=0, label=label)
             upper.plot(fit.mu + z * fit.sigma, share, color="#0072b2", label=f"{fit.link}, {fit.method}")
         for panel, heights in ((upper, numpy.where(stopped, 0.0, 1.0)), (lower, residuals)):
             panel.plot(velocities[~stopped], heights[~stopped], "o", color="#d55e00", label="through")
@@ -237,7 +239,9 @@ def v50(
     v = numpy.array([shot.velocity for shot in made])
     y = numpy.array([not shot.stopped for shot in made])
     found = limit.fit(v, y, link, confidence, design=design, tests=tests, seed=seed)
-    simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}." if tests else "Intervals: chi squared, not calibrated."
+    simulated = "Intervals: chi squared, not calibrated."
+    if tests:
+        simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     words = f"{seeds} {simulated}".strip()
     return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes))
@@ -259,6 +263,8 @@ def shooter(
     - `attitude`, `tilt`: as for `vary`;
     - `keep`: a file that receives each shot as it comes; what is in it is not shot again.
 
+    - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly.
+
     A shot that neither stops nor goes through within the steps raises RuntimeError.
     """
     import scipy.stats
@@ -267,7 +273,7 @@ def shooter(
     from .ensembles import append, kept, run_key
     from .runs import STEPS, UNTIL
 
-    most = steps or STEPS
+    most = 10 * STEPS if steps is None else steps
     spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
     mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
     rows = dict(kept(Path(keep))) if keep is not None else {}
@@ -281,7 +287,8 @@ def shooter(
                 append(Path(keep), [(key, json.dumps(rows[key]))])
         row = rows[key]
         if row["stopped"] is None:
-            raise RuntimeError(f"shot {shot + 1} at {velocity:.6g} m/s: {row['failure'] or row['outcome']} after {row['steps']} steps: neither stopped nor through")
+            ended = f"{row['failure'] or row['outcome']} after {row['steps']} steps"
+            raise RuntimeError(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
         return row["stopped"], row["speed"]
 
     return shoot
@@ -316,6 +323,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
     parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
     parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
     parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
@@ -333,6 +341,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             point=None if given.as_aimed else (0.0, 0.0),
             attitude=given.attitude,
             keep=given.out / "runs.jsonl",
+            steps=given.steps,
         )
         where = "as the scene says" if given.as_aimed else "through a point drawn within one mesh about the middle"
         test = v50(

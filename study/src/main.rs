@@ -65,11 +65,8 @@ enum Command {
 /// An error's text; of the kernel's errors with the numbers, which the kernel itself cannot print.
 fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
     let Some(refused) = error.downcast_ref::<fabric::Error>() else { return error.to_string() };
-    let fabric::Error { code, field, value, limit } = *refused;
+    let fabric::Error { code, value, limit, .. } = *refused;
     match (value, limit) {
-        (0.0, 0.0) if ["step_after_failure", "slack_toe"].contains(&field) => {
-            format!("{refused}: it needs integrator.kind = \"verlet\"")
-        }
         (0.0, 0.0) => refused.to_string(),
         _ if code == fabric::Code::ProjectileTooFast => {
             format!("{refused} (given {value:.6e} m/s): take time_step = {{ seconds = {limit:e} }} or less")

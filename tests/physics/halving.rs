@@ -146,5 +146,5 @@ fn the_theta_rule_is_not_halved() {
     let mut scene = halved(small_sheet(21, 100.0));
     scene.integrator = Integrator::THETA;
     let error = scene.check().unwrap_err();
-    assert_eq!((error.code, error.field), (Code::OutOfRange, "step_after_failure"));
+    assert_eq!((error.code, error.field), (Code::DoesNotGoWith, "step_after_failure"));
 }

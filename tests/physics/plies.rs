@@ -284,22 +284,22 @@ fn what_a_stack_cannot_be_is_refused_by_name() {
     assert_eq!(named(&|s| s.stack.gap = 1e3), (Code::OutOfRange, "stack.gap"));
     assert_eq!(
         named(&|s| s.symmetry = Symmetry { mirror_x: true, mirror_y: false }),
-        (Code::NotSymmetric, "stack.plies")
+        (Code::DoesNotGoWith, "stack.plies")
     );
-    assert_eq!(named(&|s| (s.stack.turned, s.sheet.spacing_y) = (true, 9e-4)), (Code::OutOfRange, "stack.turned"));
+    assert_eq!(named(&|s| (s.stack.turned, s.sheet.spacing_y) = (true, 9e-4)), (Code::DoesNotGoWith, "stack.turned"));
     let turned = |s: &mut Scene| {
         (s.stack.turned, s.sheet.pre_strain) = (true, [0.01, 0.0]);
         s.attachment.kind = AttachmentKind::TwoSides;
     };
     assert_eq!(named(&turned), (Code::NotInEquilibrium, "stack.turned"));
-    assert_eq!(named(&|s| s.integrator = Integrator::THETA), (Code::OutOfRange, "stack.plies"));
-    assert_eq!(named(&|s| s.contact.friction = 0.2), (Code::OutOfRange, "contact.friction"));
+    assert_eq!(named(&|s| s.integrator = Integrator::THETA), (Code::DoesNotGoWith, "stack.plies"));
+    assert_eq!(named(&|s| s.contact.friction = 0.2), (Code::DoesNotGoWith, "contact.friction"));
     for (modulus, stretch, field) in [(0.1, 0.0, "yarn.rate_modulus"), (0.0, 0.1, "yarn.rate_stretch")] {
         let rate = |s: &mut Scene| {
             (s.yarn.rate_modulus, s.yarn.rate_stretch) = (modulus, stretch);
             (s.yarn.rate_reference, s.yarn.rate_limit) = (30.0, 170.0);
         };
-        assert_eq!(named(&rate), (Code::OutOfRange, field));
+        assert_eq!(named(&rate), (Code::DoesNotGoWith, field));
     }
     // A projectile that starts in the stack, and plies that start through each other.
     let mut inside = stack;

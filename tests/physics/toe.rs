@@ -297,8 +297,8 @@ fn refusals() {
     let mut strong = scene;
     strong.yarn.critical_stretch = 1.1;
     assert_eq!(refused(with_toe(strong, 0.051)), out(0.05));
-    let theta = Integrator::THETA;
-    assert_eq!(refused(Scene { integrator: theta, ..with_toe(scene, WIDTH) }), out(0.0));
+    let theta = Scene { integrator: Integrator::THETA, ..with_toe(scene, WIDTH) };
+    assert_eq!(refused(theta), (Code::DoesNotGoWith, "slack_toe", 0.0));
 
     // The tangent modulus is up to 4/3 E: sqrt(3/4) of the largest step is left.
     let soft = with_toe(scene, WIDTH);

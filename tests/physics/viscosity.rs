@@ -242,7 +242,7 @@ fn what_goes_not_with_viscosity_is_refused_by_name() {
         ([0.0, 0.1, 0.0], "yarn.viscosity_quadratic"),
         ([0.0, 0.0, 0.1], "yarn.viscosity_bending"),
     ] {
-        assert_eq!(refused(theta(viscosity)), (Code::OutOfRange, field));
+        assert_eq!(refused(theta(viscosity)), (Code::DoesNotGoWith, field));
     }
     // No step is short enough: within one a segment may become taut, and go on as far as to its critical stretch.
     let mut loose = viscous(small_sheet(11, 0.0), [0.0, 10.0, 0.0]);

@@ -129,7 +129,7 @@
 // Moments of inertia that no body has: one is greater than the other two together.
 #define FK_IMPOSSIBLE_MOMENTS -30
 
-// Mirror planes with something they would change: random yarn, a prescribed body, a hit or load off the planes.
+// Mirror planes with something they would change: a hit, a motion or a load off the planes.
 #define FK_NOT_SYMMETRIC -31
 
 // The scene asks for something this build was made without.
@@ -148,6 +148,9 @@
 // Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move
 // by itself.
 #define FK_NOT_IN_EQUILIBRIUM -36
+
+// An option that does not go with another one, each of which is good by itself. The fault's text names both.
+#define FK_DOES_NOT_GO_WITH -37
 
 // A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
 #define FK_NON_FINITE -50
@@ -831,7 +834,7 @@ int32_t fk_scene_set_textile(fk_scene *scene,
 // constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 // FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 // FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM.
+// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH.
 int32_t fk_scene_check(const fk_scene *scene, struct fk_fault *fault, uint64_t fault_size);
 
 // Bytes of the block that fk_init needs for a scene, wherever it starts. They depend on the nodes, the projectile's
