@@ -9,8 +9,8 @@ create_exception!(
     fabric_kernel,
     Refused,
     PyValueError,
-    "What was asked for cannot be; nothing has changed. `field` names the parameter or argument, `code` the reason; `value` and \
-     `limit` are the number found and the limit it crosses, in SI units."
+    "What was asked for cannot be; nothing has changed. `field` names the parameter or argument, `code` the reason, `other` the \
+     parameter that it does not go with; `value` and `limit` are the number found and the limit it crosses, in SI units."
 );
 create_exception!(
     fabric_kernel,
@@ -23,7 +23,7 @@ create_exception!(
 pub fn of(error: fabric::Error) -> PyErr {
     let code = format!("{:?}", error.code);
     if error.code.number() > -50 {
-        return refused(error.field, &code, error.text().to_string(), [error.value, error.limit]);
+        return refused([error.field, error.with], &code, error.text().to_string(), [error.value, error.limit]);
     }
     let failed = Failed::new_err(error.text().to_string());
     with(failed, |failed| failed.setattr("code", code))
@@ -45,12 +45,13 @@ pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
 
 /// A key or an argument that is not what it must be.
 pub fn bad(field: &str, text: String) -> PyErr {
-    refused(field, "BadValue", text, [0.0, 0.0])
+    refused([field, ""], "BadValue", text, [0.0, 0.0])
 }
 
-fn refused(field: &str, code: &str, text: String, [value, limit]: [f64; 2]) -> PyErr {
+fn refused([field, other]: [&str; 2], code: &str, text: String, [value, limit]: [f64; 2]) -> PyErr {
     with(Refused::new_err(text), |refused| {
         refused.setattr("field", field)?;
+        refused.setattr("other", other)?;
         refused.setattr("code", code)?;
         refused.setattr("value", value)?;
         refused.setattr("limit", limit)

@@ -61,11 +61,7 @@ impl Scene {
 impl Scene {
     #[new]
     #[pyo3(signature = (preset = "sheet_3in_sphere", parameters = None, /, **more))]
-    fn new(
-        preset: &str,
-        parameters: Option<&Bound<'_, PyDict>>,
-        more: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Scene> {
+    fn new(preset: &str, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
         Ok(Scene { scene: make(preset, parameters, more)? })
     }
 

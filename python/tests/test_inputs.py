@@ -177,6 +177,11 @@ class Inputs(unittest.TestCase):
         with self.assertRaises(fk.Refused):
             scene.aimed(velocity=(1.0, 0.0, 0.0))
 
+    def test_two_that_do_not_go_together(self):
+        with self.assertRaises(fk.Refused) as refused:
+            fk.Scene(slack_toe=0.02, integrator={"kind": "theta"}).check()
+        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_toe", "integrator.kind"))
+
     def test_no_memory_for_a_sheet(self):
         with self.assertRaisesRegex(MemoryError, "GB of memory"):
             fk.Simulation(fk.Scene(sheet={"nodes_x": 65_000, "nodes_y": 65_000}))

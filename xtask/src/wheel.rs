@@ -21,7 +21,9 @@ pub struct Options {
 pub fn run(options: &Options) -> Outcome {
     let folder = emptied(target().join("wheels"))?;
     build(&folder, None)?;
-    for [triple, linker] in PLATFORMS.iter().filter(|[triple, _]| !options.host && !triple.starts_with(std::env::consts::ARCH)) {
+    for [triple, linker] in
+        PLATFORMS.iter().filter(|[triple, _]| !options.host && !triple.starts_with(std::env::consts::ARCH))
+    {
         if !found(linker, triple) {
             continue;
         }
