@@ -84,6 +84,7 @@ def fragment_map(
 def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None) -> "matplotlib.figure.Figure":
     """Draws a table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic
     energy that is left, over velocity and attitude. Writes it to `path` if one is given."""
+    import matplotlib
     from matplotlib.figure import Figure
 
     points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
@@ -114,7 +115,9 @@ def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = No
             if column == len(points) - 1:
                 figure.colorbar(image, ax=panel, label=label)
     if path is not None:
-        figure.savefig(path)
+        # The same table gives the same bytes.
+        with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
+            figure.savefig(path, metadata={"Date": None} if str(path).endswith(".svg") else None)
     return figure
 
 

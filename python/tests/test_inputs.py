@@ -253,7 +253,7 @@ def anything(source, depth=0):
         return fk.Scene(seed=source.randrange(9))
     if kind == 6:
         shape = source.choice([(), (0,), (3,), (41, 41, 3), (2 * 40 * 41,), (2, 2)])
-        return numpy.full(shape, source.choice([0.0, 1.0, math.nan]), dtype=source.choice([float, numpy.float32, int, object]))
+        return numpy.full(shape, source.choice([0.0, 1.0, math.nan]), dtype=source.choice([float, numpy.float32, bool, object]))
     if kind == 7:
         return numpy.zeros((82, 41, 3))[::2]
     if kind == 8:
