@@ -31,6 +31,7 @@ const TEST: &[Step] = &[
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
     ("digests on other targets", crate::digests::short),
+    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
@@ -187,14 +188,15 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench", "paper", "friction"] {
+    for name in ["error-time", "bench", "paper", "friction", "plies"] {
         let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
         study(if name == "paper" { &arguments } else { &arguments[..4] })?;
         report(name, &folder(name))?;
     }
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    let sheets = ["--sample", "512", "--movie", "--vtk"];
+    study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))
 }
 
