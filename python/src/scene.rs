@@ -18,6 +18,9 @@ pub struct Scene {
     pub scene: fabric::Scene,
 }
 
+/// How a scene is pickled: what makes it, and its arguments.
+type Reduced<'py> = (Bound<'py, PyType>, (&'static str, Bound<'py, PyDict>));
+
 /// A preset, and what differs from it.
 fn make(
     preset: &str,
@@ -135,7 +138,7 @@ impl Scene {
         Ok(if other.is_empty() { format!("Scene('{preset}')") } else { format!("Scene('{preset}', {other})") })
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, (&'static str, Bound<'py, PyDict>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         Ok((py.get_type::<Scene>(), self.difference(py)?))
     }
 }

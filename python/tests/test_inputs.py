@@ -4,6 +4,7 @@ import math
 import os
 import pathlib
 import random
+import signal
 import struct
 import unittest
 
@@ -196,13 +197,36 @@ class Inputs(unittest.TestCase):
         simulation.reset()
         self.assertIsNone(simulation.failure)
 
+    def test_a_signal_ends_a_run_between_two_steps(self):
+        def interrupt(*_):
+            raise InterruptedError
+
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        simulation = small_simulation()
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with self.assertRaises(InterruptedError):
+            simulation.step(2**63)
+        other = small_simulation()
+        other.step(simulation.step_count)
+        self.assertEqual(simulation.digest, other.digest)
+
     def test_random_arguments(self):
         """Whatever is handed over, an exception comes or an answer, and the interpreter lives."""
         source = random.Random(1)
         methods = sorted(name for name in dir(fk.Simulation) if not name.startswith("_"))
         raised = answered = 0
         simulation = small_simulation()
+
+        def interrupt(*_):
+            raise InterruptedError
+
+        # Some calls ask for 2^63 steps.
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        self.addCleanup(signal.setitimer, signal.ITIMER_REAL, 0.0)
         for call in range(CALLS):
+            signal.setitimer(signal.ITIMER_REAL, 5.0)
             arguments = [anything(source) for _ in range(source.randrange(4))]
             keywords = {name: anything(source) for name in source.sample(KEYWORDS, source.choice([0, 0, 1, 2]))}
             target = source.choice([fk.Scene, fk.Scene().replace, fk.Scene().aimed, fk.Scene.parse, fk.Simulation, "method"])
