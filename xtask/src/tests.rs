@@ -34,6 +34,7 @@ const TEST: &[Step] = &[
     ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
     ("studies in short form", studies),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
