@@ -31,6 +31,7 @@ const TEST: &[Step] = &[
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
     ("digests on other targets", crate::digests::short),
+    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
@@ -196,7 +197,8 @@ fn studies() -> Outcome {
     // The first steps of a stack, which has a picture of its own.
     study(&["run", "study/scenes/pack_of_62_plies.toml", "--steps", "64", "--out", &folder("run of plies")])?;
     report("run", &folder("run of plies"))?;
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    let sheets = ["--sample", "512", "--movie", "--vtk"];
+    study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))
 }
 
