@@ -117,7 +117,7 @@ fn momentum(system: &System<'_>) -> Vector {
 }
 
 /// What one ply of a stack holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Ply {
     /// Segments with alpha = 0 (M5) in the forces of the last step.

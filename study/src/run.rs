@@ -176,6 +176,7 @@ pub fn run(options: &Options) -> Result<bool> {
     };
     let stepping = format!("{ns:.2} ns per node-step ({clock})");
     let text = table(&name, &scene, &sim, &summary, wall.seconds(), stepping);
+    let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     println!("{text}");
     warn(&scene, &sim, &summary);
     std::fs::write(out.join("summary.txt"), text + "\n")?;
@@ -297,15 +298,31 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     let held = held.map(|energy| format!("{energy:.4}")).join("  ");
     row("fabric kinetic, strain, dissipated, viscous, friction, contact loss", format!("{held} J"));
     let percent = 100.0 * summary.energy_residual_relative;
+    if scene.stack.plies > 1 {
+        row("lost where plies meet", format!("{:.4} J", summary.ply_loss));
+    }
     row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", summary.energy_residual));
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));
     row("worst penetration", format!("{:.3e} m", summary.worst_penetration));
+    if scene.stack.plies > 1 {
+        row("worst way of a ply through another", format!("{:.3e} m", summary.ply_penetration));
+    }
     row("digest", summary.digest.clone());
     let (bytes, nodes) = (sim.layout().bytes(), f64::from(scene.sheet.nodes_x) * f64::from(scene.sheet.nodes_y));
     row("memory", format!("{bytes} bytes, {:.1} per node", bytes as f64 / nodes));
     row("wall time", format!("{wall:.2} s with history and read-outs"));
     row("stepping", stepping);
     report::table(&[name, "value"], &rows)
+}
+
+/// What each ply of a stack holds.
+fn plies(summary: &Summary) -> String {
+    let row = |(number, ply): (usize, &event::InPly)| {
+        let energies = [ply.kinetic, ply.strain, ply.dissipated].map(|energy| format!("{energy:.4}"));
+        [vec![number.to_string(), ply.failed_segments.to_string()], energies.to_vec()].concat()
+    };
+    let rows: Vec<_> = summary.plies.iter().enumerate().map(row).collect();
+    report::table(&["ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J"], &rows)
 }
 
 /// Shape and the dimensions that it reads.

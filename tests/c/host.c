@@ -537,6 +537,54 @@ static void read_outs(void)
     free_block(b);
 }
 
+/* Each ply of a stack by itself: what all hold together is what the stack holds. */
+static void plies(void)
+{
+    fk_scene scene = small_scene();
+    fk_sim *sim = NULL;
+    fk_energy energy;
+    fk_counters counters;
+    fk_grid grid;
+    fk_ply ply, sum = {0};
+    uint64_t steps;
+    uint32_t k;
+    block b;
+    scene.stack.plies = 3;
+    scene.stack.gap = 2.5e-4;
+    scene.projectile.velocity[2] = 250.0;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK);
+    CHECK(fk_get_grid(sim, &grid, sizeof grid) == FK_OK && grid.plies == 3 && grid.nodes_x == 41);
+    CHECK(fk_get_ply(sim, 2, &ply, sizeof ply) == FK_OK && ply.failed_segments == 0 && ply.kinetic == 0.0 && ply.strain == 0.0);
+    CHECK(fk_advance_until(sim, FK_EXITED, 1500, &steps) == FK_OK);
+    CHECK(fk_get_energy(sim, &energy, sizeof energy) == FK_OK && fk_get_counters(sim, &counters, sizeof counters) == FK_OK);
+    for (k = 0; k < 3; k++) {
+        CHECK(fk_get_ply(sim, k, &ply, sizeof ply) == FK_OK);
+        CHECK(ply.failed_segments > 0 && ply.kinetic > 0.0 && ply.strain > 0.0 && ply.dissipated > 0.0);
+        sum.failed_segments += ply.failed_segments;
+        sum.kinetic += ply.kinetic;
+        sum.strain += ply.strain;
+        sum.dissipated += ply.dissipated;
+    }
+    CHECK(sum.failed_segments == counters.failed_segments && counters.ply_penetration >= 0.0);
+    CHECK(fabs(sum.kinetic / energy.fabric_kinetic - 1.0) < 1e-12 && fabs(sum.strain / energy.strain - 1.0) < 1e-12);
+    CHECK(fabs(sum.dissipated / energy.dissipated - 1.0) < 1e-12);
+    ply.kinetic = 7.0;
+    CHECK(fk_get_ply(sim, 3, &ply, sizeof ply) == FK_OUT_OF_RANGE && ply.kinetic == 7.0);
+    CHECK(fk_get_ply(sim, 0, &ply, 8) == FK_STRUCT_SIZE && fk_get_ply(sim, 0, NULL, sizeof ply) == FK_NULL_POINTER);
+    CHECK(fk_get_ply(NULL, 0, &ply, sizeof ply) == FK_NULL_POINTER);
+    free_block(b);
+
+    /* Of a single sheet ply 0 is all. */
+    scene.stack.plies = 1;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK && fk_advance(sim, 300) == FK_OK);
+    CHECK(fk_get_energy(sim, &energy, sizeof energy) == FK_OK && fk_get_ply(sim, 0, &ply, sizeof ply) == FK_OK);
+    CHECK(ply.kinetic == energy.fabric_kinetic && ply.strain == energy.strain && ply.dissipated == energy.dissipated);
+    CHECK(fk_get_ply(sim, 1, &ply, sizeof ply) == FK_OUT_OF_RANGE);
+    free_block(b);
+}
+
 /* Starts given by the host: what does not fit is refused by name and changes nothing. */
 static void given_starts(void)
 {
@@ -832,6 +880,7 @@ int main(void)
     gradings();
     bad_faults();
     read_outs();
+    plies();
     given_starts();
     rounding_of_the_host(digest);
     prescribed();
