@@ -53,7 +53,7 @@ let waiting = false;
 const worker = new Worker(URL.createObjectURL(new Blob([workerText], { type: "text/javascript" })));
 const tell = (message: ToWorker): void => worker.postMessage(message);
 
-// The worker unpacks the kernel and makes the first scene while the page sets up its picture, at the end of this file.
+// The worker unpacks the kernel and makes the first scene while the page sets up its picture: beginPicture, at the end of this file.
 tell({ kind: "kernel", packed: kernelText });
 tell({ kind: "pace", pace: Number(pace.value) });
 
@@ -224,6 +224,8 @@ side.addEventListener("change", () => view?.look(side.value as Side));
 worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
   if ("number" in data && data.number !== undefined && data.number !== number) return;
   switch (data.kind) {
+    case "begun":
+      return beginPicture();
     case "ready":
       element("version", HTMLElement).textContent = `Version ${data.version}.`;
       return;
@@ -253,6 +255,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
         wanted = undefined;
       }
       void Promise.resolve(view?.drawn()).then(() => {
+        if (picture.dataset.row === undefined) performance.mark("first picture");
         picture.dataset.row = String(data.frame.row);
         tell({ kind: "drawn" });
       });
@@ -376,14 +379,19 @@ element("link", HTMLButtonElement).addEventListener("click", (event) => {
 
 // Start.
 
+/** Sets up WebGL. That keeps the page busy until the browser's graphics have started, and a page that is busy starts no worker: so the
+ * worker goes first. */
+function beginPicture(): void {
+  try {
+    view = new View(picture);
+  } catch {
+    const note = element("nopicture", HTMLElement);
+    note.textContent = "This browser has no WebGL, so there is no picture. Everything else works.";
+    note.hidden = false;
+  }
+}
+
 if (matchMedia("(max-width: 860px)").matches) element("more", HTMLDetailsElement).open = false;
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => update());
 new ResizeObserver(() => update()).observe(plots);
 open();
-try {
-  view = new View(picture);
-} catch {
-  const note = element("nopicture", HTMLElement);
-  note.textContent = "This browser has no WebGL, so there is no picture. Everything else works.";
-  note.hidden = false;
-}
