@@ -150,6 +150,8 @@ const tests = {
       ["speed", "90000", /projectile/],
       ["radius", "0.1", /radius/],
       ["mass", "-1", /mass/],
+      ["oblique", "90", /takes -80 to 80/],
+      ["friction", "-1", /friction/],
     ]) {
       const good = await page.inputValue(`#${field}`);
       await page.fill(`#${field}`, value);
@@ -173,7 +175,7 @@ const tests = {
     const page = await open();
     await says(page, /Ready/);
     await page.selectOption("#fabric", "zylon_as_500_35");
-    for (const [field, value] of Object.entries({ nodes: 53, mass: 3, speed: 210, x: 2.5, y: -1.7, seed: 7 })) await page.fill(`#${field}`, String(value));
+    for (const [field, value] of Object.entries({ nodes: 53, mass: 3, speed: 210, oblique: 25, friction: 0.2, x: 2.5, y: -1.7, seed: 7 })) await page.fill(`#${field}`, String(value));
     await page.selectOption("#shape", "cylinder");
     for (const [field, value] of Object.entries({ radius: 4, length: 9, tiltX: 33, tiltY: -12, turn: 20 })) await page.fill(`#${field}`, String(value));
     await page.locator("#turn").blur();

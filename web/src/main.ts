@@ -28,13 +28,13 @@ const outcome = element("outcome", HTMLElement);
 const problem = element("problem", HTMLElement);
 
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
-const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3] };
+const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80] };
 const WHOLE: (keyof Choices)[] = ["nodes", "seed"];
 /** The field of the form that a parameter of the kernel comes from. */
 const FIELDS: [string, keyof Choices][] = [
   ["projectile.sector.inner_radius", "bore"], ["projectile.sector.outer_radius", "radius"], ["projectile.sector.angle", "angle"],
   ["projectile.sector.thickness", "length"], ["projectile.radius", "radius"], ["projectile.length", "length"], ["projectile.mass", "mass"],
-  ["projectile.velocity", "speed"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"], ["attachment", "attachment"], ["sheet", "nodes"],
+  ["projectile.velocity", "speed"], ["contact.friction", "friction"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"], ["attachment", "attachment"], ["sheet", "nodes"],
 ];
 
 /** What the page shows now. */
@@ -62,8 +62,8 @@ let view: View | undefined;
 const plots = element("plots", HTMLElement);
 const atTime = (seconds: number): void => goTo(Math.round(seconds / (ROW * dt)));
 const PLOTS = [
-  new Plot(plots, "Velocity of the fragment", "m/s", [{ name: "along flight", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
-  new Plot(plots, "Force against flight", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
+  new Plot(plots, "Velocity of the fragment, normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
+  new Plot(plots, "Force on the fragment, normal to the sheet", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
   new Plot(plots, "Energy absorbed", "J", [
     { name: "all", colour: "--a", of: (row) => row.contact_work_j },
     { name: "strain", colour: "--b", of: (row) => row.strain_j },
@@ -76,7 +76,7 @@ const PLOTS = [
 ];
 
 const VALUES = {
-  time: "Time", velocity: "Velocity of the fragment", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
+  time: "Time", velocity: "Velocity of the fragment, normal to the sheet", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
   balance: "Energy balance", outcomes: "Outcomes", digest: "Digest here", native: "Digest, native library", same: "Same bits", speed: "Speed of the steps", slower: "Slower than reality",
 };
 const values = Object.fromEntries(
