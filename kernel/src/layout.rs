@@ -22,6 +22,10 @@ pub(crate) const COLUMN_REALS: usize = 6;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const POOLED_REALS: usize = 4;
 
+/// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
+/// what the cores of a server share in their third level.
+const CACHED_REALS: usize = (12 << 20) / 8;
+
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
 
@@ -91,6 +95,8 @@ pub struct Layout {
     pub rate: bool,
     /// true if yarn and projectile rub.
     pub friction: bool,
+    /// true if the rows of nodes are too large for the caches, so that a pass has to fetch them from memory.
+    pub exceeds_caches: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -118,6 +124,7 @@ impl Layout {
         graded: false,
         rate: false,
         friction: false,
+        exceeds_caches: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -183,6 +190,8 @@ impl Layout {
         let segments =
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
+        // Fewer than all rows, which can be counted.
+        let exceeds_caches = nodes_y * chunks * CHUNK * HOT_PLANES > CACHED_REALS;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
@@ -227,6 +236,7 @@ impl Layout {
             graded,
             rate,
             friction,
+            exceeds_caches,
             candidates,
             reals,
             words,
@@ -371,6 +381,16 @@ mod tests {
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
         scene.yarn.stochastic = true;
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
+    }
+
+    #[test]
+    fn sheets_that_exceed_the_caches() {
+        let mut scene = Scene::sheet_3in_sphere();
+        // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
+        for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
+            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches, exceeds);
+        }
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.

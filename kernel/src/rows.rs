@@ -37,6 +37,7 @@ impl<'t> Terms<'t> {
             toe: self.toe,
             net,
             rates: &self.rates,
+            fetches: self.layout.exceeds_caches,
             instructions: self.instructions,
         }
     }
@@ -335,6 +336,7 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
 
 #[cfg(test)]
 mod tests {
+    use crate::lanes::InstructionSet;
     use crate::{Failure, Layout, Scene, Sim};
 
     #[test]
@@ -367,6 +369,27 @@ mod tests {
         };
         for toe in [0.0, 0.02] {
             assert_eq!(run(toe, true), run(toe, false));
+        }
+    }
+
+    /// The path of sheets beyond the caches gives a small one the bits of its own.
+    #[test]
+    fn rows_fetched_from_memory_move_as_others_do() {
+        let run = |exceeds: bool, set: InstructionSet| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            let layout = Layout::of(&scene).unwrap();
+            assert!(!layout.exceeds_caches);
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            sim.system.layout.exceeds_caches = exceeds;
+            sim.use_instructions(set).unwrap();
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            assert_eq!(run(true, set), run(false, set));
         }
     }
 }
