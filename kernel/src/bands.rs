@@ -120,6 +120,7 @@ struct Plan {
     directions: Directions,
     toe: Toe,
     rates: Rates,
+    fetches: bool,
     instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -386,6 +387,7 @@ impl Plan {
             directions: system.directions,
             toe: system.model.toe,
             rates: step::rates(system),
+            fetches: system.fetches,
             instructions: system.instructions,
             marked,
             track_support,
@@ -417,8 +419,8 @@ impl Plan {
 
     /// Constants of the sweep.
     fn terms(&self) -> Terms<'_> {
-        let Plan { layout, directions, toe, rates, instructions, .. } = self;
-        Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
+        let Plan { layout, directions, toe, rates, fetches, instructions, .. } = self;
+        Terms { layout, directions, toe: *toe, rates: *rates, fetches: *fetches, instructions: *instructions }
     }
 
     /// Whether a ply is turned.

@@ -95,8 +95,6 @@ pub struct Layout {
     pub rate: bool,
     /// true if yarn and projectile rub.
     pub friction: bool,
-    /// true if the rows of nodes are too large for the caches, so that a pass has to fetch them from memory.
-    pub exceeds_caches: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -124,7 +122,6 @@ impl Layout {
         graded: false,
         rate: false,
         friction: false,
-        exceeds_caches: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -190,8 +187,6 @@ impl Layout {
         let segments =
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
-        // Fewer than all rows, which can be counted.
-        let exceeds_caches = nodes_y * chunks * CHUNK * HOT_PLANES > CACHED_REALS;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
@@ -236,7 +231,6 @@ impl Layout {
             graded,
             rate,
             friction,
-            exceeds_caches,
             candidates,
             reals,
             words,
@@ -307,6 +301,11 @@ impl Layout {
     /// Rows of the hot block: those modelled, and the images behind the plane y = 0.
     pub(crate) fn stored_rows(&self) -> usize {
         self.nodes_y + usize::from(self.y.mirrored)
+    }
+
+    /// Whether the hot rows are too large for the caches, so that a pass has to fetch them from memory.
+    pub(crate) fn exceeds_caches(&self) -> bool {
+        self.nodes_y * self.chunks * CHUNK * HOT_PLANES > CACHED_REALS
     }
 
     /// Whether there are several plies.
@@ -389,7 +388,7 @@ mod tests {
         // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
         for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
-            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches, exceeds);
+            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches(), exceeds);
         }
     }
 

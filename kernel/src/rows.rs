@@ -24,6 +24,8 @@ pub(crate) struct Terms<'t> {
     pub toe: Toe,
     /// Dependence on the rate of strain.
     pub rates: Rates,
+    /// Whether rows are fetched from memory ahead of their turn.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
@@ -37,7 +39,7 @@ impl<'t> Terms<'t> {
             toe: self.toe,
             net,
             rates: &self.rates,
-            fetches: self.layout.exceeds_caches,
+            fetches: self.fetches,
             instructions: self.instructions,
         }
     }
@@ -379,10 +381,10 @@ mod tests {
             let mut scene = Scene::sheet_3in_sphere();
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
             let layout = Layout::of(&scene).unwrap();
-            assert!(!layout.exceeds_caches);
             let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
             let mut sim = Sim::new(&scene, &mut memory).unwrap();
-            sim.system.layout.exceeds_caches = exceeds;
+            assert!(!sim.system.fetches);
+            sim.system.fetches = exceeds;
             sim.use_instructions(set).unwrap();
             sim.advance(3000).unwrap();
             assert!(sim.counters().failed_segments > 10);

@@ -192,6 +192,7 @@ impl<'a> Sim<'a> {
         system.directions.derive(scene, limits.dt);
         start::place_body(scene, &system.model, &mut system.state.body)?;
         system.state = State::at_start(system.state.body);
+        system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
         system.blocks = Blocks::carve(memory, &system.layout)?;
         system.fill_model()?;
