@@ -355,16 +355,8 @@ fn sweeps<const FRICTION: bool>(
         }
         if FRICTION && let Some(place) = tangential.get_mut(k) {
             let mut t = Tangential::read(place);
-            let ([t0, t1], [a0, a1]) = (t.tangents, t.arms);
-            // What an impulse along the second tangent changes of the speed along the first.
-            let give = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
-                let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
-                c.images() * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
-            };
-            let [g00, g01, g11] = [give(&t0, &a0, &t0, &a0), give(&t0, &a0, &t1, &a1), give(&t1, &a1, &t1, &a1)];
             let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
-            let give = own + friction::largest_eigenvalue(g00, g01, g11);
-            (t.effective_mass, t.impulse) = (if give > 0.0 { 1.0 / give } else { 0.0 }, [0.0; 2]);
+            t.begin(inertia, own, symmetry, c.images());
             for (slip, arm) in t.slip(&velocity, &rate).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
@@ -431,9 +423,6 @@ fn sweeps<const FRICTION: bool>(
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
-///
-/// With the kinetic energy taken up by the relative speeds before, b, and half the work of the impulses on what they change, a/2, a part x of the
-/// impulses adds x b + x^2 a/2 and no more.
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -457,19 +446,12 @@ fn scale_back(
             change += c.images() * (c.impulse * c.impulse + p * p + q * q) / node_mass;
         }
     }
-    let part = if before + 0.5 * change <= 0.0 {
+    let part = friction::part_without_gain(before, change);
+    if part == 1.0 {
         return solved;
-    } else if before < 0.0 {
-        -2.0 * before / change * (1.0 - 8.0 * f64::EPSILON)
-    } else {
-        0.0
-    };
+    }
     for (slot, place) in candidates.iter_mut().zip(tangential.iter_mut()) {
-        let mut t = Tangential::read(place);
-        t.impulse = t.impulse.map(|p| p * part);
-        t.write(place);
-        let [.., impulse] = slot;
-        *impulse *= part;
+        friction::scale(slot, place, part);
     }
     let velocity = body.velocity + dv * part;
     let angular_velocity = body.angular_velocity + dw * part;

@@ -16,9 +16,9 @@ use crate::symmetry::Line;
 pub const CANDIDATE_REALS: usize = 14;
 
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 6;
+pub(crate) const COLUMN_REALS: usize = 11;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const POOLED_REALS: usize = 4;
+pub(crate) const TOUCH_REALS: usize = 4;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -165,7 +165,7 @@ impl Layout {
         let scratch = scratch
             .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
             .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
-            .checked_add(stack(candidates.checked_mul(POOLED_REALS)?))?;
+            .checked_add(stack(candidates.checked_mul(TOUCH_REALS)?))?;
         let segments =
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
