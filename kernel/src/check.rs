@@ -338,7 +338,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Plies that push on each other are stepped by velocity Verlet, as whole sheets, without friction and dependence on the rate. A
+    /// Plies that push on each other are stepped by velocity Verlet, as whole sheets, without dependence on the rate. A
     /// ply is turned within the same grid.
     fn check_stack(&self) -> Result<(), Error> {
         let Stack { plies, gap, turned } = self.stack;
@@ -353,7 +353,6 @@ impl Scene {
             return refused(Code::NotSymmetric, "stack.plies");
         }
         let of_single_sheets = [
-            ("contact.friction", self.contact.friction),
             ("yarn.rate_modulus", self.yarn.rate_modulus),
             ("yarn.rate_stretch", self.yarn.rate_stretch),
         ];

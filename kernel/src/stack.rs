@@ -255,18 +255,20 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
 /// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
 pub(crate) fn part(system: &mut System<'_>, count: usize) {
     // The books of contact take the velocities that nodes have at the end of the pass.
-    let before = half_work(system, count);
+    let [before, rubbed_before] = half_work(system, count);
     for row in 0..system.layout.y.modelled() {
         for ply in 1..system.layout.plies {
             part_rows(system, ply, row);
         }
     }
-    system.state.sums.loss -= half_work(system, count) - before;
+    let [after, rubbed_after] = half_work(system, count);
+    system.state.sums.loss -= after - before;
+    system.state.sums.friction -= rubbed_after - rubbed_before;
 }
 
-/// Half of what the projectile's impulses do with the present velocities of their nodes, J.
-fn half_work(system: &System<'_>, count: usize) -> f64 {
-    let mut work = 0.0;
+/// Half of what the projectile's impulses do with the present velocities of their nodes, along the normals and along the surface, J.
+fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
+    let (mut work, mut rubbed) = (0.0, 0.0);
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
             break;
@@ -274,10 +276,14 @@ fn half_work(system: &System<'_>, count: usize) -> f64 {
         let candidate = Candidate::read(slot);
         if candidate.impulse > 0.0 && !candidate.is_fixed() {
             let (i, j) = system.layout.column_and_row(node as usize);
-            work += 0.5 * candidate.impulse * candidate.normal.dot(&system.velocity(i, j));
+            let velocity = system.velocity(i, j);
+            work += 0.5 * candidate.impulse * candidate.normal.dot(&velocity);
+            if let Some(t) = system.blocks.tangential.get(c).map(Tangential::read) {
+                rubbed += 0.5 * t.work(t.along(&velocity));
+            }
         }
     }
-    work
+    [work, rubbed]
 }
 
 /// Parts the columns of one row in which this ply presses on the one before it.
