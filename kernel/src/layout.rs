@@ -18,7 +18,7 @@ pub const CANDIDATE_REALS: usize = 14;
 /// Numbers kept per ply of a column of facing nodes.
 pub(crate) const COLUMN_REALS: usize = 11;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const TOUCH_REALS: usize = 4;
+pub(crate) const TOUCH_REALS: usize = 5;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;

@@ -62,6 +62,7 @@ const LIFT: usize = 0;
 const STALE: usize = 2;
 /// Velocity along z without impulses, spacings a pass.
 const FREE: usize = 3;
+/// Place 4: softness of the contact, 1/kg.
 
 /// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
 #[derive(Clone, Copy)]
@@ -488,7 +489,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             while let Some(k) = next {
                 let give = self.give_besides(&self.candidate(k), &candidate, members);
                 if let Some(touch) = self.system.blocks.touches.get_mut(k) {
-                    *touch = [0.0, give, 1.0, 0.0];
+                    let soft = if members > 1.0 && !candidate.is_fixed() { EVEN * self.give } else { 0.0 };
+                    *touch = [0.0, give, 1.0, 0.0, soft];
                 }
                 next = self.behind(k);
             }
@@ -574,9 +576,9 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// How fast its gap grows, but for what its node is moved along z, m/s.
-    fn rate_besides(&self, candidate: &Candidate, rubbing: Option<&Tangential>) -> f64 {
+    fn rate_besides(&self, candidate: &Candidate, rubbing: Option<&Tangential>, soft: f64) -> f64 {
         let [x, y] = self.along(candidate, rubbing);
-        self.body_rate(candidate) + (candidate.normal.x * x + candidate.normal.y * y)
+        self.body_rate(candidate) + (candidate.normal.x * x + candidate.normal.y * y) + soft * candidate.impulse
     }
 
     /// The next impulses along the surface of a candidate whose node is moved by so much along z, m/s.
@@ -609,8 +611,8 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn error(&self, leader: usize) -> f64 {
         let (mut error, mut next) = (0.0, Some(leader));
         while let Some(c) = next {
-            let (candidate, rubbing, [lift, ..]) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(&candidate, rubbing.as_ref()) + candidate.normal.z * lift;
+            let (candidate, rubbing, [lift, .., soft]) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let rate = self.rate_besides(&candidate, rubbing.as_ref(), soft) + candidate.normal.z * lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
             if let Some(t) = &rubbing && t.effective_mass > 0.0 {
                 let [p, q] = self.rubbed(&candidate, t, lift);
@@ -656,8 +658,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         load(self.system, i, row);
         let mut next = Some(leader);
         while let Some(c) = next {
-            let (candidate, rubbing, [_, give, ..]) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(&candidate, rubbing.as_ref());
+            let (candidate, rubbing, [_, give, .., soft]) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let rate = self.rate_besides(&candidate, rubbing.as_ref(), soft);
             let (up, (_, _, ply)) = (candidate.normal.z, place(self.system, c));
             let Blocks { column, touches, .. } = &mut self.system.blocks;
             let (Some(node), Some(touch)) = (column.get_mut(ply), touches.get_mut(c)) else { break };
@@ -675,7 +677,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
         next = Some(leader);
         while let Some(c) = next {
-            let (candidate, rubbing, [lift_before, give, _, free]) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let (candidate, rubbing, [lift_before, give, _, free, soft]) = (self.candidate(c), self.tangential(c), self.touch(c));
             let (up, (_, _, ply)) = (candidate.normal.z, place(self.system, c));
             let Blocks { column, touches, .. } = &mut self.system.blocks;
             let (Some(node), Some(touch)) = (column.get(ply), touches.get_mut(c)) else { break };
@@ -684,7 +686,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             let impulse = if math::abs(node[GRIP]) > 1.0 {
                 node[RELEASE] * unit_impulse / up
             } else {
-                candidate.impulse - (self.rate_besides(&candidate, rubbing.as_ref()) + up * lift) / give
+                candidate.impulse - (self.rate_besides(&candidate, rubbing.as_ref(), soft) + up * lift) / give
             };
             let impulse = math::max(impulse, 0.0);
             moved = math::max(math::abs(lift - lift_before), moved);
