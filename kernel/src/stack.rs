@@ -60,8 +60,9 @@ const LIFT: usize = 0;
 /// Place 1: what it gives way besides its column along z, 1/kg.
 /// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
 const STALE: usize = 2;
-/// Velocity along z without impulses, spacings a pass.
+/// Velocity along z without impulses, spacings a pass, while its column is solved; then its normal impulse before that, N s.
 const FREE: usize = 3;
+const LAST: usize = 3;
 /// Place 4: softness of the contact, 1/kg.
 
 /// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
@@ -594,17 +595,14 @@ impl<'s, 'a> Joint<'s, 'a> {
         if !self.leads(c) {
             return true;
         }
-        let error = if self.touch(c)[STALE] == 0.0 { self.error(c) } else { f64::INFINITY };
-        if error <= self.tolerance {
+        let error = self.error(c);
+        if self.touch(c)[STALE] == 0.0 && error <= self.tolerance {
             return true;
         }
-        let moved = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
-        let rubbed = self.rub(c);
-        if let Some(touch) = self.system.blocks.touches.get_mut(c) {
-            touch[STALE] = f64::from(u8::from(rubbed > self.tolerance));
-        }
-        // What candidates of one column exchange between them changes nothing.
-        error <= HARMLESS * self.system.model.unit_speed && math::max(moved, rubbed) <= self.tolerance
+        let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
+        let moved = self.rub(c);
+        // What candidates of one column pass on between them moves nothing.
+        error <= HARMLESS * self.system.model.unit_speed && math::max(lifted, moved) <= self.tolerance
     }
 
     /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s.
@@ -650,8 +648,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
     }
 
-    /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s; what
-    /// several candidates pass on between them is not counted.
+    /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
     fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
         let (i, row, _) = place(self.system, leader);
@@ -682,7 +679,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             let Blocks { column, touches, .. } = &mut self.system.blocks;
             let (Some(node), Some(touch)) = (column.get(ply), touches.get_mut(c)) else { break };
             let lift = (node[SPEED] - free) * unit_speed;
-            touch[LIFT] = lift;
+            (touch[LIFT], touch[LAST]) = (lift, candidate.impulse);
             let impulse = if math::abs(node[GRIP]) > 1.0 {
                 node[RELEASE] * unit_impulse / up
             } else {
@@ -690,9 +687,6 @@ impl<'s, 'a> Joint<'s, 'a> {
             };
             let impulse = math::max(impulse, 0.0);
             moved = math::max(math::abs(lift - lift_before), moved);
-            if self.behind(leader).is_none() {
-                moved = math::max(math::abs(impulse - candidate.impulse) * self.give, moved);
-            }
             let before = (self.velocity, self.rate);
             (self.velocity, self.rate) = (velocity, rate_of_body);
             self.set_impulse(c, &candidate, impulse);
@@ -737,25 +731,37 @@ impl<'s, 'a> Joint<'s, 'a> {
         [work, moved]
     }
 
-    /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of a velocity, m/s.
+    /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
+    /// sheet since the column was solved last, of fixed nodes of the slip, m/s.
     fn rub(&mut self, leader: usize) -> f64 {
-        let (mut largest, mut next) = (0.0, Some(leader));
+        let (mut moved, mut next) = (0.0, Some(leader));
+        let mut stale = false;
         while let Some(c) = next {
-            let Some(mut t) = self.tangential(c) else { return 0.0 };
-            let (candidate, [lift, ..], [p, q]) = (self.candidate(c), self.touch(c), t.impulse);
-            let next_impulse = self.rubbed(&candidate, &t, lift);
-            let change = [next_impulse[0] - p, next_impulse[1] - q];
-            if change != [0.0; 2] {
+            let (candidate, [lift, .., last, _]) = (self.candidate(c), self.touch(c));
+            let mut rubbing = self.tangential(c);
+            let before = self.along(&Candidate { impulse: last, ..candidate }, rubbing.as_ref());
+            if let Some(t) = &mut rubbing {
+                let [p, q] = t.impulse;
+                t.impulse = self.rubbed(&candidate, t, lift);
+                let change = [t.impulse[0] - p, t.impulse[1] - q];
                 self.velocity -= t.push(change) * self.inertia.inverse_mass;
                 self.rate -= t.twist(change).component_mul(&self.inertia.inverse_moments);
-                t.impulse = next_impulse;
-                self.set_tangential(c, &t);
+                self.set_tangential(c, t);
                 let size = math::max(math::abs(change[0]), math::abs(change[1]));
-                largest = math::max(size / t.effective_mass, largest);
+                stale |= size > self.tolerance * t.effective_mass;
+                if candidate.is_fixed() && t.effective_mass > 0.0 {
+                    moved = math::max(size / t.effective_mass, moved);
+                }
             }
+            let after = self.along(&candidate, rubbing.as_ref());
+            let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
+            moved = math::max(change, moved);
             next = self.behind(c);
         }
-        largest
+        if let Some(touch) = self.system.blocks.touches.get_mut(leader) {
+            touch[STALE] = f64::from(u8::from(stale));
+        }
+        moved
     }
 }
 
