@@ -38,6 +38,9 @@ const MAX_NEWTON: u32 = 60;
 const SETTLED: [f64; 2] = [1e-12, 4e-15];
 /// A gap rate that does not count if no velocity changes any more, spacings a pass.
 const HARMLESS: f64 = 1e-9;
+/// The same with friction where several candidates share a column, and changes that do not count there: some of them stick and some slide, and
+/// which they are may change in every sweep.
+const ROUGH: f64 = 1e-7;
 /// No candidate.
 const NONE: u32 = u32::MAX;
 
@@ -396,7 +399,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     }
     let Joint { velocity, rate, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate };
-    if converged || !system.layout.friction { solved } else { scale_back(system, count, solved) }
+    if system.layout.friction { without_gain(system, count, solved) } else { solved }
 }
 
 /// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
@@ -601,8 +604,14 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
         let moved = self.rub(c);
-        // What candidates of one column pass on between them moves nothing.
-        error <= HARMLESS * self.system.model.unit_speed && math::max(lifted, moved) <= self.tolerance
+        let unit_speed = self.system.model.unit_speed;
+        let [harmless, still] = if self.system.layout.friction && self.behind(c).is_some() {
+            [ROUGH * unit_speed; 2]
+        } else {
+            // What candidates of one column pass on between them moves nothing.
+            [HARMLESS * unit_speed, self.tolerance]
+        };
+        error <= harmless && math::max(lifted, moved) <= still
     }
 
     /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s.
@@ -776,12 +785,11 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize, usize) {
 /// A place without a candidate.
 const NO_CANDIDATE: [f64; CANDIDATE_REALS] = [0.0; CANDIDATE_REALS];
 
-/// Impulses with friction that were given up on, scaled back until they add no energy, as those of a single sheet are: a cone holds every part
+/// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
 /// of what it holds. The impulses between the plies are scaled with them here; those that part the plies in the end leave no more energy than
 /// these and what they would do against the gaps.
-#[cold]
-#[inline(never)]
-fn scale_back(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
+#[inline(never)] // It must not add to the stack of the solve.
+fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
     let (body, inertia, mass) = (system.state.body, system.model.inertia, system.model.node_mass);
     let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
     // Relative speeds before times impulses, of which those of open gaps are too great, and the impulses' work on what they change, J.
