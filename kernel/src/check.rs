@@ -352,10 +352,8 @@ impl Scene {
         if self.symmetry != Symmetry::default() {
             return refused(Code::NotSymmetric, "stack.plies");
         }
-        let of_single_sheets = [
-            ("yarn.rate_modulus", self.yarn.rate_modulus),
-            ("yarn.rate_stretch", self.yarn.rate_stretch),
-        ];
+        let of_single_sheets =
+            [("yarn.rate_modulus", self.yarn.rate_modulus), ("yarn.rate_stretch", self.yarn.rate_stretch)];
         if let Some((field, value)) = of_single_sheets.into_iter().find(|(_, value)| *value != 0.0) {
             return Err(Error::new(Code::OutOfRange, field, value, 0.0));
         }

@@ -484,7 +484,7 @@ pub const FIELDS: &[Field] = &[
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
-        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, friction or a dependence on the rate of strain")
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes or a dependence on the rate of strain")
         .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
         "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
@@ -606,7 +606,7 @@ pub const FIELDS: &[Field] = &[
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
-        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with separate plies")
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only")
         .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,

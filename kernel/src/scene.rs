@@ -47,7 +47,7 @@ pub struct Sheet {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {
     /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0. More than one ply: velocity
-    /// Verlet, no mirror planes, no friction and no dependence on the rate of strain.
+    /// Verlet, no mirror planes and no dependence on the rate of strain.
     pub plies: u32,
     /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they lie on each other.
     pub gap: f64,
@@ -280,7 +280,7 @@ pub struct Projectile {
 /// What acts between yarn and projectile besides the impulses that keep them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet and one ply only). With friction a sphere feels
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels
     /// torque, too. See docs/model.md, "Friction".
     pub friction: f64,
 }

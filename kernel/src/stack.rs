@@ -1,21 +1,23 @@
-//! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction.
+//! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction between them.
 //!
 //! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
 //! nodes of one place in all plies are a column. Their velocities after contact are the nearest ones to those before (least
 //! sum of m dv^2) with which no facing pair ends nearer than 0, or nearer than it was if it was through each other. That is an isotonic
 //! regression of the velocities with the gaps over dt added up, solved exactly by pooling neighbours that press on each other.
 //! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
-//! With the projectile: the impulses of its candidates (`contact.rs`) and the columns are found in turn. A node that is pressed together with
-//! others has their common mass along z; the pools are those of the columns' last solution, and the turns end when it no longer changes. If
-//! they do not end, the same turns are taken with single masses and one sweep each, in which every impulse is an exact step of the
-//! common dual problem: they may stop at any time without adding energy, and are counted as unconverged if they have to.
-//! Energy: impulse times the mean of the velocities at t_{n-1/2} and t_{n+1/2}, as everywhere, is the loss where plies meet.
-//! Limits: nodes face nodes along z. The moment of an impulse between nodes that are displaced along the sheet is not kept: it is that
+//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, because the node gives way along the sheet
+//! and the body a little, and the regression is that of nodes with such springs: each pool moves by the root of a sum of straight pieces. So a column
+//! is solved for its nodes and candidates at once, and the columns follow each other as the nodes of a single sheet do (`contact.rs`). Every such
+//! step is an exact one of the common dual problem, with a body that gives way by no less than it does: the solve may stop at any time
+//! without adding energy.
+//! Friction (`friction.rs`): behind each solve of a column the tangential impulses of its candidates follow, their nodes with their own mass, which gives
+//! way by no less than the pool's. Impulses that would add energy are all scaled back.
+//! Limits: candidates that share a column are soft by a millionth of a node's give, so that they share an impulse in one way only. Nodes face nodes along z. The moment of an impulse between nodes that are displaced along the sheet is not kept: it is that
 //! offset times the impulse. A pair that is more than a spacing apart along the sheet does not touch; so plies may pass through each other at
 //! a hole, and `ply_penetration` tells how deep pairs were that came to face each other again. All plies of a column are free or all are
 //! fixed. Velocity Verlet, no mirror planes. Columns are not shared out among bands.
 //! Reference: R. E. Barlow, D. J. Bartholomew, J. M. Bremner, H. D. Brunk, Statistical Inference under Order Restrictions (1972), pool
-//! adjacent violators; M. J. Best, N. Chakravarti, Math. Programming 47 (1990) 425; J. J. Moreau as in `contact.rs`.
+//! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions; J. J. Moreau as in `contact.rs`.
 
 use crate::blocks::Blocks;
 use crate::contact::{Candidate, MAX_SWEEPS, MAX_SWEEPS_ON_SUPPORTS, Solved};
@@ -94,7 +96,8 @@ impl Pool {
 
     /// Adds a node, whose candidate is pressed if it is at this velocity.
     fn add(&mut self, node: &[f64; COLUMN_REALS], speed: f64) {
-        (self.sum, self.weight, self.nodes) = (self.sum + (node[SPEED] + node[OFFSET]), self.weight + 1.0, self.nodes + 1.0);
+        (self.sum, self.weight, self.nodes) =
+            (self.sum + (node[SPEED] + node[OFFSET]), self.weight + 1.0, self.nodes + 1.0);
         let grip = node[GRIP];
         if grip == 0.0 {
             return;
@@ -198,7 +201,9 @@ fn project(column: &mut [[f64; COLUMN_REALS]]) {
 fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
     if pool.weight == 1.0 {
         // Alone, and pressed by nothing.
-        if let [node] = nodes && node[GRIP] != 0.0 {
+        if let [node] = nodes
+            && node[GRIP] != 0.0
+        {
             node[RELEASE] = 0.0;
         }
         return;
@@ -405,7 +410,8 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
 /// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
 fn link(system: &mut System<'_>, count: usize) {
     let Blocks { last, links, candidates, candidate_nodes, .. } = &mut system.blocks;
-    let places = last.len().max(1) as u32;
+    // At least 1, so that no division by zero has to be compiled in.
+    let places = (last.len() as u32).max(1);
     for &node in candidate_nodes.iter().take(count) {
         if let Some(last) = last.get_mut((node % places) as usize) {
             *last = NONE;
@@ -621,7 +627,9 @@ impl<'s, 'a> Joint<'s, 'a> {
             let (candidate, rubbing, [lift, .., soft]) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(&candidate, rubbing.as_ref(), soft) + candidate.normal.z * lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
-            if let Some(t) = &rubbing && t.effective_mass > 0.0 {
+            if let Some(t) = &rubbing
+                && t.effective_mass > 0.0
+            {
                 let [p, q] = self.rubbed(&candidate, t, lift);
                 let change = math::max(math::abs(p - t.impulse[0]), math::abs(q - t.impulse[1]));
                 error = math::max(change / t.effective_mass, error);
@@ -683,7 +691,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
         next = Some(leader);
         while let Some(c) = next {
-            let (candidate, rubbing, [lift_before, give, _, free, soft]) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let (candidate, rubbing, [lift_before, give, _, free, soft]) =
+                (self.candidate(c), self.tangential(c), self.touch(c));
             let (up, (_, _, ply)) = (candidate.normal.z, place(self.system, c));
             let Blocks { column, touches, .. } = &mut self.system.blocks;
             let (Some(node), Some(touch)) = (column.get(ply), touches.get_mut(c)) else { break };

@@ -287,33 +287,44 @@ struct Meeting {
 fn meetings(coefficient: std::ops::Range<f64>, share: std::ops::Range<f64>) -> impl Strategy<Value = Meeting> {
     let nodes = 6 * 5 * 4;
     let body = (share, any::<bool>(), [-1.0..1.0, -1.0..1.0, -1.0..1.0], [-1.0..1.0, -1.0..1.0, -1.0..1.0]);
-    let of_nodes = prop::collection::vec(([-0.1..0.1, -0.1..0.1], 0.0..0.2, [-1.0..1.0, -1.0..1.0, -1.0..1.0]), nodes);
+    let of_nodes =
+        prop::collection::vec(([-0.05..0.05, -0.05..0.05], 0.0..0.1, [-1.0..1.0, -1.0..1.0, -1.0..1.0]), nodes);
     let gap = prop_oneof![Just(0.0), 1e-5..3e-4];
-    (coefficient, body, of_nodes, gap, 0.0..1.0).prop_map(|(mu, (share, round, v, w), of_nodes, gap, quiet): (f64, (f64, bool, [f64; 3], [f64; 3]), _, f64, f64)| {
-        let mut scene = stacked(small_sheet(5, 0.0), 4, gap);
-        (scene.sheet.nodes_y, scene.attachment.kind, scene.contact.friction) = (6, AttachmentKind::Free, mu);
-        let h = scene.sheet.spacing;
-        let body = &mut scene.projectile;
-        (body.radius, body.length, body.mass) = (2.0 * h, 4.2 * h, scene.sheet.node_mass * share.exp());
-        (body.shape, body.position) = (if round { Shape::Sphere } else { Shape::Cylinder }, [0.1 * h, 0.0, if round { -2.0 * h } else { -2.1 * h }]);
-        body.velocity = [30.0 * v[0], 30.0 * v[1], 60.0 + 30.0 * v[2]];
-        body.angular_velocity = [0, 1, 2].map(|k| 5000.0 * w[k]);
-        let (mut positions, mut velocities) = (Vec::new(), Vec::new());
-        let mut heights = [0.0; 30];
-        for (k, (aside, above, v)) in of_nodes.into_iter().enumerate() {
-            let (ply, j, i) = (k / 30, k % 30 / 5, k % 5);
-            // Nearer together than the yarn is long; on the ply below or above it.
-            let height = &mut heights[k % 30];
-            *height += if above < 0.1 { 0.0 } else { above * h };
-            positions.extend([(0.7 * (i as f64 - 2.0) + aside[0]) * h, (0.7 * (j as f64 - 2.5) + aside[1]) * h, ply as f64 * gap + *height]);
-            velocities.extend(v.map(|v| 40.0 * quiet * v));
-        }
-        Meeting { scene, positions, velocities }
-    })
+    (coefficient, body, of_nodes, gap, 0.0..1.0).prop_map(
+        |(mu, (share, round, v, w), of_nodes, gap, quiet): (f64, (f64, bool, [f64; 3], [f64; 3]), _, f64, f64)| {
+            let mut scene = stacked(small_sheet(5, 0.0), 4, gap);
+            (scene.sheet.nodes_y, scene.attachment.kind, scene.contact.friction) = (6, AttachmentKind::Free, mu);
+            let h = scene.sheet.spacing;
+            let body = &mut scene.projectile;
+            (body.radius, body.length, body.mass) = (2.0 * h, 4.2 * h, scene.sheet.node_mass * share.exp());
+            (body.shape, body.position) = (
+                if round { Shape::Sphere } else { Shape::Cylinder },
+                [0.1 * h, 0.0, if round { -2.0 * h } else { -2.1 * h }],
+            );
+            // A tenth of a spacing in a step.
+            body.velocity = [3000.0 * v[0], 3000.0 * v[1], 6000.0 + 3000.0 * v[2]];
+            body.angular_velocity = [0, 1, 2].map(|k| 5e5 * w[k]);
+            let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+            let mut heights = [0.0; 30];
+            for (k, (aside, above, v)) in of_nodes.into_iter().enumerate() {
+                let (ply, j, i) = (k / 30, k % 30 / 5, k % 5);
+                // Nearer together than the yarn is long; on the ply below or above it.
+                let height = &mut heights[k % 30];
+                *height += if above < 0.05 { 0.0 } else { above * h };
+                positions.extend([
+                    (0.5 * (i as f64 - 2.0) + aside[0]) * h,
+                    (0.5 * (j as f64 - 2.5) + aside[1]) * h,
+                    ply as f64 * gap + *height,
+                ]);
+                velocities.extend(v.map(|v| 2000.0 * quiet * v));
+            }
+            Meeting { scene, positions, velocities }
+        },
+    )
 }
 
-/// Steps once and checks the balances. Returns whether the solve has converged.
-fn meet(meeting: &Meeting) -> Result<bool, TestCaseError> {
+/// Steps once and checks the balances, whether the solve has converged or not.
+fn meet(meeting: &Meeting) -> Result<(), TestCaseError> {
     let mut buffers = Buffers::of(&meeting.scene);
     let mut sim = buffers.sim(&meeting.scene);
     sim.set_motion(&meeting.positions, &meeting.velocities).unwrap();
@@ -323,11 +334,11 @@ fn meet(meeting: &Meeting) -> Result<bool, TestCaseError> {
     sim.step().unwrap();
     let energy = sim.energy().unwrap();
     let end = energy.projectile_kinetic + energy.fabric_kinetic;
-    prop_assert!(energy.strain == 0.0 && sim.contact().unwrap().work.abs() > 0.0);
+    prop_assert!(energy.strain == 0.0);
     prop_assert!(end <= start * (1.0 + 1e-12), "{:e} of {start:e} gained", end - start);
     let lost = energy.contact_loss + energy.friction + energy.ply_loss;
-    prop_assert!((start - end - lost).abs() < 1e-11 * start && energy.ply_loss >= -1e-13 * start, "{energy:?}");
-    let size = 60.0 * meeting.scene.projectile.mass + 120.0 * 40.0 * meeting.scene.sheet.node_mass;
+    prop_assert!((start - end - lost).abs() < 1e-11 * start, "{energy:?}");
+    let size = 6000.0 * meeting.scene.projectile.mass + 120.0 * 2000.0 * meeting.scene.sheet.node_mass;
     prop_assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * size);
     // No pair that faces each other ends through each other.
     let x = positions(&sim);
@@ -338,7 +349,7 @@ fn meet(meeting: &Meeting) -> Result<bool, TestCaseError> {
             prop_assert!(above[2] - below[2] > -1e-13, "{k}");
         }
     }
-    Ok(sim.counters().unconverged == 0)
+    Ok(())
 }
 
 proptest! {

@@ -237,7 +237,7 @@ fn rows() -> Vec<Row> {
         not_read("sphere", &["stack.gap"]),
         real("stack", &["stack.gap"], &[negative, (To(1e6 * h), Accepted), beyond], &[]),
         count("stack", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "stack.plies")), (End, own(UnknownChoice))], &[]),
-        real("stack", &["contact.friction"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("stack", &["contact.friction"], &[negative, (To(10.0), Accepted), beyond], &[0.02]),
         count("rate", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (About(1000.0), Refused(OutOfRange, "yarn.rate_modulus")), beyond], &[]),
         count("theta", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), beyond], &[]),
         count("stack", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (About(1000.0), Accepted), beyond], &[]),
