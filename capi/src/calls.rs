@@ -131,6 +131,21 @@ pub unsafe extern "C" fn fk_scene_set_textile(
     telling(fault, fault_size, set)
 }
 
+/// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
+/// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
+/// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
+/// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
+/// Errors: FK_OUT_OF_RANGE and FK_NOT_FINITE of `error`, and those of fk_scene_check.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_scene_set_grading(
+    mut scene: Output<fk_scene>,
+    error: f64,
+    fault: Output<fk_fault>,
+    fault_size: u64,
+) -> i32 {
+    telling(fault, fault_size, || change_scene(&mut scene, |scene| in_our_environment(|| scene.set_grading(error))))
+}
+
 /// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
 /// field, its value and the limit. `fault_size` is its sizeof.
 /// Threads: any. Time: draws every segment of a stochastic sheet (some 0.1 us each). Touches: `fault`, on an error.
@@ -138,7 +153,7 @@ pub unsafe extern "C" fn fk_scene_set_textile(
 /// constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 /// FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 /// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM.
+/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>, fault_size: u64) -> i32 {
     let check = || {

@@ -8,13 +8,13 @@ use crate::kept::{Discrete, Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
 use crate::parameters::Parameters;
-use crate::table::{Id, MOST_ELEMENTS, VARIABLES, Variable};
+use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, VARIABLES, Variable};
 use core::fmt::Write;
 use fabric::error::{Code, number};
 use fabric::outcome::TEST_INTERVAL;
 use fabric::projectile::{Body, Inertia};
 use fabric::shape::Solid;
-use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Sim, math};
+use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Ply, Sim, math};
 use fabric::{Outcome, OutcomeSet};
 
 /// What is computed by a pass over the sheet, kept until the next step.
@@ -23,6 +23,8 @@ struct Cache {
     energy: Option<Energy>,
     fabric: Option<Fabric>,
     momentum: Option<f64>,
+    /// The first that is shown, and all.
+    plies: Option<(u32, [Ply; PLIES_SHOWN])>,
 }
 
 /// The simulation and its memory. The simulation is declared, and so dropped, first.
@@ -307,6 +309,7 @@ impl Instance {
             return Ok(());
         };
         let cache = &mut self.cache;
+        let first = kept.parameters.ply_first();
         let time_of = |step: Option<u64>| step.map_or(0.0, |n| kept.start_time + n as f64 * sim.step_limits().dt);
         match id {
             Id::ForceMean => copy(values, &kept.force_mean),
@@ -336,6 +339,11 @@ impl Instance {
             Id::MomentumResidual => copy(values, &[cache.momentum(sim)?]),
             Id::FailedSegments => copy(values, &[sim.counters().failed_segments as f64]),
             Id::WorstPenetration => copy(values, &[sim.counters().worst_penetration]),
+            Id::PlyPenetration => copy(values, &[sim.counters().ply_penetration]),
+            Id::PlyFailedSegments => copy(values, &cache.plies(sim, first)?.map(|ply| ply.failed_segments as f64)),
+            Id::PlyKinetic => copy(values, &cache.plies(sim, first)?.map(|ply| ply.kinetic)),
+            Id::PlyStrain => copy(values, &cache.plies(sim, first)?.map(|ply| ply.strain)),
+            Id::PlyDissipated => copy(values, &cache.plies(sim, first)?.map(|ply| ply.dissipated)),
             Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
             Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
             Id::Status => copy(values, &[f64::from(kept.shown.status)]),
@@ -585,6 +593,27 @@ impl Cache {
         let fabric = self.fabric.map_or_else(|| sim.fabric(), Ok)?;
         self.fabric = Some(fabric);
         Ok(fabric)
+    }
+
+    /// The plies from one on; nothing for those that there are not. That of a single sheet is in its energies.
+    fn plies(&mut self, sim: &Sim, first: u32) -> Result<[Ply; PLIES_SHOWN], Failure> {
+        if let Some((of, plies)) = self.plies
+            && of == first
+        {
+            return Ok(plies);
+        }
+        let mut plies = [Ply::default(); PLIES_SHOWN];
+        if sim.layout().is_stack() {
+            sim.failure().map_or(Ok(()), Err)?;
+            for (behind, place) in (0..).zip(&mut plies) {
+                *place = sim.ply(first.saturating_add(behind)).unwrap_or_default();
+            }
+        } else if let ([only, ..], 0) = (&mut plies, first) {
+            let Energy { fabric_kinetic: kinetic, strain, dissipated, .. } = self.energy(sim)?;
+            *only = Ply { failed_segments: sim.counters().failed_segments, kinetic, strain, dissipated };
+        }
+        self.plies = Some((first, plies));
+        Ok(plies)
     }
 
     fn momentum(&mut self, sim: &Sim) -> Result<f64, Failure> {

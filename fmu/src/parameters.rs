@@ -19,6 +19,7 @@ pub struct Parameters {
     /// external.torque, N m.
     pub torque: [f64; 3],
     stop_on_event: f64,
+    ply_first: f64,
 }
 
 impl Default for Parameters {
@@ -38,6 +39,7 @@ impl Parameters {
             force: [0.0; 3],
             torque: [0.0; 3],
             stop_on_event: 0.0,
+            ply_first: 0.0,
         }
     }
 
@@ -57,6 +59,7 @@ impl Parameters {
             Id::ExternalForce => &mut self.force,
             Id::ExternalTorque => &mut self.torque,
             Id::StopOnEvent => from_mut(&mut self.stop_on_event),
+            Id::PlyFirst => from_mut(&mut self.ply_first),
             _ => &mut [],
         }
     }
@@ -75,6 +78,11 @@ impl Parameters {
     /// Whether an outcome ends the simulation.
     pub fn stop_on_event(&self) -> bool {
         self.stop_on_event != 0.0
+    }
+
+    /// The ply that the outputs of single plies begin with.
+    pub fn ply_first(&self) -> u32 {
+        self.ply_first as u32
     }
 
     /// The host moves the projectile.

@@ -11,6 +11,7 @@ use fabric::Outcome;
 use fabric::fields::{
     ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
 };
+use fabric::scene::MAX_PLIES;
 
 /// Names a variable in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +29,7 @@ pub enum Id {
     ExternalTorque,
     // Settings.
     StopOnEvent,
+    PlyFirst,
     // Outputs.
     ForceMean,
     TorqueMean,
@@ -55,6 +57,11 @@ pub enum Id {
     MaxStretch,
     FailedSegments,
     WorstPenetration,
+    PlyPenetration,
+    PlyFailedSegments,
+    PlyKinetic,
+    PlyStrain,
+    PlyDissipated,
     MomentumResidual,
     StepFraction,
     Unconverged,
@@ -64,6 +71,9 @@ pub enum Id {
     /// When it happened first.
     HappenedAt(usize),
 }
+
+/// Plies that the outputs of single plies show.
+pub const PLIES_SHOWN: usize = 8;
 
 /// The events: the first contact, then the outcomes in the kernel's order.
 pub const EVENTS: usize = 1 + Outcome::ALL.len();
@@ -147,6 +157,7 @@ impl Variable {
         let [least, greatest] = match (self.field(), self.kind) {
             (Some(field), _) => field.limits(),
             (None, Kind::Choice(choice)) => [0.0, choice.items.len() as f64 - 1.0],
+            (None, Kind::Integer) => [0.0, MAX_PLIES as f64 - 1.0],
             (None, _) => [f64::NEG_INFINITY, f64::INFINITY],
         };
         match (self.kind, self.quantity) {
@@ -192,6 +203,11 @@ const fn tunable(id: Id, name: Text, reference: u32, kind: Kind, about: Text) ->
 
 const fn output(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
     Variable { quantity: Some(of), ..row(id, name, reference, Kind::Real, Role::Continuous, about) }
+}
+
+/// An output of single plies.
+const fn of_plies(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
+    output(id, name, reference, of, about).shaped(&[PLIES_SHOWN])
 }
 
 const fn discrete(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
@@ -382,6 +398,13 @@ const OWN: &[Variable] = &[
         Kind::Boolean,
         "Ask the host to end the simulation at the first outcome (arrested, detached, exited, passed)",
     ),
+    tunable(
+        Id::PlyFirst,
+        "ply.first",
+        271,
+        Kind::Integer,
+        "Number of the ply that the first element of the outputs ply.* shows, from 0; the others show those behind it",
+    ),
     output(
         Id::ForceMean,
         "contact.force_mean",
@@ -465,6 +488,18 @@ const OWN: &[Variable] = &[
         "Deepest penetration of a node into the projectile so far",
     )
     .nominal(1e-6),
+    output(
+        Id::PlyPenetration,
+        "fabric.ply_penetration",
+        424,
+        &POSITION,
+        "Deepest way of a node through the one that it faces in the next of separate plies so far",
+    )
+    .nominal(1e-6),
+    of_plies(Id::PlyFailedSegments, "ply.failed_segments", 800, &COUNT_OF, "Failed segments of single plies, from ply.first on; 0 for a ply that there is not"),
+    of_plies(Id::PlyKinetic, "ply.kinetic", 808, &ENERGY, "Kinetic energy of single plies, likewise"),
+    of_plies(Id::PlyStrain, "ply.strain", 816, &ENERGY, "Strain energy of single plies, likewise"),
+    of_plies(Id::PlyDissipated, "ply.dissipated", 824, &ENERGY, "Energy dissipated by rupture in single plies, likewise"),
     output(
         Id::MomentumResidual,
         "momentum.residual",

@@ -602,7 +602,14 @@ impl Player<'_> {
             assert!([OK, ERROR].contains(&status));
         } else {
             // A simulation that has failed keeps some outputs: the counters.
-            let counters = [Id::FailedSegments, Id::WorstPenetration, Id::Unconverged, Id::StepFraction, Id::Status];
+            let counters = [
+                Id::FailedSegments,
+                Id::WorstPenetration,
+                Id::PlyPenetration,
+                Id::Unconverged,
+                Id::StepFraction,
+                Id::Status,
+            ];
             let kept = [Id::ForceMean, Id::TorqueMean, Id::InterfaceResidual, Id::InterfaceGap];
             let event = matches!(variable.id, Id::Happened(_) | Id::HappenedAt(_));
             let survives = counters.contains(&variable.id) || kept.contains(&variable.id) || event;

@@ -11,7 +11,7 @@ use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
-const OF_A_FIELD: [i32; 19] = [
+const OF_A_FIELD: [i32; 20] = [
     Code::StructSize.number(),
     Code::NotFinite.number(),
     Code::NotPositive.number(),
@@ -31,10 +31,15 @@ const OF_A_FIELD: [i32; 19] = [
     Code::NotBuilt.number(),
     Code::HoldsNothing.number(),
     Code::NotInEquilibrium.number(),
+    Code::DoesNotGoWith.number(),
 ];
-/// What fk_scene_check adds.
-const OF_THE_STEP: [i32; 3] =
-    [Code::StepTooLarge.number(), Code::StepLimitUnusable.number(), Code::DamageRateTooSmall.number()];
+/// What fk_scene_check adds; out of range is a quadratic viscosity that no step allows for the strengths drawn.
+const OF_THE_STEP: [i32; 4] = [
+    Code::StepTooLarge.number(),
+    Code::StepLimitUnusable.number(),
+    Code::DamageRateTooSmall.number(),
+    Code::OutOfRange.number(),
+];
 /// What fk_init adds.
 const OF_THE_START: [i32; 4] = [
     Code::InitialOverlap.number(),

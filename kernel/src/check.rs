@@ -168,13 +168,14 @@ impl Scene {
     /// The time step against dt_crit is checked by [`Scene::step_limits`].
     pub fn check(&self) -> Result<(), Error> {
         fields::check(self)?;
+        self.check_pairs()?;
         self.check_yarn()?;
         self.check_rate()?;
         self.check_rest()?;
+        self.check_grading()?;
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
-        self.check_symmetry()?;
         self.check_step()?;
         self.check_theta_rules()?;
         self.check_toe()
@@ -202,24 +203,13 @@ impl Scene {
         if toe == 0.0 {
             return Ok(());
         }
-        if self.yarn.strength_draw != StrengthDraw::None || self.depends_on_rate() {
-            // It could reach beyond the critical strain of the weakest segments; its energy with the rate is not known.
-            return Err(Error::new(Code::OutOfRange, "slack_toe", toe, 0.0));
-        }
         let [narrowest, widest] = TOE_RANGE;
         let [x, y] = [Axis::Horizontal, Axis::Vertical].map(|axis| 0.5 * self.damage_law(axis).critical_twice_strain());
         let widest = math::min(math::min(x, y), widest);
-        let verlet = self.integrator.kind == IntegratorKind::Verlet;
-        if verlet && toe >= narrowest && toe <= widest {
+        if toe >= narrowest && toe <= widest {
             return Ok(());
         }
-        let limit = if !verlet {
-            0.0
-        } else if toe < narrowest {
-            narrowest
-        } else {
-            widest
-        };
+        let limit = if toe < narrowest { narrowest } else { widest };
         Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit))
     }
 
@@ -227,27 +217,51 @@ impl Scene {
         let built = |field| if cfg!(feature = "implicit") { Ok(()) } else { Err(Error::plain(Code::NotBuilt, field)) };
         if self.integrator.kind == IntegratorKind::Theta {
             built("integrator.kind")?;
-            if self.step_after_failure != StepAfterFailure::Keep {
-                return Err(Error::plain(Code::OutOfRange, "step_after_failure"));
-            }
-            let explicit = [
-                ("yarn.viscosity_linear", self.yarn.viscosity_linear),
-                ("yarn.viscosity_quadratic", self.yarn.viscosity_quadratic),
-                ("yarn.viscosity_bending", self.yarn.viscosity_bending),
-                ("yarn.rate_modulus", self.yarn.rate_modulus),
-                ("yarn.rate_stretch", self.yarn.rate_stretch),
-            ];
-            if self.contact.friction != 0.0 {
-                return Err(Error::new(Code::OutOfRange, "contact.friction", self.contact.friction, 0.0));
-            }
-            if let Some((field, value)) = explicit.into_iter().find(|(_, value)| *value != 0.0) {
-                return Err(Error::new(Code::OutOfRange, field, value, 0.0));
-            }
         }
         if self.rotation_rule.kind == RotationKind::Theta {
             built("rotation_rule.kind")?;
         }
         Ok(())
+    }
+
+    /// Options that do not go together: the first two that the scene has are named.
+    #[inline(never)] // Its lists must not add to the stack of what is checked next.
+    fn check_pairs(&self) -> Result<(), Error> {
+        let (yarn, [strain_x, strain_y], [crimp_x, crimp_y]) = (&self.yarn, self.sheet.pre_strain, self.sheet.crimp);
+        let theta = ("integrator.kind", self.integrator.kind == IntegratorKind::Theta);
+        let halved = ("step_after_failure", self.step_after_failure != StepAfterFailure::Keep);
+        let toe = ("slack_toe", self.slack_toe != 0.0);
+        let mirrors = [("symmetry.mirror_x", self.symmetry.mirror_x), ("symmetry.mirror_y", self.symmetry.mirror_y)];
+        let strength = ("yarn.strength_draw", yarn.strength_draw != StrengthDraw::None);
+        let friction = ("contact.friction", self.contact.friction != 0.0);
+        let viscous = [
+            ("yarn.viscosity_linear", yarn.viscosity_linear != 0.0),
+            ("yarn.viscosity_quadratic", yarn.viscosity_quadratic != 0.0),
+            ("yarn.viscosity_bending", yarn.viscosity_bending != 0.0),
+        ];
+        let rates = [("yarn.rate_modulus", yarn.rate_modulus != 0.0), ("yarn.rate_stretch", yarn.rate_stretch != 0.0)];
+        let plies = ("stack.plies", self.stack.plies > 1);
+        let strained = ("sheet.pre_strain", self.sheet.pre_strain != [0.0; 2]);
+        let graded = ("sheet.grading.largest", self.is_graded());
+        apart(&rates, &[plies, theta, graded])?;
+        // A strain that is there before the load has no rate.
+        apart(&[strained], &rates)?;
+        apart(&[friction], &[theta, graded])?;
+        apart(&viscous, &[theta, graded])?;
+        apart(&[plies], &[graded])?;
+        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
+        let [rate_modulus, rate_stretch] = rates;
+        apart(&[toe], &[strength, rate_modulus, rate_stretch, theta])?;
+        apart(&[halved, plies], &[theta])?;
+        // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
+        let unlike = [plies, ("yarn.stochastic", yarn.stochastic), strength, ("drive", self.drive != Drive::Free)];
+        apart(&unlike, &mirrors)?;
+        for (crimp, strain) in [(crimp_x, strain_x), (crimp_y, strain_y)] {
+            apart(&[("sheet.crimp", crimp != 0.0)], &[("sheet.pre_strain", strain != 0.0)])?;
+        }
+        // A ply is turned within the same grid.
+        let [x, y] = self.spacings();
+        apart(&[("stack.turned", plies.1 && self.stack.turned)], &[("sheet.spacing_y", x != y)])
     }
 
     fn check_yarn(&self) -> Result<(), Error> {
@@ -274,7 +288,7 @@ impl Scene {
         Ok(())
     }
 
-    /// The rates of yarn that depends on them, and what does not go with that.
+    /// The rates of yarn that depends on them.
     fn check_rate(&self) -> Result<(), Error> {
         if !self.depends_on_rate() {
             return Ok(());
@@ -286,14 +300,10 @@ impl Scene {
         if yarn.rate_limit < yarn.rate_reference {
             return Err(Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference));
         }
-        // The rate of a strain that is there before the load has no meaning.
-        if let Some(&strain) = self.sheet.pre_strain.iter().find(|strain| **strain != 0.0) {
-            return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, 0.0));
-        }
         Ok(())
     }
 
-    /// Spacings, crimp and pre-tension together, and whether a sheet with pre-tension is in equilibrium.
+    /// Spacings and pre-tension, and whether a sheet with pre-tension is in equilibrium.
     fn check_rest(&self) -> Result<(), Error> {
         let [x, y] = self.spacings();
         if y > LARGEST_SPACING_RATIO * x || x > LARGEST_SPACING_RATIO * y {
@@ -302,9 +312,9 @@ impl Scene {
         }
         let kind = self.attachment.kind;
         let all_sides = kind == AttachmentKind::FourSides;
-        let ([crimp_x, crimp_y], [strain_x, strain_y]) = (self.sheet.crimp, self.sheet.pre_strain);
-        let along_x = (Axis::Horizontal, crimp_x, strain_x, all_sides || kind == AttachmentKind::TwoSides);
-        for (axis, crimp, strain, held) in [along_x, (Axis::Vertical, crimp_y, strain_y, all_sides)] {
+        let [strain_x, strain_y] = self.sheet.pre_strain;
+        let along_x = (Axis::Horizontal, strain_x, all_sides || kind == AttachmentKind::TwoSides);
+        for (axis, strain, held) in [along_x, (Axis::Vertical, strain_y, all_sides)] {
             if strain == 0.0 {
                 continue;
             }
@@ -312,15 +322,31 @@ impl Scene {
             if strain >= limit {
                 return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit));
             }
-            if crimp != 0.0 {
-                return Err(Error::new(Code::OutOfRange, "sheet.crimp", crimp, 0.0));
-            }
             if !held {
                 return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0));
             }
             // Segments of one line at one stretch pull alike only if their moduli are alike.
             if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
                 return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The sizes of bars, and mirror planes through the middle of the fine part.
+    fn check_grading(&self) -> Result<(), Error> {
+        let grading = &self.sheet.grading;
+        if !grading.largest.is_power_of_two() && grading.largest != 0 {
+            let size = grading.largest.next_power_of_two();
+            return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), size.into()));
+        }
+        if !self.is_graded() {
+            return Ok(());
+        }
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        for (mirrored, centre) in [(mirror_x, grading.centre[0]), (mirror_y, grading.centre[1])] {
+            if mirrored && centre != 0.0 {
+                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0));
             }
         }
         Ok(())
@@ -338,55 +364,18 @@ impl Scene {
         Ok(())
     }
 
-    /// Plies that push on each other are stepped by velocity Verlet, as whole sheets, without dependence on the rate. A
-    /// ply is turned within the same grid.
     fn check_stack(&self) -> Result<(), Error> {
         let Stack { plies, gap, turned } = self.stack;
         if plies == 1 {
             return Ok(());
         }
-        let refused = |code, field| Err(Error::plain(code, field));
-        if self.integrator.kind == IntegratorKind::Theta {
-            return refused(Code::OutOfRange, "stack.plies");
-        }
-        if self.symmetry != Symmetry::default() {
-            return refused(Code::NotSymmetric, "stack.plies");
-        }
-        let of_single_sheets =
-            [("yarn.rate_modulus", self.yarn.rate_modulus), ("yarn.rate_stretch", self.yarn.rate_stretch)];
-        if let Some((field, value)) = of_single_sheets.into_iter().find(|(_, value)| *value != 0.0) {
-            return Err(Error::new(Code::OutOfRange, field, value, 0.0));
-        }
         let limit = MAX_GAP * self.sheet.spacing;
         if gap > limit {
             return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit));
         }
-        let [x, y] = self.spacings();
-        if turned && x != y {
-            return refused(Code::OutOfRange, "stack.turned");
-        }
         // Half of the plies have their pre-tension along y.
         if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
-            return refused(Code::NotInEquilibrium, "stack.turned");
-        }
-        Ok(())
-    }
-
-    /// Mirror planes need yarn that is alike everywhere and a body that contact alone moves. Whether the hit is centred is
-    /// checked where the start motion is known in the sheet's frame (`symmetry.rs`).
-    fn check_symmetry(&self) -> Result<(), Error> {
-        let Symmetry { mirror_x, mirror_y } = self.symmetry;
-        if !mirror_x && !mirror_y {
-            return Ok(());
-        }
-        if self.yarn.stochastic {
-            return Err(Error::plain(Code::NotSymmetric, "yarn.stochastic"));
-        }
-        if self.yarn.strength_draw != StrengthDraw::None {
-            return Err(Error::plain(Code::NotSymmetric, "yarn.strength_draw"));
-        }
-        if self.drive != Drive::Free {
-            return Err(Error::plain(Code::NotSymmetric, "drive"));
+            return Err(Error::plain(Code::NotInEquilibrium, "stack.turned"));
         }
         Ok(())
     }
@@ -418,6 +407,15 @@ impl Scene {
             return Err(Error::new(Code::HoldsNothing, "attachment.disc_radius", radius, math::sqrt(nearest2)));
         }
         Ok(())
+    }
+}
+
+/// Refuses an option of the first list beside one of the second. Each by its name, and whether the scene has it.
+fn apart(first: &[(&'static str, bool)], second: &[(&'static str, bool)]) -> Result<(), Error> {
+    let asked = |options: &[(&'static str, bool)]| options.iter().find(|(_, has)| *has).map(|(field, _)| *field);
+    match (asked(first), asked(second)) {
+        (Some(field), Some(with)) => Err(Error::beside(field, with)),
+        _ => Ok(()),
     }
 }
 

@@ -76,7 +76,7 @@ pub enum Code {
     UnboundedFaces = -29,
     /// Moments of inertia that no body has: one is greater than the other two together.
     ImpossibleMoments = -30,
-    /// Mirror planes with something they would change: random yarn, a prescribed body, a hit or load off the planes.
+    /// Mirror planes with something they would change: a hit, a motion or a load off the planes.
     NotSymmetric = -31,
     /// The scene asks for something this build was made without.
     NotBuilt = -32,
@@ -88,6 +88,8 @@ pub enum Code {
     HoldsNothing = -35,
     /// Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move by itself.
     NotInEquilibrium = -36,
+    /// An option that does not go with another one, each of which is good by itself. The fault's text names both.
+    DoesNotGoWith = -37,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
@@ -121,7 +123,7 @@ impl Code {
 }
 
 /// The text of each code.
-const TEXTS: [(Code, &CStr); 40] = [
+const TEXTS: [(Code, &CStr); 41] = [
     (Code::NullPointer, c"null pointer"),
     (Code::ShortBuffer, c"buffer too short"),
     (Code::Misaligned, c"structure or array not aligned"),
@@ -161,6 +163,7 @@ const TEXTS: [(Code, &CStr); 40] = [
         Code::NotInEquilibrium,
         c"pre-tension without equilibrium: an edge that is not held, or segments drawn one by one",
     ),
+    (Code::DoesNotGoWith, c"does not go with another field"),
     (Code::NonFinite, c"a non-finite number appeared in the state"),
     (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
     (Code::TooFast, c"the projectile became faster than a node spacing in a step"),
@@ -177,6 +180,8 @@ pub struct Error {
     pub code: Code,
     /// The field's name as it is spelt in [`crate::scene::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
     pub field: &'static str,
+    /// For [`Code::DoesNotGoWith`] the other field; else empty.
+    pub with: &'static str,
     /// The offending value, SI units (0 where none applies).
     pub value: f64,
     /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest allowed step in s, for
@@ -187,16 +192,21 @@ pub struct Error {
 impl Error {
     /// An error that names a field, the value found and the limit crossed.
     pub fn new(code: Code, field: &'static str, value: f64, limit: f64) -> Error {
-        Error { code, field, value, limit }
+        Error { code, field, with: "", value, limit }
     }
 
     /// An error without a value.
     pub fn plain(code: Code, field: &'static str) -> Error {
-        Error { code, field, value: 0.0, limit: 0.0 }
+        Error::new(code, field, 0.0, 0.0)
+    }
+
+    /// The refusal of two fields that are good by themselves.
+    pub fn beside(field: &'static str, with: &'static str) -> Error {
+        Error { with, ..Error::plain(Code::DoesNotGoWith, field) }
     }
 
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
-    /// is 0`.
+    /// is 0`, `slack_toe: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
         let reason = self.code.text().to_str().unwrap_or("");
@@ -205,6 +215,11 @@ impl Error {
         let (before, value, after) = match self.code {
             Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
             Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
+            Code::DoesNotGoWith => {
+                let _ = text.push_str(": ");
+                let _ = text.push_str(self.with);
+                return text;
+            }
             Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
             _ => return text,
         };
@@ -372,6 +387,12 @@ mod tests {
         let text = "projectile.velocity: projectile crosses more than a node spacing in a step; \
                     the largest step for this motion is 1.8142e-6 s";
         assert_eq!(error.text().as_str(), text);
+    }
+
+    #[test]
+    fn text_of_two_fields_names_both() {
+        let error = Error::beside("contact.friction", "integrator.kind");
+        assert_eq!(error.text().as_str(), "contact.friction: does not go with another field: integrator.kind");
     }
 
     #[test]

@@ -73,9 +73,9 @@ impl HalfSpaces {
         self.faces.get(..self.count).unwrap_or(&self.faces)
     }
 
-    /// Calls `each` with every point, m, in which three planes meet and that lies outside none, and with its distance from the
-    /// centre of mass. A vertex of more than three faces comes more than once.
-    fn for_each_corner(&self, mut each: impl FnMut(Vector, f64)) {
+    /// Calls `each` with every point, m, in which three planes meet and that lies outside none, with its distance from the
+    /// centre of mass, and with the three. A vertex of more than three faces comes more than once.
+    fn for_each_corner(&self, mut each: impl FnMut(Vector, f64, [usize; 3])) {
         for i in 0..self.count {
             for j in i + 1..self.count {
                 for k in j + 1..self.count {
@@ -83,7 +83,7 @@ impl HalfSpaces {
                     let length = math::length([corner.x, corner.y, corner.z]);
                     let near = SAME * length;
                     if !self.faces().iter().any(|face| face.gap(&corner) > near) {
-                        each(corner, length);
+                        each(corner, length, [i, j, k]);
                     }
                 }
             }
@@ -102,12 +102,57 @@ impl HalfSpaces {
     /// Greatest distance of a corner from the line through the centre of mass along a unit direction, m.
     pub(crate) fn reach_across(&self, direction: &Vector) -> f64 {
         let mut greatest = 0.0;
-        self.for_each_corner(|corner, _| {
+        self.for_each_corner(|corner, _, _| {
             let across = direction.cross(&corner);
             greatest = math::max(math::length([across.x, across.y, across.z]), greatest);
         });
         greatest
     }
+
+    /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
+    fn is_unbounded(&self) -> bool {
+        let mut any_edge = false;
+        for (i, a) in self.faces().iter().enumerate() {
+            for b in self.faces().iter().skip(i + 1) {
+                let along = a.normal.cross(&b.normal);
+                let length = math::length([along.x, along.y, along.z]);
+                if length <= PARALLEL {
+                    continue;
+                }
+                any_edge = true;
+                let along = along / length;
+                let free = |way: &Vector| self.faces().iter().all(|face| face.normal.dot(way) <= PARALLEL);
+                if free(&along) || free(&-along) {
+                    return true;
+                }
+            }
+        }
+        !any_edge
+    }
+
+    /// Number of its vertices, or one more than there may be. A vertex is kept by three of its planes, so that it takes little stack.
+    fn count_vertices(&self) -> usize {
+        let (mut kept, mut count) = ([[0_u8; 3]; MAX_VERTICES], 0);
+        self.for_each_corner(|corner, length, planes| {
+            let mut vertices = kept.iter().take(count).map(|planes| planes.map(usize::from));
+            let known = vertices
+                .any(|[i, j, k]| self.meeting_point(i, j, k).is_some_and(|other| are_one(&corner, &other, length)));
+            if known || count > MAX_VERTICES {
+                return;
+            }
+            if let Some(place) = kept.get_mut(count) {
+                *place = planes.map(|plane| plane as u8);
+            }
+            count += 1;
+        });
+        count
+    }
+}
+
+/// Whether two points are one. `length`: distance of the first from the centre of mass, m.
+fn are_one(a: &Vector, b: &Vector, length: f64) -> bool {
+    let apart = a - b;
+    math::length([apart.x, apart.y, apart.z]) <= SAME * length
 }
 
 /// A polyhedron with its vertices and its inertia per mass.
@@ -168,12 +213,8 @@ impl Polyhedron {
     /// Keeps every corner once.
     fn find_vertices(&mut self) {
         let (vertices, count, reach) = (&mut self.vertices, &mut self.vertex_count, &mut self.reach);
-        self.half_spaces.for_each_corner(|corner, length| {
-            let known = vertices.get(..*count).unwrap_or(vertices).iter().any(|other| {
-                let apart = corner - other;
-                math::length([apart.x, apart.y, apart.z]) <= SAME * length
-            });
-            if known {
+        self.half_spaces.for_each_corner(|corner, length, _| {
+            if vertices.get(..*count).unwrap_or(vertices).iter().any(|other| are_one(&corner, other, length)) {
                 return;
             }
             if let Some(place) = vertices.get_mut(*count) {
@@ -182,27 +223,6 @@ impl Polyhedron {
             *count += 1;
             *reach = math::max(length, *reach);
         });
-    }
-
-    /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
-    fn is_unbounded(&self) -> bool {
-        let mut any_edge = false;
-        for (i, a) in self.faces().iter().enumerate() {
-            for b in self.faces().iter().skip(i + 1) {
-                let along = a.normal.cross(&b.normal);
-                let length = math::length([along.x, along.y, along.z]);
-                if length <= PARALLEL {
-                    continue;
-                }
-                any_edge = true;
-                let along = along / length;
-                let free = |way: &Vector| self.faces().iter().all(|face| face.normal.dot(way) <= PARALLEL);
-                if free(&along) || free(&-along) {
-                    return true;
-                }
-            }
-        }
-        !any_edge
     }
 
     /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits inside.
@@ -260,7 +280,7 @@ impl Polyhedron {
 
 /// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or that enclose
 /// nothing. There are at most [`MAX_FACES`].
-#[inline(never)] // The polyhedron must not add to the stack of what is checked next.
+#[inline(never)] // The half-spaces must not add to the stack of what is checked next.
 pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacing: f64) -> Result<(), Error> {
     const FIELD: &str = "projectile.faces.planes";
     for [x, y, z, distance] in planes() {
@@ -273,14 +293,15 @@ pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacin
             return Err(Error::new(Code::ProjectileTooSmall, FIELD, distance, spacing));
         }
     }
-    let mut body = Polyhedron::NOTHING;
-    body.set(planes(), [0.0; 3]);
-    if body.is_unbounded() {
+    let mut half_spaces = HalfSpaces::NONE;
+    half_spaces.set(planes());
+    if half_spaces.is_unbounded() {
         return Err(Error::plain(Code::UnboundedFaces, FIELD));
     }
     // Only planes that meet almost, but not quite, in one point give more.
-    if body.vertex_count < 4 || body.vertex_count > MAX_VERTICES {
-        return Err(Error::new(Code::UnboundedFaces, FIELD, body.vertex_count as f64, MAX_VERTICES as f64));
+    let vertices = half_spaces.count_vertices();
+    if !(4..=MAX_VERTICES).contains(&vertices) {
+        return Err(Error::new(Code::UnboundedFaces, FIELD, vertices as f64, MAX_VERTICES as f64));
     }
     Ok(())
 }
@@ -337,11 +358,15 @@ mod tests {
         };
         assert_eq!(counts(&both(0.8)), (24, 36));
         assert_eq!(counts(&both(2.0 / 3.0)), (12, 24));
+        for planes in [cube.clone(), octahedron(), idle, both(0.8), both(2.0 / 3.0)] {
+            let body = Polyhedron::new(&Faces::of(&planes), [0.0; 3]);
+            assert_eq!(body.half_spaces.count_vertices(), body.vertices().len());
+        }
     }
 
     #[test]
     fn bodies_without_an_end_are_found() {
-        let unbounded = |planes: &[[f64; 4]]| Polyhedron::new(&Faces::of(planes), [0.0; 3]).is_unbounded();
+        let unbounded = |planes: &[[f64; 4]]| Polyhedron::new(&Faces::of(planes), [0.0; 3]).half_spaces.is_unbounded();
         let all = octahedron();
         assert!(!unbounded(&all));
         // A tube along z, a tube closed at one end, a slab, faces that all look one way.

@@ -264,7 +264,7 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
 
 /// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
 pub(crate) fn part(system: &mut System<'_>, count: usize) {
-    // The books of contact take the velocities that nodes have at the end of the pass.
+    // The balances of contact take the velocities that nodes have at the end of the pass.
     let [before, rubbed_before] = half_work(system, count);
     for row in 0..system.layout.y.modelled() {
         for ply in 1..system.layout.plies {

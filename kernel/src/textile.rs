@@ -137,7 +137,7 @@ impl Textile {
         }
         let left = 1.0 - self.weaving_loss;
         let stretch = match (self.failure_strain > 0.0, self.strength > 0.0) {
-            (true, true) => return Err(Error::new(Code::OutOfRange, "textile.strength", self.strength, 0.0)),
+            (true, true) => return Err(Error::beside("textile.strength", "textile.failure_strain")),
             (false, false) => return Err(Error::plain(Code::NotPositive, "textile.failure_strain")),
             (true, false) => 1.0 + left * self.failure_strain,
             (false, true) => {
@@ -378,7 +378,7 @@ mod tests {
     #[test]
     fn bad_numbers_are_named_and_change_nothing() {
         type Change = fn(&mut Textile, f64);
-        let cases: [(&str, Change, &[f64], Code); 20] = [
+        let cases: [(&str, Change, &[f64], Code); 21] = [
             ("textile.warp.linear_density", |t, x| t.warp.linear_density = x, &[0.0, -1.0], Code::NotPositive),
             ("textile.warp.count", |t, x| t.warp.count = x, &[0.0, -1.0], Code::NotPositive),
             ("textile.warp.crimp", |t, x| t.warp.crimp = x, &[-0.1, 1.1], Code::OutOfRange),
@@ -390,7 +390,8 @@ mod tests {
             ("textile.modulus_sd", |t, x| t.modulus_sd = x, &[-1.0], Code::OutOfRange),
             ("textile.failure_strain", |t, x| t.failure_strain = x, &[-0.1, 1.1, 1e-20], Code::OutOfRange),
             ("textile.failure_strain", |t, x| t.failure_strain = x, &[0.0], Code::NotPositive),
-            ("textile.strength", |t, x| t.strength = x, &[-1.0, 3e9], Code::OutOfRange),
+            ("textile.strength", |t, x| t.strength = x, &[-1.0], Code::OutOfRange),
+            ("textile.strength", |t, x| t.strength = x, &[3e9], Code::DoesNotGoWith),
             ("textile.strength", |t, x| (t.failure_strain, t.strength) = (0.0, x), &[1e12, 1e-9], Code::OutOfRange),
             ("textile.weaving_loss", |t, x| t.weaving_loss = x, &[-0.1, 1.0], Code::OutOfRange),
             ("textile.damage_rate", |t, x| t.damage_rate = x, &[0.0, 2.9], Code::DamageRateTooSmall),

@@ -38,6 +38,31 @@ pub struct Latched {
     pub absorbed: f64,
 }
 
+/// What one ply holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct InPly {
+    /// Segments with alpha = 0.
+    pub failed_segments: u64,
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+    /// Strain energy, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+}
+
+impl InPly {
+    /// Every ply of a stack; none of a single sheet.
+    fn of_stack(sim: &Sim<'_>) -> Result<Vec<InPly>> {
+        let plies = sim.scene().stack.plies;
+        let all = (0..if plies > 1 { plies } else { 0 }).map(|ply| {
+            let fabric::Ply { failed_segments, kinetic, strain, dissipated } = sim.ply(ply)?;
+            Ok(InPly { failed_segments, kinetic, strain, dissipated })
+        });
+        all.collect()
+    }
+}
+
 /// What one impact gave. All of it is reproducible to the bit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
@@ -85,6 +110,12 @@ pub struct Summary {
     pub viscous: f64,
     /// Energy rubbed away between yarn and projectile, J.
     pub friction: f64,
+    /// Kinetic energy lost where separate plies meet, J.
+    pub ply_loss: f64,
+    /// Deepest way of a node through the one that it faces in the next ply, m.
+    pub ply_penetration: f64,
+    /// What each separate ply holds, in their order; empty for a single sheet.
+    pub plies: Vec<InPly>,
     /// Kinetic energy lost in impacts of nodes, J.
     pub contact_loss: f64,
     /// What the energy balance does not close by, J.
@@ -99,6 +130,8 @@ pub struct Summary {
     pub most_sweeps: u64,
     /// Contact solves that ran out of sweeps.
     pub unconverged: u64,
+    /// Passes in which the body met a graded network beyond its fine part.
+    pub beyond_fine: u64,
     /// Hash of the final state.
     pub digest: String,
 }
@@ -150,6 +183,9 @@ impl Summary {
             dissipated: energy.dissipated,
             viscous: energy.viscous,
             friction: energy.friction,
+            ply_loss: energy.ply_loss,
+            ply_penetration: counters.ply_penetration,
+            plies: InPly::of_stack(sim)?,
             contact_loss: energy.contact_loss,
             energy_residual: energy.residual,
             energy_residual_relative: if start > 0.0 { energy.residual / start } else { 0.0 },
@@ -157,6 +193,7 @@ impl Summary {
             worst_penetration: counters.worst_penetration,
             most_sweeps: counters.most_sweeps,
             unconverged: counters.unconverged,
+            beyond_fine: counters.beyond_fine,
             digest: format!("{:016x}", sim.digest()),
         })
     }

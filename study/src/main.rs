@@ -4,14 +4,16 @@
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
 mod bench;
+mod effort;
 mod error_time;
 mod event;
 mod fabrics;
 mod friction;
+mod hits;
 mod machine;
-mod memory;
 mod paper;
 mod picture;
+mod plies;
 mod progress;
 mod report;
 mod run;
@@ -21,6 +23,7 @@ mod threads;
 mod validate;
 
 use clap::{Parser, Subcommand};
+use fabric_scene::memory;
 use std::process::ExitCode;
 
 /// What a command returns: a sentence for the user if it could not do its work.
@@ -52,6 +55,8 @@ enum Command {
     ErrorTime(error_time::Options),
     /// Energy absorbed and ballistic limit against the coefficient of friction between yarn and projectile.
     Friction(friction::Options),
+    /// Ballistic limit and energy absorbed against the number of plies; many thin plies against one thick one.
+    Plies(plies::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
     /// Every result of the paper from ensembles.
@@ -65,11 +70,8 @@ enum Command {
 /// An error's text; of the kernel's errors with the numbers, which the kernel itself cannot print.
 fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
     let Some(refused) = error.downcast_ref::<fabric::Error>() else { return error.to_string() };
-    let fabric::Error { code, field, value, limit } = *refused;
+    let fabric::Error { code, value, limit, .. } = *refused;
     match (value, limit) {
-        (0.0, 0.0) if ["step_after_failure", "slack_toe"].contains(&field) => {
-            format!("{refused}: it needs integrator.kind = \"verlet\"")
-        }
         (0.0, 0.0) => refused.to_string(),
         _ if code == fabric::Code::ProjectileTooFast => {
             format!("{refused} (given {value:.6e} m/s): take time_step = {{ seconds = {limit:e} }} or less")
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Friction(options) => friction::run(&options),
+        Command::Plies(options) => plies::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Validate(options) => validate::run(&options),

@@ -3,8 +3,9 @@
 use crate::event::{self, Summary};
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
+use crate::picture::{self, Picture, Series};
 use crate::progress::Progress;
-use crate::{Result, picture, report, threads};
+use crate::{Result, report, threads};
 use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
@@ -28,6 +29,12 @@ pub struct Options {
     /// Steps between two rows of the history.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
     sample: u64,
+    /// Keep sheets on the way, of which `reports run` makes an animation, movie.gif.
+    #[arg(long)]
+    movie: bool,
+    /// Keep sheets on the way, of which `reports run` makes a series for ParaView, vtk/run.pvd.
+    #[arg(long)]
+    vtk: bool,
     /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,
     /// on cores that are free.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::layout::MAX_BANDS)))]
@@ -52,6 +59,14 @@ impl Wanted {
             Wanted::Passed => Outcome::Passed,
         }
     }
+}
+
+/// The sheets on the way, frames.json, and what is to be made of them.
+#[derive(Serialize)]
+struct Kept {
+    movie: bool,
+    vtk: bool,
+    frames: Vec<Picture>,
 }
 
 /// One row of history.csv. Forces are means since the row before; SI units; host's axes.
@@ -145,7 +160,8 @@ pub fn run(options: &Options) -> Result<bool> {
     let until: Vec<Outcome> = options.until.iter().map(|wanted| wanted.outcome()).collect();
     let mask = event::mask_of(&until);
     let wall = Wall::start();
-    let (history, stepping, failure) = advance(&mut sim, mask, options, &name)?;
+    let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
+    let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
     write_history(&out.join("history.csv"), &history)?;
     if let Some(failure) = failure {
         eprintln!("error: the run failed at step {}: {failure}", sim.counters().steps);
@@ -160,6 +176,7 @@ pub fn run(options: &Options) -> Result<bool> {
     };
     let stepping = format!("{ns:.2} ns per node-step ({clock})");
     let text = table(&name, &scene, &sim, &summary, wall.seconds(), stepping);
+    let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
     println!("{text}");
     warn(&scene, &sim, &summary);
     std::fs::write(out.join("summary.txt"), text + "\n")?;
@@ -167,6 +184,9 @@ pub fn run(options: &Options) -> Result<bool> {
     picture::keep(&out.join("sheet.bin"), &sim)?;
     let sheet = picture::describe(&out, "sheet.bin".to_string(), name, &scene)?;
     std::fs::write(out.join("sheet.json"), serde_json::to_string(&sheet)? + "\n")?;
+    let frames = series.map_or(Ok(Vec::new()), |series| series.end(&sim, &scene))?;
+    let kept = Kept { movie: options.movie, vtk: options.vtk, frames };
+    std::fs::write(out.join("frames.json"), serde_json::to_string(&kept)? + "\n")?;
     println!("{}", report::written(&out, "run"));
     Ok(true)
 }
@@ -184,12 +204,16 @@ fn advance(
     mask: OutcomeSet,
     options: &Options,
     name: &str,
+    series: &mut Option<Series>,
 ) -> Result<(Vec<Sample>, f64, Option<fabric::Failure>)> {
     let progress = Progress::new(&format!("{name}, of the step limit"), options.steps);
     let mut history = vec![Sample::of(sim, None, [0.0; 3])?];
     let mut stepping = 0.0;
     let mut failure = None;
     while sim.step_count() < options.steps && !sim.outcomes().mask.has(mask) {
+        if let Some(series) = series {
+            series.keep(sim)?;
+        }
         let impulse = sim.contact()?.impulse;
         let steps = options.sample.min(options.steps - sim.step_count());
         // One thread's CPU time says nothing about several.
@@ -234,6 +258,10 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
         row("  modelled, the rest mirrored", format!("{nx} x {ny}"));
     }
+    if scene.is_graded() {
+        let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
+        row("  nodes of the graded network", format!("{nx} x {ny}"));
+    }
     row("projectile", projectile(&scene.projectile));
     row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
     let viscosity = scene.viscosity();
@@ -270,15 +298,31 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
     let held = held.map(|energy| format!("{energy:.4}")).join("  ");
     row("fabric kinetic, strain, dissipated, viscous, friction, contact loss", format!("{held} J"));
     let percent = 100.0 * summary.energy_residual_relative;
+    if scene.stack.plies > 1 {
+        row("lost where plies meet", format!("{:.4} J", summary.ply_loss));
+    }
     row("energy residual", format!("{:.3e} J = {percent:.4} % of the start", summary.energy_residual));
     row("momentum residual", format!("{:.3e} N s", summary.momentum_residual));
     row("worst penetration", format!("{:.3e} m", summary.worst_penetration));
+    if scene.stack.plies > 1 {
+        row("worst way of a ply through another", format!("{:.3e} m", summary.ply_penetration));
+    }
     row("digest", summary.digest.clone());
     let (bytes, nodes) = (sim.layout().bytes(), f64::from(scene.sheet.nodes_x) * f64::from(scene.sheet.nodes_y));
     row("memory", format!("{bytes} bytes, {:.1} per node", bytes as f64 / nodes));
     row("wall time", format!("{wall:.2} s with history and read-outs"));
     row("stepping", stepping);
     report::table(&[name, "value"], &rows)
+}
+
+/// What each ply of a stack holds.
+fn plies(summary: &Summary) -> String {
+    let row = |(number, ply): (usize, &event::InPly)| {
+        let energies = [ply.kinetic, ply.strain, ply.dissipated].map(|energy| format!("{energy:.4}"));
+        [vec![number.to_string(), ply.failed_segments.to_string()], energies.to_vec()].concat()
+    };
+    let rows: Vec<_> = summary.plies.iter().enumerate().map(row).collect();
+    report::table(&["ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J"], &rows)
 }
 
 /// Shape and the dimensions that it reads.
@@ -319,6 +363,13 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
         eprintln!(
             "warning: {} contact solves ended at the largest number of sweeps: their impulses are inexact",
             summary.unconverged
+        );
+    }
+    if summary.beyond_fine > 0 {
+        eprintln!(
+            "warning: for {} steps the projectile met the sheet beyond the fine part of the graded network, where nodes may be too far \
+             apart to feel it: move sheet.grading.centre or enlarge half_width",
+            summary.beyond_fine
         );
     }
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];

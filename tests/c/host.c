@@ -292,6 +292,8 @@ static void bad_scenes(void)
     REFUSED(scene.time_step.seconds = 2.7e-8, FK_STEP_TOO_LARGE, "time_step.seconds");
     CHECK(fault.limit > 2.5e-8 && fault.limit < 2.65e-8);
     CHECK(strstr(fault.text, "the largest allowed is") != NULL);
+    REFUSED((scene.stack.plies = 2, scene.contact.friction = 0.2), FK_DOES_NOT_GO_WITH, "contact.friction");
+    CHECK(strcmp(fault.text, "contact.friction: does not go with another field: stack.plies") == 0);
     REFUSED(scene.time_step.fraction = 0.6, FK_OUT_OF_RANGE, "time_step.fraction");
     REFUSED(scene.sheet.node_mass = 0.0, FK_NOT_POSITIVE, "sheet.node_mass");
     REFUSED(scene.sheet.node_mass = -1.0, FK_NOT_POSITIVE, "sheet.node_mass");
@@ -392,6 +394,20 @@ static void textiles(void)
     CHECK(fk_scene_set_textile(&scene, &textile, sizeof textile - 8, NULL, 0) == FK_STRUCT_SIZE);
     CHECK(fk_scene_set_textile(&scene, NULL, sizeof textile, NULL, 0) == FK_NULL_POINTER);
     CHECK(fk_scene_set_textile(NULL, &textile, sizeof textile, NULL, 0) == FK_NULL_POINTER);
+}
+
+/* A graded network is chosen about the hit; a bad error is named and changes nothing. Read-outs give the network's own nodes. */
+static void gradings(void)
+{
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_10IN_CYLINDER), before = scene;
+    fk_fault fault;
+    CHECK(fk_scene_set_grading(&scene, 0.0, &fault, sizeof fault) == FK_OUT_OF_RANGE && strcmp(fault.field, "error") == 0);
+    CHECK(memcmp(&scene, &before, sizeof scene) == 0 && fk_scene_set_grading(NULL, 0.01, NULL, 0) == FK_NULL_POINTER);
+    scene.projectile.position[0] = 0.01;
+    CHECK(fk_scene_set_grading(&scene, 0.01, NULL, 0) == FK_OK);
+    CHECK(scene.sheet.grading.largest > 1 && scene.sheet.grading.centre[0] == 0.01);
+    uint64_t graded = 0, fabric = 0;
+    CHECK(fk_memory_size(&scene, &graded) == FK_OK && fk_memory_size(&before, &fabric) == FK_OK && 2 * graded < fabric);
 }
 
 /* A fault or a bad number must not hide one another: the structure that is to tell is looked at first. */
@@ -518,6 +534,54 @@ static void read_outs(void)
     CHECK(fk_set_motion(sim, x, v, n) == FK_ALREADY_STARTED);
     CHECK(fk_set_largest_stretch(sim, stretch, segments) == FK_ALREADY_STARTED);
     free(x);
+    free_block(b);
+}
+
+/* Each ply of a stack by itself: what all hold together is what the stack holds. */
+static void plies(void)
+{
+    fk_scene scene = small_scene();
+    fk_sim *sim = NULL;
+    fk_energy energy;
+    fk_counters counters;
+    fk_grid grid;
+    fk_ply ply, sum = {0};
+    uint64_t steps;
+    uint32_t k;
+    block b;
+    scene.stack.plies = 3;
+    scene.stack.gap = 2.5e-4;
+    scene.projectile.velocity[2] = 250.0;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK);
+    CHECK(fk_get_grid(sim, &grid, sizeof grid) == FK_OK && grid.plies == 3 && grid.nodes_x == 41);
+    CHECK(fk_get_ply(sim, 2, &ply, sizeof ply) == FK_OK && ply.failed_segments == 0 && ply.kinetic == 0.0 && ply.strain == 0.0);
+    CHECK(fk_advance_until(sim, FK_EXITED, 1500, &steps) == FK_OK);
+    CHECK(fk_get_energy(sim, &energy, sizeof energy) == FK_OK && fk_get_counters(sim, &counters, sizeof counters) == FK_OK);
+    for (k = 0; k < 3; k++) {
+        CHECK(fk_get_ply(sim, k, &ply, sizeof ply) == FK_OK);
+        CHECK(ply.failed_segments > 0 && ply.kinetic > 0.0 && ply.strain > 0.0 && ply.dissipated > 0.0);
+        sum.failed_segments += ply.failed_segments;
+        sum.kinetic += ply.kinetic;
+        sum.strain += ply.strain;
+        sum.dissipated += ply.dissipated;
+    }
+    CHECK(sum.failed_segments == counters.failed_segments && counters.ply_penetration >= 0.0);
+    CHECK(fabs(sum.kinetic / energy.fabric_kinetic - 1.0) < 1e-12 && fabs(sum.strain / energy.strain - 1.0) < 1e-12);
+    CHECK(fabs(sum.dissipated / energy.dissipated - 1.0) < 1e-12);
+    ply.kinetic = 7.0;
+    CHECK(fk_get_ply(sim, 3, &ply, sizeof ply) == FK_OUT_OF_RANGE && ply.kinetic == 7.0);
+    CHECK(fk_get_ply(sim, 0, &ply, 8) == FK_STRUCT_SIZE && fk_get_ply(sim, 0, NULL, sizeof ply) == FK_NULL_POINTER);
+    CHECK(fk_get_ply(NULL, 0, &ply, sizeof ply) == FK_NULL_POINTER);
+    free_block(b);
+
+    /* Of a single sheet ply 0 is all. */
+    scene.stack.plies = 1;
+    b = new_block(&scene, 0);
+    CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK && fk_advance(sim, 300) == FK_OK);
+    CHECK(fk_get_energy(sim, &energy, sizeof energy) == FK_OK && fk_get_ply(sim, 0, &ply, sizeof ply) == FK_OK);
+    CHECK(ply.kinetic == energy.fabric_kinetic && ply.strain == energy.strain && ply.dissipated == energy.dissipated);
+    CHECK(fk_get_ply(sim, 1, &ply, sizeof ply) == FK_OUT_OF_RANGE);
     free_block(b);
 }
 
@@ -813,8 +877,10 @@ int main(void)
     short_buffers();
     bad_scenes();
     textiles();
+    gradings();
     bad_faults();
     read_outs();
+    plies();
     given_starts();
     rounding_of_the_host(digest);
     prescribed();

@@ -43,7 +43,8 @@ OUTPUTS = [
     "contact.work", "support.impulse", "support.attachment_impulse", "state.position", "state.velocity",
     "state.orientation", "state.angular_velocity", "energy.kinetic", "energy.strain", "energy.dissipated",
     "energy.contact_loss", "energy.viscous", "energy.friction", "energy.ply_loss", "energy.residual", "interface.residual", "interface.gap", "fabric.max_deflection", "fabric.max_stretch",
-    "fabric.failed_segments", "fabric.worst_penetration", "momentum.residual", "step.fraction", "contact.unconverged",
+    "fabric.failed_segments", "fabric.worst_penetration", "fabric.ply_penetration",
+    "ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated", "momentum.residual", "step.fraction", "contact.unconverged",
     "status", "outcome.first_contact", "outcome.arrested", "outcome.detached", "outcome.exited", "outcome.passed",
     "outcome.first_contact_time", "outcome.arrested_time", "outcome.detached_time", "outcome.exited_time", "outcome.passed_time",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ import zipfile
 
 import fmpy
 from fmpy.validation import validate_fmu
-from host import ARCHIVES, EXAMPLES, OK, TARGET, Host, opened, parameter_set
+from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, TARGET, Host, opened, parameter_set
 
 NAME = "TiltedDiscSector"
 SCENE = pathlib.Path(__file__).parents[2] / "study" / "scenes" / "tilted_disc_sector.toml"
@@ -17,19 +17,50 @@ SCENE = pathlib.Path(__file__).parents[2] / "study" / "scenes" / "tilted_disc_se
 class Scenes(unittest.TestCase):
     def test_the_archive_has_the_parameter_sets_of_the_examples(self):
         files = sorted((EXAMPLES / "parameters").glob("*.ssv"))
-        self.assertEqual([file.stem for file in files], ["sheet_3in_sphere", "turbine_disc_sector"])
+        self.assertEqual([file.stem for file in files], ["sheet_3in_sphere", "three_plies", "turbine_disc_sector"])
         with zipfile.ZipFile(ARCHIVES[2]) as archive:
             for file in files:
                 self.assertEqual(archive.read(f"documentation/parameters/{file.name}"), file.read_bytes())
 
     def test_each_parameter_set_is_a_sound_scene(self):
-        for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118)]:
+        for name, shape, mass in [("sheet_3in_sphere", 0, 8.4e-3), ("three_plies", 0, 8.4e-3), ("turbine_disc_sector", 4, 0.118)]:
             for version in (2, 3):
                 host = Host(version, parameter_set(name))
                 self.assertEqual(host.get("projectile.shape"), shape)
                 self.assertAlmostEqual(host.get("projectile.mass"), mass, 3)
                 self.assertEqual(host.status_of_step(0.0, 1e-7), OK)
                 host.close()
+
+    def test_single_plies_are_told_from_one_on(self):
+        of_plies = [name for name in OUTPUTS if name.startswith("ply.")]
+        told = {}
+        for version in (2, 3):
+            host = Host(version, {**parameter_set("three_plies"), "sheet.nodes_x": 41, "sheet.nodes_y": 41, "projectile.start.velocity[3]": 300.0})
+            host.run(0, 40, 1e-6)
+            rows = {name: host.get(name) for name in of_plies}
+            for name, values in rows.items():
+                self.assertEqual((len(values), values[3:]), (8, [0.0] * 5), name)
+            for part in ("kinetic", "strain", "dissipated"):
+                self.assertGreater(rows[f"ply.{part}"][2], 0.0)
+                self.assertAlmostEqual(sum(rows[f"ply.{part}"]), host.get(f"energy.{part}"), 9)
+            self.assertEqual(sum(rows["ply.failed_segments"]), host.get("fabric.failed_segments"))
+            self.assertGreater(rows["ply.failed_segments"][0], 0)
+            self.assertGreaterEqual(host.get("fabric.ply_penetration"), 0.0)
+            # From another ply on, at once; and nothing beyond the last.
+            for first in (1, 3, 999):
+                self.assertEqual(host.try_set("ply.first", first), OK)
+                self.assertEqual({name: host.get(name) for name in of_plies}, {name: (values[first:] + [0.0] * 8)[:8] for name, values in rows.items()})
+            for first in (-1, 1000):
+                self.assertEqual(host.try_set("ply.first", first), ERROR)
+            told[version] = rows
+            host.close()
+            # A single sheet is its own ply 0.
+            host = Host(version, {**parameter_set("sheet_3in_sphere"), "sheet.nodes_x": 41, "sheet.nodes_y": 41})
+            host.run(0, 40, 1e-6)
+            self.assertEqual(host.get("ply.strain"), [host.get("energy.strain")] + [0.0] * 7)
+            self.assertEqual(host.get("ply.failed_segments")[0], host.get("fabric.failed_segments"))
+            host.close()
+        self.assertEqual(told[2], told[3])
 
     def test_a_model_of_a_scene_starts_as_that_scene(self):
         wanted = tomllib.loads(SCENE.read_text())

@@ -193,9 +193,9 @@ fn the_moment_alone_touches_angular_momentum_and_little() {
     }
 }
 
-/// What the books do not close by before the first failure falls with the square of the step, as it does without viscosity.
+/// What the balances do not close by before the first failure falls with the square of the step, as it does without viscosity.
 #[test]
-fn the_books_of_a_viscous_sheet_close_to_second_order() {
+fn the_balances_of_a_viscous_sheet_close_to_second_order() {
     let off = |fraction: f64| {
         let mut scene = impact(fraction);
         scene.projectile.velocity[2] = 60.0;
@@ -217,7 +217,7 @@ fn the_books_of_a_viscous_sheet_close_to_second_order() {
 
 /// Through failure, with the step halved as well.
 #[test]
-fn the_books_of_a_viscous_perforation_close() {
+fn the_balances_of_a_viscous_perforation_close() {
     for step_after_failure in [StepAfterFailure::Keep, StepAfterFailure::Half] {
         let scene = Scene { step_after_failure, ..impact(0.4) };
         let mut buffers = Buffers::of(&scene);
@@ -242,7 +242,7 @@ fn what_goes_not_with_viscosity_is_refused_by_name() {
         ([0.0, 0.1, 0.0], "yarn.viscosity_quadratic"),
         ([0.0, 0.0, 0.1], "yarn.viscosity_bending"),
     ] {
-        assert_eq!(refused(theta(viscosity)), (Code::OutOfRange, field));
+        assert_eq!(refused(theta(viscosity)), (Code::DoesNotGoWith, field));
     }
     // No step is short enough: within one a segment may become taut, and go on as far as to its critical stretch.
     let mut loose = viscous(small_sheet(11, 0.0), [0.0, 10.0, 0.0]);

@@ -119,7 +119,8 @@ fn in_rust(code: Code) -> Option<Code> {
         | Code::ImpossibleMoments
         | Code::NotSymmetric
         | Code::HoldsNothing
-        | Code::NotInEquilibrium => Some(constructed(&refused_scene(code)).code),
+        | Code::NotInEquilibrium
+        | Code::DoesNotGoWith => Some(constructed(&refused_scene(code)).code),
         Code::ShortBuffer => called(&sheet, |sim| sim.save(&mut [])),
         Code::WrongLength => called(&sheet, |sim| sim.copy_positions(&mut [])),
         Code::WrongDrive => called(&sheet, |sim| sim.follow(&no_path(), 1)),
@@ -276,7 +277,8 @@ fn in_c(code: Code) -> i32 {
             | Code::ImpossibleMoments
             | Code::NotSymmetric
             | Code::HoldsNothing
-            | Code::NotInEquilibrium => init(&fk_scene::of(refused_scene(code))),
+            | Code::NotInEquilibrium
+            | Code::DoesNotGoWith => init(&fk_scene::of(refused_scene(code))),
             Code::WrongLength => fk_copy_positions(in_c_of(&sheet).to_look_at(), Output::given([0.0].as_mut_ptr()), 1),
             Code::WrongDrive => follow(&sheet),
             Code::BadPath => follow(&prescribed()),

@@ -2,7 +2,8 @@
 //! was written. Then those of calls on a living simulation.
 
 use fabric::{
-    AttachmentKind, CacheLine, Code, Drive, Error, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepCheck, TimeStep,
+    AttachmentKind, CacheLine, Code, Drive, Error, Faces, Layout, Motion, Path, Scene, Shape, Sim, StepAfterFailure,
+    StepCheck, StrengthDraw, TimeStep,
 };
 use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 
@@ -105,13 +106,13 @@ fn a_turning_cylinder_counts_its_reach_and_its_turn() {
 }
 
 /// What makes no sense with crimp, pre-tension and unlike directions: an edge that is not held, a line of segments that pull
-/// differently, both in one direction, more than the law bears, a toe wider than the weft's critical strain, a projectile finer than
+/// differently, more than the law bears, a toe wider than the weft's critical strain, a projectile finer than
 /// the larger spacing, a weft without a damage rate.
 #[test]
 fn fabrics_that_cannot_be_are_refused() {
     use fabric::Code::{DamageRateTooSmall, NotInEquilibrium, OutOfRange, ProjectileTooSmall};
     type Refusal = (Code, &'static str, fn(&mut Scene));
-    let cases: [Refusal; 13] = [
+    let cases: [Refusal; 12] = [
         (NotInEquilibrium, "sheet.pre_strain", |s| {
             (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::Free, [0.01, 0.0])
         }),
@@ -122,7 +123,6 @@ fn fabrics_that_cannot_be_are_refused() {
             (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::FourCorners, [0.01, 0.01])
         }),
         (NotInEquilibrium, "yarn.draw", |s| (s.yarn.stochastic, s.sheet.pre_strain) = (true, [0.0, 0.01])),
-        (OutOfRange, "sheet.crimp", |s| (s.sheet.crimp, s.sheet.pre_strain) = ([0.0, 0.01], [0.0, 0.01])),
         (OutOfRange, "sheet.crimp", |s| s.sheet.crimp = [0.0, 1.1]),
         (OutOfRange, "sheet.pre_strain", |s| s.sheet.pre_strain = [0.0301, 0.0]),
         (OutOfRange, "sheet.pre_strain", |s| (s.weft.critical_stretch, s.sheet.pre_strain) = (1.02, [0.01, 0.0201])),
@@ -147,6 +147,83 @@ fn fabrics_that_cannot_be_are_refused() {
         let mut scene = base();
         (scene.sheet.pre_strain, scene.yarn.modulus_sd, scene.yarn.draw) = ([0.01, 0.0], sd, draw);
         Buffers::of(&scene).sim(&scene);
+    }
+}
+
+/// Every two options that do not go together: both are named, whichever of them a host thinks of first.
+#[test]
+fn options_that_do_not_go_together_are_both_named() {
+    type Pair = (&'static str, &'static str, fn(&mut Scene), fn(&mut Scene));
+    let theta = |s: &mut Scene| s.integrator = fabric::Integrator::THETA;
+    let plies = |s: &mut Scene| s.stack.plies = 2;
+    let toe = |s: &mut Scene| s.slack_toe = 0.02;
+    let friction = |s: &mut Scene| s.contact.friction = 0.2;
+    let strength = |s: &mut Scene| s.yarn.strength_draw = StrengthDraw::Weibull;
+    let modulus = |s: &mut Scene| {
+        (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0);
+    };
+    let stretch = |s: &mut Scene| {
+        (s.yarn.rate_stretch, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 170.0);
+    };
+    let mirror_x = |s: &mut Scene| s.symmetry.mirror_x = true;
+    let mirror_y = |s: &mut Scene| s.symmetry.mirror_y = true;
+    let strained = |s: &mut Scene| s.sheet.pre_strain = [0.0, 0.01];
+    let graded = |s: &mut Scene| s.sheet.grading.largest = 4;
+    let pairs: [Pair; 32] = [
+        ("yarn.viscosity_linear", "sheet.grading.largest", |s| s.yarn.viscosity_linear = 0.06, graded),
+        ("yarn.viscosity_quadratic", "sheet.grading.largest", |s| s.yarn.viscosity_quadratic = 1.5, graded),
+        ("yarn.viscosity_bending", "sheet.grading.largest", |s| s.yarn.viscosity_bending = 0.06, graded),
+        ("yarn.rate_modulus", "sheet.grading.largest", modulus, graded),
+        ("yarn.rate_stretch", "sheet.grading.largest", stretch, graded),
+        ("contact.friction", "sheet.grading.largest", friction, graded),
+        ("stack.plies", "sheet.grading.largest", plies, graded),
+        ("contact.friction", "integrator.kind", friction, theta),
+        ("contact.friction", "stack.plies", friction, plies),
+        ("yarn.rate_modulus", "integrator.kind", modulus, theta),
+        ("yarn.rate_stretch", "integrator.kind", stretch, theta),
+        ("yarn.rate_modulus", "stack.plies", modulus, plies),
+        ("yarn.rate_stretch", "stack.plies", stretch, plies),
+        ("yarn.viscosity_linear", "integrator.kind", |s| s.yarn.viscosity_linear = 0.06, theta),
+        ("yarn.viscosity_quadratic", "integrator.kind", |s| s.yarn.viscosity_quadratic = 1.5, theta),
+        ("yarn.viscosity_bending", "integrator.kind", |s| s.yarn.viscosity_bending = 0.06, theta),
+        ("slack_toe", "integrator.kind", toe, theta),
+        ("slack_toe", "yarn.strength_draw", toe, strength),
+        ("slack_toe", "yarn.rate_modulus", toe, modulus),
+        ("slack_toe", "yarn.rate_stretch", toe, stretch),
+        ("step_after_failure", "integrator.kind", |s| s.step_after_failure = StepAfterFailure::Half, theta),
+        ("stack.plies", "integrator.kind", plies, theta),
+        ("stack.plies", "symmetry.mirror_x", plies, mirror_x),
+        ("stack.plies", "symmetry.mirror_y", plies, mirror_y),
+        ("yarn.stochastic", "symmetry.mirror_x", |s| s.yarn.stochastic = true, mirror_x),
+        ("yarn.strength_draw", "symmetry.mirror_y", strength, mirror_y),
+        ("drive", "symmetry.mirror_x", |s| s.drive = Drive::Prescribed, mirror_x),
+        ("drive", "symmetry.mirror_y", |s| s.drive = Drive::Prescribed, mirror_y),
+        ("sheet.pre_strain", "yarn.rate_modulus", strained, modulus),
+        ("sheet.pre_strain", "yarn.rate_stretch", strained, stretch),
+        ("sheet.crimp", "sheet.pre_strain", |s| s.sheet.crimp = [0.0, 0.01], strained),
+        (
+            "stack.turned",
+            "sheet.spacing_y",
+            |s| (s.stack.plies, s.stack.turned) = (2, true),
+            |s| {
+                s.sheet.spacing_y = 1.1 * s.sheet.spacing;
+            },
+        ),
+    ];
+    for (field, with, first, second) in pairs {
+        let mut scene = base();
+        (scene.yarn.stochastic, scene.attachment.kind) = (false, AttachmentKind::FourSides);
+        (scene.projectile.position[2], scene.time_step) = (-7e-3, TimeStep::fraction(0.4));
+        for alone in [first, second] {
+            let mut one = scene;
+            alone(&mut one);
+            one.check().unwrap_or_else(|error| panic!("{field}, {with}: {error}"));
+        }
+        first(&mut scene);
+        second(&mut scene);
+        let error = scene.check().unwrap_err();
+        assert_eq!((error.code, error.field, error.with), (Code::DoesNotGoWith, field, with));
+        assert_eq!(error.text().as_str(), format!("{field}: does not go with another field: {with}"));
     }
 }
 

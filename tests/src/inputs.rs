@@ -101,7 +101,9 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("unchecked", &[("time_step.seconds", 0.0), ("step_check", 1.0)]),
     ("theta", &[("integrator.kind", 1.0)]),
     ("rate", &[("yarn.rate_modulus", 0.13), ("yarn.rate_stretch", 0.16), ("yarn.rate_reference", 30.0), ("yarn.rate_limit", 170.0)]),
+    ("mirrored", &[("yarn.stochastic", 0.0), ("symmetry.mirror_x", 1.0)]),
     ("turning", &[("rotation_rule.kind", 1.0)]),
+    ("graded", &[("sheet.grading.largest", 4.0)]),
 ];
 
 /// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
@@ -138,6 +140,7 @@ fn rows() -> Vec<Row> {
     let negative = (Below(0.0), own(OutOfRange));
     let rest = (End, Accepted);
     let beyond = (End, own(OutOfRange));
+    let apart = own(DoesNotGoWith);
     let real = |base, names: &[&'static str], line: &[(Up, Expected)], also| Row { base, names: names.to_vec(), kind: Kind::Real, line: line.to_vec(), also };
     let not_read = |base, names: &[&'static str]| Row { base, names: names.to_vec(), kind: Kind::NotRead, line: vec![rest], also: &[] };
     let count = |base, names: &[&'static str], line: &[(Up, Expected)], also| Row { base, names: names.to_vec(), kind: Kind::Count, line: line.to_vec(), also };
@@ -183,9 +186,18 @@ fn rows() -> Vec<Row> {
         real("sphere", &["yarn.damage_intercept"], &[(Below(3.0 - 7.91e-9 * 140.21e9), weak), rest], &[]),
         real("sphere", &["yarn.damage_a"], &[not_positive, (To(rounding), Accepted), beyond], &[]),
         real("sphere", &["yarn.damage_b"], &[(About(-1e-15), Refused(OutOfRange, "yarn.damage_a")), (Below(1.0), Accepted), beyond], &[0.5, -0.01]),
-        count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
+        count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(DoesNotGoWith, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
         choice("uniform", &["symmetry.mirror_x", "symmetry.mirror_y"], 1.0),
-        count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
+        count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(DoesNotGoWith, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
+        // ---- Graded networks.
+        count("sphere", &["sheet.grading.largest"], &[(To(2.0), Accepted), (To(3.0), own(OutOfRange)), (To(4.0), Accepted), (Below(64.0), own(OutOfRange)), (To(64.0), Accepted), beyond], &[]),
+        count("rate", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(64.0), Refused(DoesNotGoWith, "yarn.rate_modulus")), beyond], &[]),
+        count("stack", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(64.0), Refused(DoesNotGoWith, "stack.plies")), beyond], &[]),
+        real("graded", &["yarn.viscosity_linear"], &[negative, (To(0.0), Accepted), (To(1.0), apart), beyond], &[0.02]),
+        real("graded", &["yarn.viscosity_quadratic", "contact.friction"], &[negative, (To(0.0), Accepted), (To(10.0), apart), beyond], &[0.02]),
+        real("graded", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),
+        count("graded", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
+        not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),
         real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),
@@ -230,27 +242,30 @@ fn rows() -> Vec<Row> {
         real("toe", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (To(STEP_WITH_TOE * 0.5), Accepted), beyond], &[1e-30]),
         real("unchecked", &["time_step.fraction"], &[not_positive, (About(1e-43), no_step), (About(1e140), Accepted), (End, no_step)], &[]),
         choice("sphere", &["step_after_failure"], 1.0),
-        count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), own(OutOfRange)), (End, own(UnknownChoice))], &[]),
+        count("theta", &["step_after_failure"], &[(To(0.0), Accepted), (To(1.0), apart), (End, own(UnknownChoice))], &[]),
         not_read("sphere", &["integrator.theta", "integrator.tolerance", "rotation_rule.theta", "time_step.fraction"]),
         real("sphere", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (About(0.03045), Accepted), beyond], &[0.03, 0.031]),
         real("wide", &["slack_toe"], &[negative, (To(0.0), Accepted), (Below(0.005), own(OutOfRange)), (To(0.05), Accepted), beyond], &[]),
         not_read("sphere", &["stack.gap"]),
         real("stack", &["stack.gap"], &[negative, (To(1e6 * h), Accepted), beyond], &[]),
-        count("stack", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(NotSymmetric, "stack.plies")), (End, own(UnknownChoice))], &[]),
+        count("stack", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(DoesNotGoWith, "stack.plies")), (End, own(UnknownChoice))], &[]),
         real("stack", &["contact.friction"], &[negative, (To(10.0), Accepted), beyond], &[0.02]),
-        count("rate", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (About(1000.0), Refused(OutOfRange, "yarn.rate_modulus")), beyond], &[]),
-        count("theta", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), beyond], &[]),
+        count("rate", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (About(1000.0), Refused(DoesNotGoWith, "yarn.rate_modulus")), beyond], &[]),
+        count("theta", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
         count("stack", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (About(1000.0), Accepted), beyond], &[]),
         not_read("sphere", &["yarn.weibull_shape", "yarn.weibull_gauge_length", "yarn.weibull_correlation"]),
-        real("strength", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
-        real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("strength", &["slack_toe"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
+        real("theta", &["slack_toe"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
         real("sphere", &["yarn.rate_modulus", "yarn.rate_stretch"], &[negative, (To(0.0), Accepted), (To(1.0), Refused(OutOfRange, "yarn.rate_reference")), beyond], &[0.1]),
         not_read("sphere", &["yarn.rate_reference", "yarn.rate_limit"]),
         real("rate", &["yarn.rate_modulus", "yarn.rate_stretch"], &[negative, (To(1.0), Accepted), beyond], &[0.1]),
         real("rate", &["yarn.rate_reference"], &[(Below(1e-9), own(OutOfRange)), (To(170.0), Accepted), (To(1e9), Refused(OutOfRange, "yarn.rate_limit")), beyond], &[1e-8, 1e3]),
         real("rate", &["yarn.rate_limit"], &[(Below(30.0), own(OutOfRange)), (To(1e9), Accepted), beyond], &[1e3]),
-        real("rate", &["sheet.pre_strain[0]", "sheet.pre_strain[1]", "slack_toe"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
-        real("theta", &["yarn.viscosity_linear", "yarn.viscosity_quadratic", "yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), beyond], &[0.02]),
+        real("rate", &["sheet.pre_strain[0]", "sheet.pre_strain[1]", "slack_toe"], &[negative, (To(0.0), Accepted), (End, apart)], &[0.02]),
+        real("theta", &["yarn.viscosity_linear"], &[negative, (To(0.0), Accepted), (To(1.0), apart), beyond], &[0.02]),
+        real("theta", &["yarn.viscosity_quadratic", "contact.friction"], &[negative, (To(0.0), Accepted), (To(10.0), apart), beyond], &[0.02]),
+        real("theta", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),
+        real("mirrored", &["projectile.position[0]"], &[(About(-7e-13), Refused(NotSymmetric, "projectile.position")), (About(7e-13), Accepted), (End, Refused(NotSymmetric, "projectile.position"))], &[1e-4]),
     ];
     // What is good or bad by itself.
     for field in FIELDS {

@@ -175,11 +175,18 @@ pub fn pack(archive: &Path, mut entries: Vec<(String, PathBuf)>) -> Outcome {
 
 // ---- Parameter sets ---------------------------------------------------------------------------------------------------
 
-/// The other presets as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what differs from its start values.
+/// The other presets, and a stack, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what differs from its start values.
 fn parameter_sets() -> Vec<(String, String)> {
     let name_of = |name: &str| format!("examples/parameters/{name}.ssv");
     let others = fabric_scene::PRESETS.iter().filter(|(_, make)| make() != Scene::sheet_10in_cylinder());
-    others.map(|(name, make)| (name_of(name), parameter_set(name, make()))).collect()
+    let others = others.map(|(name, make)| (*name, make())).chain([("three_plies", three_plies())]);
+    others.map(|(name, scene)| (name_of(name), parameter_set(name, scene))).collect()
+}
+
+/// The 3 in sheet and its sphere with three separate plies, a quarter of a millimetre apart.
+fn three_plies() -> Scene {
+    let scene = Scene::sheet_3in_sphere();
+    Scene { stack: fabric::Stack { plies: 3, gap: 2.5e-4, ..scene.stack }, ..scene }
 }
 
 fn parameter_set(name: &str, mut scene: Scene) -> String {
@@ -189,7 +196,7 @@ fn parameter_set(name: &str, mut scene: Scene) -> String {
     let (own, other) = (Model::own(), Model { starts: Parameters::of(scene), ..Model::own() });
     let mut out = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <!-- Written by `cargo xtask fmu`: the preset {name}, as far as it differs from the start values of {MODEL_IDENTIFIER}. -->\n\
+         <!-- Written by `cargo xtask fmu`: the scene {name}, as far as it differs from the start values of {MODEL_IDENTIFIER}. -->\n\
          <ssv:ParameterSet version=\"1.0\" name=\"{name}\" \
          xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\">\n  <ssv:Parameters>\n"
     );

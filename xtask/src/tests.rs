@@ -31,8 +31,10 @@ const TEST: &[Step] = &[
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
     ("digests on other targets", crate::digests::short),
+    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
     ("studies in short form", studies),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
@@ -186,14 +188,18 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench", "paper", "friction"] {
+    for name in ["error-time", "bench", "paper", "friction", "plies"] {
         let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
         study(if name == "paper" { &arguments } else { &arguments[..4] })?;
         report(name, &folder(name))?;
     }
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    // The first steps of a stack, which has a picture of its own.
+    study(&["run", "study/scenes/pack_of_62_plies.toml", "--steps", "64", "--out", &folder("run of plies")])?;
+    report("run", &folder("run of plies"))?;
+    let sheets = ["--sample", "512", "--movie", "--vtk"];
+    study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))
 }
 
