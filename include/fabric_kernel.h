@@ -316,8 +316,8 @@ typedef struct fk_scene_sheet {
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
     // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
-    // Verlet only; not with mirror planes, friction, a dependence on the rate of strain or a graded network. 1 to 1000.
-    // Default 1.
+    // Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network. 1 to 1000. Default
+    // 1.
     uint64_t plies;
     // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
     // for more than one ply only. In m, >= 0. Default 0.
@@ -455,7 +455,7 @@ typedef struct fk_scene_projectile {
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
-    // Velocity Verlet only; not with separate plies or a graded network. 0 to 10. Default 0.
+    // Velocity Verlet only; not with a graded network. 0 to 10. Default 0.
     double friction;
 } fk_scene_contact;
 
