@@ -62,13 +62,14 @@ const OFFSET: usize = 4;
 // What the plies do to a candidate.
 /// Velocity along z that impulses give its node, m/s.
 const LIFT: usize = 0;
-/// Place 1: what it gives way besides its column along z, 1/kg.
+// Place 1: what it gives way besides its column along z, 1/kg.
 /// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
 const STALE: usize = 2;
-/// Velocity along z without impulses, spacings a pass, while its column is solved; then its normal impulse before that, N s.
+/// Velocity along z without impulses, spacings a pass, while its column is solved.
 const FREE: usize = 3;
+/// In the same place, once its column is solved: its normal impulse before that, N s.
 const LAST: usize = 3;
-/// Place 4: softness of the contact, 1/kg.
+// Place 4: softness of the contact, 1/kg.
 
 /// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
 #[derive(Clone, Copy)]

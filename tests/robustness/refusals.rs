@@ -178,7 +178,6 @@ fn options_that_do_not_go_together_are_both_named() {
         ("contact.friction", "sheet.grading.largest", friction, graded),
         ("stack.plies", "sheet.grading.largest", plies, graded),
         ("contact.friction", "integrator.kind", friction, theta),
-        ("contact.friction", "stack.plies", friction, plies),
         ("yarn.rate_modulus", "integrator.kind", modulus, theta),
         ("yarn.rate_stretch", "integrator.kind", stretch, theta),
         ("yarn.rate_modulus", "stack.plies", modulus, plies),
