@@ -1,10 +1,9 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
 use crate::error::{Code, Error};
-use crate::friction::TANGENTIAL_REALS;
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
-use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, TOUCH_REALS};
+use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, TANGENTIAL_REALS, TOUCH_REALS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,

@@ -13,10 +13,10 @@
 
 use crate::blocks::Blocks;
 use crate::error::Failure;
-use crate::friction::{self, TANGENTIAL_REALS, Tangential};
+use crate::friction::{self, Tangential};
 use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::CANDIDATE_REALS;
+use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};

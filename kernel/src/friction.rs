@@ -9,14 +9,11 @@
 //! need not be unique; the solution found is that of the node order.
 //! Reference: G. De Saxce, Z.-Q. Feng, Math. Comput. Modelling 28 (1998) 225; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
-use crate::layout::CANDIDATE_REALS;
+use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
 use crate::pose::{self, Vector};
 use crate::projectile::{Body, Inertia};
 use crate::scene::Symmetry;
-
-/// Numbers kept per contact candidate for friction.
-pub const TANGENTIAL_REALS: usize = 19;
 
 /// The tangential part of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]

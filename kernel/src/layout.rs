@@ -2,7 +2,6 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
-use crate::friction::TANGENTIAL_REALS;
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
 use crate::places::Places;
@@ -16,6 +15,8 @@ use crate::symmetry::Line;
 
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
+/// Numbers kept per contact candidate for friction.
+pub const TANGENTIAL_REALS: usize = 19;
 
 /// Numbers kept per ply of a column of facing nodes.
 pub(crate) const COLUMN_REALS: usize = 11;
