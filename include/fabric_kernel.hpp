@@ -175,6 +175,14 @@ inline Fault set_textile(fk_scene &scene, const fk_textile &textile) noexcept
     return fault;
 }
 
+// Makes the fabric of the last plies that of a textile. fk_scene_set_back_textile
+inline Fault set_back_textile(fk_scene &scene, const fk_textile &textile) noexcept
+{
+    Fault fault;
+    fk_scene_set_back_textile(&scene, &textile, sizeof textile, fault.raw(), sizeof(fk_fault));
+    return fault;
+}
+
 // Bytes of a simulation's memory. fk_memory_size
 inline Result<std::uint64_t> memory_size(const fk_scene &scene) noexcept
 {

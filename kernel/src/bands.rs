@@ -113,8 +113,6 @@ struct Plan {
     pushing: bool,
     /// Whether rows at rest are swept.
     all: bool,
-    /// Whether every other ply is turned.
-    turned: bool,
     layout: Layout,
     directions: Directions,
     toe: Toe,
@@ -345,7 +343,7 @@ impl Plan {
             scratch,
         };
         let track_support = system.scene.track_support;
-        let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
+        let all = system.steps_all();
         let plan = Plan {
             end,
             second_half,
@@ -354,7 +352,6 @@ impl Plan {
             rows,
             pushing,
             all,
-            turned,
             layout: system.layout,
             directions: system.directions,
             toe: system.model.toe,
@@ -399,11 +396,6 @@ impl Plan {
         Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
     }
 
-    /// Whether a ply is turned.
-    fn is_turned(&self, ply: usize) -> bool {
-        self.turned && ply % 2 == 1
-    }
-
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
     /// # Safety
@@ -437,10 +429,9 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let turned = self.is_turned(lowest);
                 let terms = self.terms();
-                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, turned);
-                terms.pass(turned).lift(below, history, here, carry, &yarn, marks);
+                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, lowest);
+                terms.pass(lowest).lift(below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -468,7 +459,7 @@ impl Plan {
                 }
                 let pushing = viscosity::Pushing {
                     layout,
-                    directions: self.directions.of_ply(self.is_turned(ply)),
+                    directions: self.directions.of_ply(ply),
                     toe: &self.toe,
                     instructions: self.instructions,
                     all: [low, top],
@@ -524,7 +515,7 @@ impl Plan {
                 let pulls = self.pulls(of);
                 let rows = Rows {
                     first: start,
-                    turned: self.is_turned(ply),
+                    ply,
                     hot: rows_mut(memory.hot, chunks, start, count),
                     above,
                     history: rows_mut(memory.history, chunks, start, count),
@@ -563,15 +554,16 @@ impl Plan {
                 continue;
             }
             system.set_awake(ply, [first, end]);
-            step::book_taken(system, [first, end]);
+            step::book_taken(system, ply, [first, end]);
             if !self.track_support {
                 continue;
             }
-            let [bottom, _] = system.layout.rows_of(ply);
+            let ([bottom, _], share) = (system.layout.rows_of(ply), system.mass_share(ply));
             for j in first..end {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
-                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls.map(Vector::from));
+                let pulls = pulls.map(|pull| Vector::from(pull) * share);
+                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;

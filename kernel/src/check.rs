@@ -9,10 +9,11 @@ use crate::planes::{AT_REST, Axis};
 use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind, STEP_MAX_FRACTION,
     STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, TOE_RANGE,
-    TimeStep,
+    TimeStep, WEIBULL_SHAPES,
 };
 use crate::shape;
 use crate::weave;
+use core::ops::Range;
 
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
 const SLOWEST_MOTION: f64 = 1e-30;
@@ -25,35 +26,51 @@ const LARGEST_SPACING_RATIO: f64 = 10.0;
 
 impl Scene {
     /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
-    /// strongest.
+    /// strongest. Of two fabrics the one that allows less counts.
     ///
     /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane net at U_c, where the
     /// tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first bracket takes its k and U_c from one, the
     /// second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        let moduli = self.stiffest()?;
-        let strongest = self.strongest()?;
-        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest));
-        if !dt_crit.is_normal() {
-            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
-        }
-        let step_max = self.largest_fraction(moduli, strongest)? * dt_crit;
+        let front = self.bounds(0..self.front_plies())?;
+        let back = if self.back.plies > 0 { self.back_bounds()? } else { front };
+        let dt_crit = math::min(front.dt_crit, back.dt_crit);
+        let step_max = math::min(front.step_max, back.step_max);
         let TimeStep { fraction, seconds } = self.time_step;
         let dt = if seconds != 0.0 { seconds } else { fraction * dt_crit };
         if self.step_check == StepCheck::Refuse && dt > step_max {
             return Err(Error::new(Code::StepTooLarge, "time_step.seconds", dt, step_max));
         }
         let speed = self.sheet.spacing / dt;
-        let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
-        let stiffnesses = self.stiffnesses(moduli).map(|k| dt * dt * k / self.sheet.node_mass);
+        let mass = self.largest_mass();
+        let units = [mass, mass * speed, mass * speed * speed];
+        let stiffnesses = [front.per_mass, back.per_mass].map(|per_mass| per_mass.map(|k| dt * dt * k));
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
-            && stiffnesses.iter().all(|stiffness| stiffness.is_normal() && *stiffness <= LARGEST_STIFFNESS)
+            && stiffnesses.as_flattened().iter().all(|k| k.is_normal() && *k <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
         if !usable {
             return Err(Error::new(Code::StepLimitUnusable, "time_step.seconds", dt, step_max));
         }
         Ok(StepLimits { dt, dt_crit, step_max })
+    }
+
+    /// What the front fabric allows, in these plies.
+    fn bounds(&self, plies: Range<u32>) -> Result<Bounds, Error> {
+        let moduli = self.stiffest(plies.clone())?;
+        let strongest = self.strongest(plies)?;
+        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest));
+        if !dt_crit.is_normal() {
+            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
+        }
+        let step_max = self.largest_fraction(moduli, strongest)? * dt_crit;
+        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli).map(|k| k / self.sheet.node_mass) })
+    }
+
+    /// What the back fabric allows.
+    #[inline(never)] // Its scene must not add to the stack of a single fabric.
+    fn back_bounds(&self) -> Result<Bounds, Error> {
+        self.all_of_back().bounds(self.front_plies()..self.stack.plies).map_err(of_back)
     }
 
     /// k = E A_0/l of segments along x and along y with these moduli, N/m.
@@ -124,13 +141,19 @@ impl Scene {
         Ok(without * math::min(stable, STEP_MAX_FRACTION))
     }
 
+    /// Numbers of the segments of plies.
+    fn numbers_of(&self, plies: Range<u32>) -> Range<u64> {
+        let of_ply = self.segments_of_ply();
+        u64::from(plies.start) * of_ply..u64::from(plies.end) * of_ply
+    }
+
     /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
-    fn stiffest(&self) -> Result<[f64; 2], Error> {
+    fn stiffest(&self, plies: Range<u32>) -> Result<[f64; 2], Error> {
         let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
         if self.yarn.stochastic {
             stiffest = [0.0; 2];
             let shared = self.weft.modulus_mean == 0.0;
-            for number in 0..self.segments() {
+            for number in self.numbers_of(plies) {
                 let modulus = self.draw_segment(number)?.modulus;
                 let axis = self.axis_of_segment(number);
                 let [x, y] = &mut stiffest;
@@ -146,13 +169,13 @@ impl Scene {
     }
 
     /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
-    fn strongest(&self) -> Result<Option<f64>, Error> {
+    fn strongest(&self, plies: Range<u32>) -> Result<Option<f64>, Error> {
         if self.yarn.strength_draw == StrengthDraw::None {
             return Ok(None);
         }
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
-        for number in 0..self.segments() {
+        for number in self.numbers_of(plies) {
             let critical = self.draw_critical_stretch(number);
             let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
@@ -177,12 +200,29 @@ impl Scene {
         self.check_attachment()?;
         self.check_step()?;
         self.check_theta_rules()?;
-        self.check_toe()
+        self.check_toe()?;
+        if self.back.plies > 0 { self.check_back() } else { Ok(()) }
+    }
+
+    /// What the front fabric must be holds for the back one, too.
+    #[inline(never)] // Its scene must not add to the stack of a single fabric.
+    fn check_back(&self) -> Result<(), Error> {
+        let shape = self.back.weibull_shape;
+        if shape != 0.0 && shape < WEIBULL_SHAPES[0] {
+            return Err(Error::new(Code::OutOfRange, "back.weibull_shape", shape, WEIBULL_SHAPES[0]));
+        }
+        let back = self.all_of_back();
+        back.check_pairs()
+            .and_then(|()| back.check_yarn())
+            .and_then(|()| back.check_rest())
+            .and_then(|()| back.check_step())
+            .and_then(|()| back.check_toe())
+            .map_err(of_back)
     }
 
     fn check_step(&self) -> Result<(), Error> {
         let TimeStep { fraction, seconds } = self.time_step;
-        let largest = self.step_max_fraction()?;
+        let largest = self.front_fraction()?;
         if seconds == 0.0 && self.step_check == StepCheck::Refuse && fraction > largest {
             return Err(Error::new(Code::OutOfRange, "time_step.fraction", fraction, largest));
         }
@@ -194,6 +234,17 @@ impl Scene {
     /// # Errors
     /// A quadratic viscosity that no step allows.
     pub fn step_max_fraction(&self) -> Result<f64, Error> {
+        let front = self.front_fraction()?;
+        let back = if self.back.plies > 0 { self.back_fraction()? } else { front };
+        Ok(math::min(front, back))
+    }
+
+    #[inline(never)] // Its scene must not add to the stack of a single fabric.
+    fn back_fraction(&self) -> Result<f64, Error> {
+        self.all_of_back().front_fraction()
+    }
+
+    fn front_fraction(&self) -> Result<f64, Error> {
         self.largest_fraction([Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus), None)
     }
 
@@ -335,15 +386,19 @@ impl Scene {
         shape::check(body, self.largest_spacing())?;
         if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
             positive("projectile.mass", body.mass)?;
-            if body.mass < self.lumped_mass() {
-                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
+            let least = self.largest_mass();
+            if body.mass < least {
+                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least));
             }
         }
         Ok(())
     }
 
     fn check_stack(&self) -> Result<(), Error> {
-        let Stack { plies, gap, turned } = self.stack;
+        let (Stack { plies, gap, turned }, back) = (self.stack, self.back.plies);
+        if back >= plies {
+            return Err(Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0));
+        }
         if plies == 1 {
             return Ok(());
         }
@@ -386,6 +441,31 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// What a fabric allows.
+#[derive(Clone, Copy)]
+struct Bounds {
+    /// 2/omega_max, s.
+    dt_crit: f64,
+    /// Largest accepted step, s.
+    step_max: f64,
+    /// k/m of the stiffest segments along x and along y, 1/s^2.
+    per_mass: [f64; 2],
+}
+
+/// The refusal of the back fabric, found where it stood in the place of the front one.
+fn of_back(error: Error) -> Error {
+    let own = |field| match field {
+        "sheet.node_mass" => "back.node_mass",
+        "sheet.crimp" => "back.crimp",
+        "yarn.damage_slope" => "back.damage_slope",
+        "yarn.damage_intercept" => "back.damage_intercept",
+        "yarn.damage_sd" => "back.damage_sd",
+        "yarn.strength_draw" => "back.weibull_shape",
+        field => field,
+    };
+    Error { field: own(error.field), with: own(error.with), ..error }
 }
 
 /// Refuses an option of the first list beside one of the second. Each by its name, and whether the scene has it.

@@ -16,9 +16,9 @@ use crate::symmetry::Line;
 pub const CANDIDATE_REALS: usize = 14;
 
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 6;
+pub(crate) const COLUMN_REALS: usize = 8;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const POOLED_REALS: usize = 4;
+pub(crate) const POOLED_REALS: usize = 5;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -134,8 +134,9 @@ impl Layout {
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let stochastic = scene.yarn.stochastic;
-        let strength = scene.yarn.strength_draw != StrengthDraw::None;
+        let back = scene.back.plies > 0;
+        let stochastic = scene.yarn.stochastic || back && scene.back.is_drawn();
+        let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
         let halving = scene.step_after_failure == StepAfterFailure::Half;

@@ -91,9 +91,9 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, ContactLaw, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES, Projectile,
-    RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck, StepLimits,
-    StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES,
+    Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck,
+    StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};

@@ -28,11 +28,11 @@ pub(crate) struct Terms<'t> {
 
 impl Terms<'_> {
     /// The hot pass with these constants.
-    pub fn pass(&self, turned: bool) -> Pass<'_> {
+    pub fn pass(&self, ply: usize) -> Pass<'_> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            directions: self.directions.of_ply(turned),
+            directions: self.directions.of_ply(ply),
             toe: self.toe,
             rates: &self.rates,
             instructions: self.instructions,
@@ -47,12 +47,12 @@ impl Terms<'_> {
         strength: &'y [Chunk<STRENGTH_PLANES>],
         logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
-        turned: bool,
+        ply: usize,
     ) -> YarnRow<'y> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform(self.directions.of_ply(turned))
+            Constants::Uniform(self.directions.of_ply(ply))
         };
         let chunks = self.layout.chunks;
         YarnRow {
@@ -67,8 +67,8 @@ impl Terms<'_> {
 pub(crate) struct Rows<'r> {
     /// Number of the first row.
     pub first: usize,
-    /// Whether they are of a turned ply.
-    pub turned: bool,
+    /// Their ply.
+    pub ply: usize,
     pub hot: &'r mut [Chunk<HOT_PLANES>],
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
@@ -103,7 +103,7 @@ impl<'r> Rows<'r> {
         blocks: &'r mut Blocks<'_>,
         layout: &Layout,
         [first, end]: [usize; 2],
-        turned: bool,
+        ply: usize,
         marked: bool,
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
@@ -111,7 +111,7 @@ impl<'r> Rows<'r> {
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
-            turned,
+            ply,
             hot: swept.get_mut(own.start..)?,
             above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
                 // The row behind is of the next ply.
@@ -149,8 +149,8 @@ impl Rows<'_> {
     fn sweep_with<const OPTIONS: bool>(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let pass = terms.pass(self.turned);
-        let Rows { first, turned, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
+        let pass = terms.pass(self.ply);
+        let Rows { first, ply, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
         // Empty but for a stack.
         before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
@@ -172,7 +172,7 @@ impl Rows<'_> {
                 **taken = before + half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, logarithms, k, turned);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
             let (met, reach) =
                 pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
             report = report.merged(met);
@@ -346,8 +346,8 @@ mod tests {
             let layout = Layout::of(&scene).unwrap();
             let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
             let mut sim = Sim::new(&scene, &mut memory).unwrap();
-            assert!(sim.system.directions.plain);
-            sim.system.directions.plain = plain;
+            assert!(sim.system.directions.front.plain);
+            sim.system.directions.front.plain = plain;
             sim.advance(3000).unwrap();
             assert!(sim.counters().failed_segments > 10);
             sim.digest()

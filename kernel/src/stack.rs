@@ -1,7 +1,7 @@
 //! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction.
 //!
 //! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
-//! nodes of one place in all plies are a column. Their velocities after contact are the nearest ones to those before (least
+//! nodes of one place in all plies are a column. Masses are those of the fabrics, over a node's of the front one. Their velocities after contact are the nearest ones to those before (least
 //! sum of m dv^2) with which no facing pair ends nearer than 0, or nearer than it was if it was through each other. That is an isotonic
 //! regression of the velocities with the gaps over dt added up, solved exactly by pooling neighbours that press on each other.
 //! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
@@ -52,22 +52,27 @@ const NONE: u32 = u32::MAX;
 const SPEED: usize = 0;
 /// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
 const ROOM: usize = 1;
-/// Of the n-th pool: mean velocity with the rooms added up, and number of nodes.
+/// Of the n-th pool: mean velocity with the rooms added up, number of nodes, and mass.
 const MEAN: usize = 2;
 const COUNT: usize = 3;
-/// First node of the pool that the node belongs to, and the pool's number of nodes.
+const MASS: usize = 7;
+/// First node of the pool that the node belongs to, and the pool's mass.
 const FIRST: usize = 4;
 const SIZE: usize = 5;
+/// Its mass.
+const SHARE: usize = 6;
 
 // What the plies do to a candidate.
 /// Velocity along z that its column gives it at the last solution of the columns, with its own impulse, m/s.
 const LIFT: usize = 0;
 /// Of the candidate that keeps the numbers of a pool: velocity that impulses have given the pool since then, m/s.
 const SHIFT: usize = 1;
-/// Nodes in its pool.
+/// Mass of its pool.
 const POOL_SIZE: usize = 2;
 /// Its impulse at the last turn, N s.
 const LAST: usize = 3;
+/// 1/m of its node, 1/kg.
+const GIVE: usize = 4;
 
 /// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may. Neighbours that part by no more
 /// than `tied`, spacings a pass, stay together.
@@ -75,36 +80,36 @@ fn project(column: &mut [[f64; COLUMN_REALS]], tied: f64) {
     // Pool n stands at place n, which is never behind the nodes read so far.
     let (mut pools, mut first, mut rooms) = (0, 0, 0.0);
     for k in 0..column.len() {
-        let Some(&[speed, room, ..]) = column.get(k) else { return };
+        let Some(&[speed, room, .., share, _]) = column.get(k) else { return };
         if room == f64::INFINITY {
             (first, rooms) = (pools, 0.0);
         } else {
             rooms += room;
         }
-        let (mut mean, mut count) = (speed + rooms, 1.0);
+        let (mut mean, mut count, mut mass) = (speed + rooms, 1.0, share);
         while pools > first {
-            let Some(&[_, _, below, nodes, ..]) = column.get(pools - 1) else { return };
+            let Some(&[_, _, below, nodes, .., more]) = column.get(pools - 1) else { return };
             if below <= mean - tied {
                 break;
             }
-            mean = (below * nodes + mean * count) / (nodes + count);
-            count += nodes;
+            mean = (below * more + mean * mass) / (more + mass);
+            (count, mass) = (count + nodes, mass + more);
             pools -= 1;
         }
         let Some(place) = column.get_mut(pools) else { return };
-        (place[MEAN], place[COUNT]) = (mean, count);
+        (place[MEAN], place[COUNT], place[MASS]) = (mean, count, mass);
         pools += 1;
     }
     let mut start = 0;
     rooms = 0.0;
     for pool in 0..pools {
-        let Some(&[_, _, mean, count, ..]) = column.get(pool) else { return };
+        let Some(&[_, _, mean, count, .., mass]) = column.get(pool) else { return };
         for node in column.iter_mut().skip(start).take(count as usize) {
             rooms = if node[ROOM] == f64::INFINITY { 0.0 } else { rooms + node[ROOM] };
             if count > 1.0 {
                 node[SPEED] = mean - rooms;
             }
-            (node[FIRST], node[SIZE]) = (start as f64, count);
+            (node[FIRST], node[SIZE]) = (start as f64, mass);
         }
         start += count as usize;
     }
@@ -120,8 +125,9 @@ fn motion(row: &[Chunk<HOT_PLANES>], i: usize) -> [f64; 4] {
 /// other at the pass's start, spacings; 0 if none is.
 fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
     let (rows, chunks, gap) = (system.layout.y.modelled(), system.layout.chunks, system.model.gap);
-    let rise = system.directions.vertical.rest.spacing;
-    let Blocks { hot, column, .. } = &mut system.blocks;
+    let rise = system.directions.front.vertical.rest.spacing;
+    let shares = [1.0, system.model.back_share];
+    let System { directions, blocks: Blocks { hot, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
     for (ply, place) in column.iter_mut().enumerate() {
         let here = motion(planes::row(hot, chunks, ply * rows + row), i);
@@ -136,7 +142,7 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
             }
             _ => f64::INFINITY,
         };
-        *place = [v, room, 0.0, 0.0, 0.0, 0.0];
+        *place = [v, room, 0.0, 0.0, 0.0, 0.0, shares[usize::from(directions.is_back(ply))], 0.0];
         below = Some(here);
     }
     deepest
@@ -236,7 +242,7 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
     for ply in 0..layout.plies {
         let j = ply * rows + row;
         let Blocks { hot, column, before, pushes, .. } = &mut system.blocks;
-        let speed = column.get(ply).map_or(0.0, |place| place[SPEED]);
+        let [speed, share] = column.get(ply).map_or([0.0, 1.0], |place| [place[SPEED], place[SHARE]]);
         let (Some(chunk), Some(before)) =
             (planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
         else {
@@ -249,10 +255,10 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
         }
         chunk[5][lane] = speed;
         chunk[2][lane] += push;
-        lost -= push * (0.5 * (before[lane] + speed));
+        lost -= share * (push * (0.5 * (before[lane] + speed)));
         if layout.viscous {
             // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
-            viscous -= 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
+            viscous -= share * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
         }
         system.wake(j);
     }
@@ -306,12 +312,16 @@ fn take_turns<const POOLED: bool>(system: &mut System<'_>, count: usize) -> Solv
     let body = system.state.body;
     let mut solved =
         Solved { sweeps: 0, converged: false, velocity: body.velocity, angular_velocity: body.angular_velocity };
-    let Blocks { candidates, pooled, links, .. } = &mut system.blocks;
-    for (c, ((slot, pooled), link)) in
-        candidates.iter_mut().zip(pooled.iter_mut()).zip(links.iter_mut()).take(count).enumerate()
-    {
-        let [.., impulse] = slot;
-        (*impulse, *pooled, link[1]) = (0.0, [0.0, 0.0, 1.0, 0.0], c as u32);
+    for c in 0..count {
+        let (_, _, ply) = place(system, c);
+        let share = system.mass_share(ply);
+        let Blocks { candidates, pooled, links, .. } = &mut system.blocks;
+        if let (Some([.., impulse]), Some(pool), Some(link)) =
+            (candidates.get_mut(c), pooled.get_mut(c), links.get_mut(c))
+        {
+            (*impulse, *pool, link[1]) =
+                (0.0, [0.0, 0.0, share, 0.0, 1.0 / (system.model.node_mass * share)], c as u32);
+        }
     }
     let (mut settled, turns) = (false, if POOLED { MAX_TURNS } else { MAX_SINGLE_TURNS });
     for turn in 0..turns {
@@ -382,7 +392,7 @@ fn solve_columns<const POOLED: bool>(system: &mut System<'_>, count: usize) -> f
             let Blocks { candidates, column, .. } = &mut system.blocks;
             if let (Some(node), Some(slot)) = (column.get_mut(ply), candidates.get(k)) {
                 let candidate = Candidate::read(slot);
-                node[SPEED] += candidate.impulse * candidate.normal.z / unit_impulse;
+                node[SPEED] += candidate.impulse * candidate.normal.z / (unit_impulse * node[SHARE]);
             }
             next = behind(system, k);
         }
@@ -431,7 +441,7 @@ struct Sweep<'s> {
     pooled: &'s mut [[f64; POOLED_REALS]],
     links: &'s [[u32; 2]],
     inertia: &'s Inertia,
-    /// 1/m of a node, 1/kg.
+    /// 1/m of a node of the front fabric, 1/kg.
     give: f64,
     /// A change of speed that does not count, m/s.
     tolerance: f64,
@@ -496,7 +506,7 @@ impl Sweep<'_> {
 
     /// How much a candidate gives way besides, 1/kg: its node along the sheet, and the body as far as it is pushed in another way
     /// than by the first candidate.
-    fn own_give(&self, candidate: &Candidate, common: &Common) -> f64 {
+    fn own_give(&self, candidate: &Candidate, give: f64, common: &Common) -> f64 {
         let normal = &candidate.normal;
         let along = normal.x * normal.x + normal.y * normal.y;
         let of_body = self.body_give(candidate, candidate);
@@ -512,17 +522,17 @@ impl Sweep<'_> {
         };
         // Candidates of one normal may share an impulse in any way: the last term lets them share it alike.
         let even = if common.members > 1.0 { EVEN } else { 0.0 };
-        if candidate.is_fixed() { of_body } else { of_body + self.give * (along + even) }
+        if candidate.is_fixed() { of_body } else { of_body + give * (along + even) }
     }
 
     /// The impulses of one pool's candidates that leave their gaps open, with a body that gives way a little more than it does, so that
     /// they never go too far. With s the common change of the gap rates over n_z, impulse k is max(0, lambda_k - (rate_k + n_z s)/own
     /// give): one equation for s, whose slope is at least 1.
     fn visit(&mut self, kept: usize) -> f64 {
-        let Some(&[_, shift, size, _]) = self.pooled.get(kept) else { return 0.0 };
+        let Some(&[_, shift, size, ..]) = self.pooled.get(kept) else { return 0.0 };
         // In the first sweep of a turn every candidate notes its own give, in the place of its effective mass.
         let mut members = 1.0;
-        let mut next = if size > 1.0 { self.next(kept, kept) } else { None };
+        let mut next = self.next(kept, kept);
         while let Some(c) = next {
             members += 1.0;
             next = self.next(c, kept);
@@ -533,7 +543,8 @@ impl Sweep<'_> {
             next = Some(kept);
             while let Some(c) = next {
                 let candidate = self.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read);
-                let give = self.own_give(&candidate, &common);
+                let own = self.pooled.get(c).map_or(self.give, |pool| pool[GIVE]);
+                let give = self.own_give(&candidate, own, &common);
                 if let Some([.., place, _]) = self.candidates.get_mut(c) {
                     *place = give;
                 }
@@ -597,10 +608,10 @@ impl Sweep<'_> {
     /// A candidate, its gap rate with the pool's motion so far, and its own give.
     fn look(&self, c: usize, shift: f64) -> (Candidate, f64, f64) {
         let candidate = self.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read);
-        let lift = self.pooled.get(c).map_or(0.0, |pool| pool[LIFT]);
+        let [lift, own] = self.pooled.get(c).map_or([0.0, self.give], |pool| [pool[LIFT], pool[GIVE]]);
         let normal = &candidate.normal;
         let along = normal.x * normal.x + normal.y * normal.y;
-        let of_plies = along * candidate.impulse * self.give + normal.z * (lift + shift);
+        let of_plies = along * candidate.impulse * own + normal.z * (lift + shift);
         let rate = if self.turns {
             candidate.gap_rate(&self.velocity, &self.rate)
         } else {
@@ -650,7 +661,7 @@ mod tests {
     }
 
     fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
-        nodes.iter().map(|&[speed, room]| [speed, room, 0.0, 0.0, 0.0, 0.0]).collect()
+        nodes.iter().map(|&[speed, room]| [speed, room, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]).collect()
     }
 
     fn speeds(column: &[[f64; COLUMN_REALS]]) -> Vec<f64> {
