@@ -114,7 +114,6 @@ struct Plan {
     /// Whether rows at rest are swept.
     all: bool,
     layout: Layout,
-    directions: Directions,
     toe: Toe,
     rates: Rates,
     instructions: InstructionSet,
@@ -127,6 +126,7 @@ struct Plan {
 /// Where the rows are: from the simulation's blocks, taken anew for every pass.
 #[derive(Clone, Copy)]
 struct Pointers {
+    directions: *const Directions,
     hot: *mut Chunk<HOT_PLANES>,
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
@@ -328,6 +328,7 @@ impl Plan {
             hot, history, yarn, strength, logarithms, marks, pushes, taken, before, awake, ranges, runs, ..
         } = &mut system.blocks;
         let memory = Pointers {
+            directions: &raw const system.directions,
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
@@ -353,7 +354,6 @@ impl Plan {
             pushing,
             all,
             layout: system.layout,
-            directions: system.directions,
             toe: system.model.toe,
             rates: step::rates(system),
             instructions: system.instructions,
@@ -390,10 +390,16 @@ impl Plan {
         system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
     }
 
+    /// What the segments have in common. A copy would add to the stack.
+    fn directions(&self) -> &Directions {
+        // SAFETY: those of the simulation, which is lent as long as there are bands; they change between plans only.
+        unsafe { &*self.memory.directions }
+    }
+
     /// Constants of the sweep.
     fn terms(&self) -> Terms<'_> {
-        let Plan { layout, directions, toe, rates, instructions, .. } = self;
-        Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
+        let Plan { layout, toe, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, instructions: *instructions }
     }
 
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
@@ -459,7 +465,7 @@ impl Plan {
                 }
                 let pushing = viscosity::Pushing {
                     layout,
-                    directions: self.directions.of_ply(ply),
+                    directions: self.directions().of_ply(ply),
                     toe: &self.toe,
                     instructions: self.instructions,
                     all: [low, top],
@@ -562,8 +568,8 @@ impl Plan {
             for j in first..end {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
-                let pulls = pulls.map(|pull| Vector::from(pull) * share);
-                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls);
+                let pulls = pulls.map(Vector::from);
+                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls, share);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;

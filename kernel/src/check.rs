@@ -33,8 +33,9 @@ impl Scene {
     /// second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        let front = self.bounds(0..self.front_plies())?;
-        let back = if self.back.plies > 0 { self.back_bounds()? } else { front };
+        let front = self.bounds(self.stiffest(false)?, self.strongest(false)?)?;
+        let back =
+            if self.back.plies > 0 { self.back_bounds(self.stiffest(true)?, self.strongest(true)?)? } else { front };
         let dt_crit = math::min(front.dt_crit, back.dt_crit);
         let step_max = math::min(front.step_max, back.step_max);
         let TimeStep { fraction, seconds } = self.time_step;
@@ -55,10 +56,8 @@ impl Scene {
         Ok(StepLimits { dt, dt_crit, step_max })
     }
 
-    /// What the front fabric allows, in these plies.
-    fn bounds(&self, plies: Range<u32>) -> Result<Bounds, Error> {
-        let moduli = self.stiffest(plies.clone())?;
-        let strongest = self.strongest(plies)?;
+    /// What the front fabric allows with these moduli and this strength.
+    fn bounds(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<Bounds, Error> {
         let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest));
         if !dt_crit.is_normal() {
             return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
@@ -68,9 +67,9 @@ impl Scene {
     }
 
     /// What the back fabric allows.
-    #[inline(never)] // Its scene must not add to the stack of a single fabric.
-    fn back_bounds(&self) -> Result<Bounds, Error> {
-        self.all_of_back().bounds(self.front_plies()..self.stack.plies).map_err(of_back)
+    #[inline(never)] // Its scene must not add to the stack of the draws.
+    fn back_bounds(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<Bounds, Error> {
+        self.all_of_back().bounds(moduli, strongest).map_err(of_back)
     }
 
     /// k = E A_0/l of segments along x and along y with these moduli, N/m.
@@ -141,19 +140,19 @@ impl Scene {
         Ok(without * math::min(stable, STEP_MAX_FRACTION))
     }
 
-    /// Numbers of the segments of plies.
-    fn numbers_of(&self, plies: Range<u32>) -> Range<u64> {
-        let of_ply = self.segments_of_ply();
-        u64::from(plies.start) * of_ply..u64::from(plies.end) * of_ply
+    /// Numbers of the segments of the front or of the back fabric.
+    fn numbers_of(&self, back: bool) -> Range<u64> {
+        let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
+        if back { front * of_ply..self.segments() } else { 0..front * of_ply }
     }
 
     /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
-    fn stiffest(&self, plies: Range<u32>) -> Result<[f64; 2], Error> {
-        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
-        if self.yarn.stochastic {
+    fn stiffest(&self, back: bool) -> Result<[f64; 2], Error> {
+        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+        if self.is_drawn(back) {
             stiffest = [0.0; 2];
-            let shared = self.weft.modulus_mean == 0.0;
-            for number in self.numbers_of(plies) {
+            let shared = back || self.weft.modulus_mean == 0.0;
+            for number in self.numbers_of(back) {
                 let modulus = self.draw_segment(number)?.modulus;
                 let axis = self.axis_of_segment(number);
                 let [x, y] = &mut stiffest;
@@ -169,13 +168,13 @@ impl Scene {
     }
 
     /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
-    fn strongest(&self, plies: Range<u32>) -> Result<Option<f64>, Error> {
-        if self.yarn.strength_draw == StrengthDraw::None {
+    fn strongest(&self, back: bool) -> Result<Option<f64>, Error> {
+        if !self.is_strength_drawn(back) {
             return Ok(None);
         }
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
-        for number in self.numbers_of(plies) {
+        for number in self.numbers_of(back) {
             let critical = self.draw_critical_stretch(number);
             let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };

@@ -48,6 +48,21 @@ impl Scene {
         self.scatter(axis, false).modulus_sd
     }
 
+    /// Mean modulus of one direction of the front or of the back fabric, Pa.
+    pub(crate) fn mean_modulus(&self, axis: Axis, back: bool) -> f64 {
+        self.scatter(axis, back).modulus_mean
+    }
+
+    /// Whether modulus and damage rate of the front or of the back fabric are drawn.
+    pub(crate) fn is_drawn(&self, back: bool) -> bool {
+        if back { self.back.is_drawn() } else { self.yarn.stochastic }
+    }
+
+    /// Whether the critical stretch of the front or of the back fabric is drawn.
+    pub(crate) fn is_strength_drawn(&self, back: bool) -> bool {
+        if back { self.back.weibull_shape != 0.0 } else { self.yarn.strength_draw != StrengthDraw::None }
+    }
+
     /// Modulus and damage rate of one direction, of the front or of the back fabric.
     fn scatter(&self, axis: Axis, back: bool) -> Scatter {
         let (yarn, weft) = (&self.yarn, &self.weft);
@@ -104,7 +119,7 @@ impl Scene {
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
         let Place { seed, number, axis, back } = self.place_of_segment(number);
         let scatter = self.scatter(axis, back);
-        if !(if back { self.back.is_drawn() } else { self.yarn.stochastic }) {
+        if !self.is_drawn(back) {
             return Ok(scatter.mean());
         }
         let number = match self.yarn.draw {
@@ -134,14 +149,14 @@ impl Scene {
         let yarn = &self.yarn;
         let Place { seed, number, axis, back } = self.place_of_segment(number);
         let critical_stretch = self.law_of(axis, back).critical_stretch;
-        let (drawn, shape, gauge_length) = if back {
-            (self.back.weibull_shape != 0.0, self.back.weibull_shape, self.back.weibull_gauge_length)
-        } else {
-            (yarn.strength_draw != StrengthDraw::None, yarn.weibull_shape, yarn.weibull_gauge_length)
-        };
-        if !drawn {
+        if !self.is_strength_drawn(back) {
             return critical_stretch;
         }
+        let (shape, gauge_length) = if back {
+            (self.back.weibull_shape, self.back.weibull_gauge_length)
+        } else {
+            (yarn.weibull_shape, yarn.weibull_gauge_length)
+        };
         let woven = weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
         let shared = random::normal(seed, woven, Purpose::Strength, 1);
         let own = random::normal(seed, number, Purpose::Strength, 0);

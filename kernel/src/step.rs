@@ -203,8 +203,9 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
-    let (rates, share) = (rates(system), system.mass_share(ply));
+    let rates = rates(system);
     let failed = system.failed_segments > 0;
+    let share = system.mass_share(ply);
     let System { scene, layout, directions, model, state, blocks, instructions, .. } = &mut *system;
     let terms = Terms { layout, directions, toe: model.toe, rates, instructions: *instructions };
     let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
@@ -215,7 +216,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     let Some(rows) = Rows::of(blocks, layout, [first, end], ply, marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, j - bottom, &pulls.map(|pull| pull * share));
+            book_pulls(sums, scene, j - bottom, &pulls, share);
         }
     });
     book_taken(system, ply, [first, end]);
@@ -256,12 +257,12 @@ fn close_window(system: &mut System<'_>) {
     sums.window = Vector::zeros();
 }
 
-/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt with the mass of
-/// the front fabric.
-pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2]) {
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt. `share`: mass of
+/// its nodes over that of the front fabric's.
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2], share: f64) {
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {
         let at = weave::attachment_of(kind, scene.sheet.nodes_y, j, side);
-        sums.add_to_support(kind, at, &(pull * symmetry.share()), symmetry);
+        sums.add_to_support(kind, at, &(pull * (symmetry.share() * share)), symmetry);
     }
 }
