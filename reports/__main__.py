@@ -11,6 +11,7 @@ STUDIES = {
     "stability": ("target/study/stability", "the map; with --docs tables/stability.md and the map's picture"),
     "validate": ("target/study/validate", "verdicts from intervals; with --docs tables/validation.md and its pictures"),
     "friction": ("target/study/friction", "means with intervals; with --docs tables/friction.md"),
+    "plies": ("target/study/plies", "means with intervals, and what is published; with --docs tables/plies.md and its picture"),
     "bench": ("target/study/bench", "goals and the plot; with --docs tables/performance.md and the plot"),
     "run": (None, "velocity, force, energies and the sheet of one run"),
 }

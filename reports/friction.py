@@ -8,13 +8,11 @@ from .statistics import Estimate, standard_error
 
 def report(folder, docs=None):
     impacts, limits = page.rows_of(folder / "friction.csv"), page.rows_of(folder / "friction_limits.csv")
-    crossings = page.rows_of(folder / "friction_crossings.csv")
     text = NOTES
     for case in dict.fromkeys(row["case"] for row in impacts):
         own = [row for row in impacts if row["case"] == case]
         text += f"\n## {case[0].upper()}{case[1:]}\n\nBallistic limit:\n\n" + limit_table([row for row in limits if row["case"] == case])
         text += "\nAbove it:\n\n" + impact_table(own)
-    text += "\n## Friction between yarns\n\n" + CROSSINGS + "\n\n" + crossing_table(crossings)
     print(text)
     if docs:
         page.write_table(docs, "friction", "Friction against its coefficient", "fabric-study friction` and `python3 -m reports friction --docs docs", text)
@@ -23,13 +21,10 @@ def report(folder, docs=None):
 NOTES = (
     "Means with 95 % intervals (Student's t) over runs that differ by the seed and by where in a cell of the network the sphere strikes. "
     "Absorbed: work of the sphere on the fabric. Rubbed: what of it friction turned into heat. A run ends when the sphere has exited or after 0.6 ms; "
-    "after the first failure steps are halved. The ballistic limit of each run is found by bisection to 1 %.\n"
+    "after the first failure steps are halved. The ballistic limit of each run is found by bisection to 1 %, which its interval counts.\n"
 )
-CROSSINGS = (
-    "Energy that friction of coefficient 0.3 takes where yarns at an angle of crimp of 0.2 rad (1 % crimp) turn on each other, if every crossing turns "
-    "once, to where tension and angle of shear have their largest product, under the tension there ([model](../model.md#friction)); one run each, without friction on the sphere."
-)
-SHARE = 0.3 * 0.2
+# Width of a bisection for a ballistic limit, in parts of it.
+BISECTION = 0.01
 
 
 def groups(rows, *keys):
@@ -37,10 +32,6 @@ def groups(rows, *keys):
     for row in rows:
         found.setdefault(tuple(float(row[key]) for key in keys), []).append(row)
     return found
-
-
-def estimate(values):
-    return Estimate.of_error(sum(values) / len(values), standard_error(values), len(values) - 1)
 
 
 def shown(found, digits):
@@ -54,10 +45,10 @@ def numbers(rows, key):
     return [float(row[key]) for row in rows]
 
 
-def change(values, without):
+def change(values, without, resolution=0.0):
     """Of a mean over that without friction, %; runs of the same number are no pairs beyond the first failure."""
     mean = lambda numbers: sum(numbers) / len(numbers)
-    error = lambda numbers: standard_error(numbers) / mean(numbers)
+    error = lambda numbers: standard_error(numbers, resolution) / mean(numbers)
     ratio = mean(values) / mean(without)
     spread = ratio * math.hypot(error(values), error(without))
     return Estimate.of_error(100 * (ratio - 1), 100 * spread, min(len(values), len(without)) - 1)
@@ -69,7 +60,7 @@ def limit_table(rows):
     lines = []
     for (friction,), own in found.items():
         limits = numbers(own, "limit m/s")
-        lines.append([f"{friction:g}", shown(estimate(limits), 1), "" if friction == 0 else shown(change(limits, without), 1), len(limits)])
+        lines.append([f"{friction:g}", shown(Estimate.mean(limits, BISECTION), 1), "" if friction == 0 else shown(change(limits, without, BISECTION), 1), len(limits)])
     return page.markdown(["coefficient", "limit, m/s", "against 0, %", "runs"], lines)
 
 
@@ -80,16 +71,8 @@ def impact_table(rows):
         absorbed = numbers(own, "absorbed J")
         without = numbers(found[(velocity, 0.0)], "absorbed J")
         lines.append([
-            f"{velocity:.0f}", f"{float(own[0]['impact J']):.1f}", f"{friction:g}", shown(estimate(absorbed), 2),
+            f"{velocity:.0f}", f"{float(own[0]['impact J']):.1f}", f"{friction:g}", shown(Estimate.mean(absorbed), 2),
             "" if friction == 0 else shown(change(absorbed, without), 1), f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
-            shown(estimate(numbers(own, "velocity m/s")), 1),
+            shown(Estimate.mean(numbers(own, "velocity m/s")), 1),
         ])  # fmt: skip
     return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "rubbed, J", "velocity after, m/s"], lines)
-
-
-def crossing_table(rows):
-    lines = []
-    for row in rows:
-        turning, absorbed = SHARE * float(row["turning J"]), float(row["absorbed J"])
-        lines.append([row["case"], f"{float(row['impact velocity m/s']):.0f}", f"{turning:.3f}", f"{absorbed:.2f}", f"{100 * turning / absorbed:.1f}"])
-    return page.markdown(["case", "velocity, m/s", "taken, J", "absorbed, J", "%"], lines)

@@ -23,6 +23,9 @@ def report(folder, docs=None):
         ("dissipated by rupture", "dissipated_j"), ("taken by viscosity", "viscous_j"), ("friction", "friction_j"), ("lost where plies meet", "ply_loss_j"), ("contact loss", "contact_loss_j"), ("residual", "energy_residual_j"),
     ]
     draw("energies.svg", "where the absorbed energy is", "energy (J)", [(words, key, 1) for words, key in energies])
-    sheet = sheets.Sheet(folder, about)
-    sheets.picture(sheet, folder / "sheet.png", f"{name}: sheet at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments")
-    print(f"written: {folder}: velocity.svg, force.svg, energies.svg, sheet.png")
+    plies = [sheets.Sheet(folder, about, ply) for ply in range(about["plies"])]
+    sheet, failed = plies[0], sum(ply.failed() for ply in plies)
+    sheets.picture(sheet, folder / "sheet.png", f"{name}: {'first ply' if plies[1:] else 'sheet'} at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments")
+    if plies[1:]:
+        sheets.picture_of_stack(plies, folder / "plies.png", f"{name}: {len(plies)} plies at {1e6 * sheet.time:.1f} µs, {failed} failed segments")
+    print(f"written: {folder}: velocity.svg, force.svg, energies.svg, sheet.png{', plies.png' if plies[1:] else ''}")

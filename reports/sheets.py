@@ -11,21 +11,24 @@ from . import plot
 # Dark red for failed, over orange, to yellow for the first damage.
 DAMAGE = LinearSegmentedColormap.from_list("damage", ["#8c0014", "#f06e14", "#f5c83c"])
 YARN = "#5a6e8c"
+# Plies in turn, so that neighbours can be told apart.
+PLIES = ["#1f4e79", "#6fa8dc"]
 
 
 class Sheet:
-    """positions: m, one row a node; segments: the two nodes of each; alpha: of each, 0 only where it has failed."""
+    """positions: m, one row a node; segments: the two nodes of each; alpha: of each, 0 only where it has failed. ply: of a stack."""
 
-    def __init__(self, folder, about):
+    def __init__(self, folder, about, ply=0):
         data = (folder / about["file"]).read_bytes()
         nx, ny = about["nodes"]
         self.about, self.nodes = about, (nx, ny)
         self.time = float(numpy.frombuffer(data, "<f8", 1)[0])
-        self.positions = numpy.frombuffer(data, "<f4", 3 * nx * ny, 64).reshape(-1, 3).astype(float)
-        damage = numpy.frombuffer(data, "u1", -1, 64 + 12 * nx * ny) / 255.0
+        self.positions = numpy.frombuffer(data, "<f4", 3 * nx * ny, 64 + 12 * nx * ny * ply).reshape(-1, 3).astype(float)
         node = numpy.arange(nx * ny).reshape(ny, nx)
         # A mirrored line has one segment more, to an image, which is not drawn.
         along_x, along_y = nx - 1 + about["mirrored"][0], ny - 1 + about["mirrored"][1]
+        count, nodes = along_x * ny + along_y * nx, about["plies"] * nx * ny
+        damage = numpy.frombuffer(data, "u1", count, 64 + 12 * nodes + count * ply) / 255.0
         across, along = damage[: along_x * ny].reshape(ny, along_x), damage[along_x * ny :].reshape(along_y, nx)
         pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:])]
         self.segments = numpy.concatenate([numpy.stack([a.ravel(), b.ravel()], 1) for a, b in pairs])
@@ -75,6 +78,13 @@ class Sheet:
         cloud = numpy.concatenate([numpy.quantile(points, [0.005, 0.995], axis=0), *outline])
         middle, half = 0.5 * (cloud.max(0) + cloud.min(0)), 0.56 * max((cloud.max(0) - cloud.min(0)).max(), 1e-9)
         axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")
+
+    def section(self):
+        """The yarn along x that is nearest to the middle: its segments as lines in x and z, mm, and their damage."""
+        nx, ny = self.nodes
+        first = (ny // 2) * (nx - 1)
+        chosen = slice(first, first + nx - 1)
+        return 1e3 * self.positions[:, [0, 2]][self.segments[chosen]], self.alpha[chosen]
 
     def draw_damage(self, axis):
         """Damage on the undeformed grid, seen along the line of flight; held nodes in grey."""
@@ -147,5 +157,27 @@ def picture(sheet, path, title):
     right.legend(loc="upper right", frameon=True, fontsize=8)
     for axis in (left, right):
         axis.grid(False)
+    figure.suptitle(title)
+    plot.save(figure, path)
+
+
+def picture_of_stack(sheets, path, title):
+    """Of separate plies a section along x through the middle, and how many segments failed in each."""
+    figure, (left, right) = plot.new(12.6, 6.4, 2)
+    for number, sheet in enumerate(sheets):
+        lines, alpha = sheet.section()
+        live, damaged = alpha > 0, (alpha > 0) & (alpha < 1)
+        left.add_collection(LineCollection(lines[live], colors=PLIES[number % len(PLIES)], linewidths=0.6))
+        left.add_collection(LineCollection(lines[damaged], colors=DAMAGE(alpha[damaged]), linewidths=1.4))
+    for line in sheets[0].outline:
+        left.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.9)
+    half = 1e3 * sheets[0].about["half_size_m"][0]
+    ends = [1e3 * sheet.deflection() for sheet in sheets] + [1e3 * line[:, 2].max() for line in sheets[0].outline]
+    low = min(0.0, *(1e3 * line[:, 2].min() for line in sheets[0].outline))
+    left.set(xlim=(-half, half), ylim=(low - 1, max(ends) + 1), aspect="equal", xlabel="x (mm)", ylabel="z, along the line of flight (mm)")
+    left.set(title="section: the middle yarn of each ply")
+    right.barh(range(1, len(sheets) + 1), [sheet.failed() for sheet in sheets], color=YARN, height=0.8)
+    right.set(xlabel="failed segments", ylabel="ply, from the side that is hit", title="failed segments of each ply")
+    left.grid(False)
     figure.suptitle(title)
     plot.save(figure, path)

@@ -31,13 +31,14 @@ def student(freedom):
     return float(scipy.stats.t.ppf(0.975, max(freedom, 1.0))) if not math.isnan(freedom) else student(1.0)
 
 
-def standard_error(values):
-    """Of the mean; infinite for fewer than two values."""
+def standard_error(values, resolution=0.0):
+    """Of the mean; infinite for fewer than two values. resolution: steps in which the values are known, in parts of them."""
     if len(values) < 2:
         return math.inf
     # Values that differ by rounding alone have no spread.
     spread = deviation(values)
-    return 0.0 if spread <= 1e-14 * abs(mean(values)) else spread / math.sqrt(len(values))
+    spread = 0.0 if spread <= 1e-14 * abs(mean(values)) else spread / math.sqrt(len(values))
+    return math.hypot(spread, resolution * mean(values) / math.sqrt(12))
 
 
 class Estimate(NamedTuple):
@@ -58,9 +59,9 @@ class Estimate(NamedTuple):
         return Estimate(value, value - half, value + half)
 
     @staticmethod
-    def mean(values):
-        """The mean of a sample. Fewer than two values: an interval without ends."""
-        return Estimate.of_error(mean(values), standard_error(values), len(values) - 1)
+    def mean(values, resolution=0.0):
+        """The mean of a sample. Fewer than two values: an interval without ends. resolution: as of standard_error."""
+        return Estimate.of_error(mean(values), standard_error(values, resolution), len(values) - 1)
 
     @staticmethod
     def large_sample_deviation(value, count):

@@ -19,6 +19,8 @@ class Statistics(unittest.TestCase):
         self.assertAlmostEqual(mean.high, 7.6659, 4)
         self.assertEqual(Estimate.mean([3.0]).high, math.inf)
         self.assertEqual(Estimate.mean([10.0] * 3), Estimate.exact(10.0))
+        # Three equal values in steps of 3 %: 10 x 0.03/sqrt(12) = 0.0866 times 4.3027.
+        self.assertAlmostEqual(Estimate.mean([10.0] * 3, 0.03).high, 10.3726, 4)
         self.assertAlmostEqual(student(math.inf), 1.95996, 5)
 
     def test_ratio_of_known_samples(self):
@@ -71,6 +73,15 @@ class Claims(unittest.TestCase):
 
 
 class Validate(unittest.TestCase):
+    def test_slope_of_a_ladder_bends_where_the_measured_one_does(self):
+        row = lambda density, limit, measured: {"areal density kg/m2": density, "limit m/s": limit, "limit m/s: deviation": 0.0, "hits": 3, "measured V50 m/s": measured}
+        rows = [row(7.5, 700.0, 700.0), row(5.0, 600.0, 620.0), row(2.5, 450.0, 438.0), row(4.5, 1.0, 585.0)]
+        below, above = validate.slope_points(rows)
+        self.assertEqual([round(below.ours.value, 9), round(above.ours.value, 9)], [60.0, 40.0])
+        self.assertAlmostEqual(sum(below.allowed) / 2, 72.8)
+        self.assertAlmostEqual(above.allowed[1] - above.allowed[0], 2 * math.sqrt(2) * 19 / 2.5)
+        self.assertEqual(validate.slope_points(rows[:1]), [])
+
     def test_a_comparison_is_as_good_as_its_worst_point(self):
         point = lambda name, low, high: validate.Point(name, interval(low, high), validate.about(100, 0.1))
         good, bad, wide = point("a", 95, 105), point("b", 111, 120), point("c", 85, 95)

@@ -9,13 +9,14 @@ from typing import NamedTuple
 
 from . import page, plot
 from .error_time import read, shown
+from .friction import BISECTION
 from .plot import Series
 from .statistics import Estimate, verdict_of_all
 
+# Areal density at which the measured ladder bends, kg/m².
+BREAK = 5.0
 # Half of the 38 m/s that MIL-STD-662F allows between the shots that a V50 is the mean of; the source of the ladder gives no interval.
 V50_INTERVAL = 19.0
-# Width of a bisection for a ballistic limit, in parts of it.
-BISECTION = 0.01
 PICTURES = ["yarn", "spacing", "packs"]
 COMMAND = "fabric-study validate{}` and `python3 -m reports validate --docs docs"
 RULE = (
@@ -260,10 +261,14 @@ def spacing(folder, rows):
 
 
 def packs(folder, rows):
-    lacks = "plies that part, friction, slip, rate, the pack's true boundary; fibre before weaving"
-    comparisons, lines, series = [], [], []
-    for bar in dict.fromkeys(row["yarns a bar"] for row in rows):
-        own = [row for row in rows if row["yarns a bar"] == bar]
+    lacks = {
+        "bonded": "plies that part, friction, slip, rate, the pack's true boundary; fibre before weaving",
+        "separate": "friction, slip, rate, the pack's true boundary, the gap of its plies; fibre before weaving",
+    }
+    comparisons, lines, series, slopes = [], [], [], []
+    kind = lambda row: (row["form"], row["yarns a bar"], row["width mm"])
+    for form, bar, width in dict.fromkeys(map(kind, rows)):
+        own = [row for row in rows if kind(row) == (form, bar, width)]
         points = []
         for row in own:
             ours, measured = mean_of(row, "limit m/s", BISECTION), row["measured V50 m/s"]
@@ -272,31 +277,56 @@ def packs(folder, rows):
                 points.append(Point(f"{row['areal density kg/m2']:.1f} kg/m², m/s", ours, (measured - V50_INTERVAL, measured + V50_INTERVAL)))
                 words, verdict = f"{measured:.0f} ± {V50_INTERVAL:.0f}", points[-1].verdict
             lines.append([
-                row["pack"], f"{bar:g}", f"{row['plies']:.0f}", f"{row['areal density kg/m2']:.2f}", ours.text(0), words,
+                row["pack"], form, f"{bar:g}", f"{width:.0f}", f"{row['plies']:.0f}", f"{row['areal density kg/m2']:.2f}", ours.text(0), words,
                 f"{100 * (ours.value / measured - 1):+.0f}" if words else "", verdict, f"{row['A_d A_p/m_p']:.4f}", f"{ours.value / row['(U*)^(1/3) m/s']:.3f}",
             ])
-        comparisons.append(Comparison(f"V50 of five packs of Twaron CT612, {bar:g} yarns a bar", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks))
+        title = f"five packs of Twaron CT612, {form}, {bar:g} yarns a bar, {width:.0f} mm"
+        comparisons.append(Comparison(f"V50 of {title}", "measurement", f"± {V50_INTERVAL:.0f} m/s", points, 0, lacks[form]))
+        found = slope_points([row for row in own if row["measured V50 m/s"] == row["measured V50 m/s"]])
+        comparisons.append(Comparison(f"slope of the V50 of {title}", "measurement", "from ± 19 m/s", found, 0, lacks[form]))
+        slopes += [[form, f"{bar:g}", f"{width:.0f}", point.name, point.ours.text(0), f"{point.allowed[0]:.0f} to {point.allowed[1]:.0f}", point.verdict] for point in found]
         for name in dict.fromkeys(row["pack"] for row in own):
             line = [row for row in own if row["pack"] == name]
             scaled = [(row["A_d A_p/m_p"], mean_of(row, "limit m/s", BISECTION), row["(U*)^(1/3) m/s"]) for row in line]
             bars = [(ours.low / u, ours.high / u) for _, ours, u in scaled]
-            series.append(Series(f"{name}, model, {bar:g} yarns a bar", [(x, ours.value / u) for x, ours, u in scaled], "marked", bars))
-    both = [[row for row in rows if row["yarns a bar"] == bar] for bar in sorted({row["yarns a bar"] for row in rows})]
+            series.append(Series(f"{name}, {form}, {bar:g} yarns a bar, {width:.0f} mm", [(x, ours.value / u) for x, ours, u in scaled], "marked", bars))
+    wide = [row for row in rows if row["width mm"] == rows[0]["width mm"]]
+    both = [[row for row in wide if row["form"] == "bonded" and row["yarns a bar"] == bar] for bar in sorted({row["yarns a bar"] for row in wide})]
     points = [
         Point(f"{fine['pack']}, {fine['plies']:.0f} plies", Estimate.quotient(mean_of(coarse, "limit m/s", BISECTION), mean_of(fine, "limit m/s", BISECTION)), about(1, 0.1))
         for fine, coarse in zip(both[0], both[-1]) if fine is not coarse
     ]
-    comparisons.append(Comparison("ballistic limit of packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2))
-    measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and row["yarns a bar"] == rows[0]["yarns a bar"]]
+    comparisons.append(Comparison("ballistic limit of bonded packs with two yarns a bar over that with one", "itself", "± 10 %", points, 2))
+    measured = [row for row in rows if row["measured V50 m/s"] == row["measured V50 m/s"] and kind(row) == kind(rows[0])]
     points = [(row["A_d A_p/m_p"], row["measured V50 m/s"] / row["(U*)^(1/3) m/s"]) for row in measured]
     bars = [tuple((row["measured V50 m/s"] + side * V50_INTERVAL) / row["(U*)^(1/3) m/s"] for side in (-1, 1)) for row in measured]
     series.append(Series("Twaron CT612, measured", points, "points", bars))
     plot.draw(
-        folder / "packs.svg", "Ballistic limit on Cunniff's axes: fragment of 1.10 g, all plies lumped", "areal density x presented area / mass of the fragment",
+        folder / "packs.svg", "Ballistic limit on Cunniff's axes: fragment of 1.10 g", "areal density x presented area / mass of the fragment",
         "V50 / (U*)^(1/3)", series, "from zero",
     )
-    heading = ["pack", "yarns a bar", "plies", "kg/m²", "model m/s [95 %]", "measured m/s", "off %", "verdict", "A_d A_p/m_p", "model V50/(U*)^(1/3)"]
-    return comparisons, page.markdown(heading, lines) + "\n(U*)^(1/3) of the fibres of validation/fibres.toml:\n\n" + fibres()
+    heading = ["pack", "form", "yarns a bar", "width, mm", "plies", "kg/m²", "model m/s [95 %]", "measured m/s", "off %", "verdict", "A_d A_p/m_p", "model V50/(U*)^(1/3)"]
+    text = page.markdown(heading, lines, 2)
+    if slopes:
+        text += "\nRise of the V50 of Twaron CT612 with the areal density, m/s per kg/m²:\n\n" + page.markdown(["form", "yarns a bar", "width, mm", "between", "model [95 %]", "measured", "verdict"], slopes, 1)
+    return comparisons, text + "\n(U*)^(1/3) of the fibres of validation/fibres.toml:\n\n" + fibres()
+
+
+def slope_points(rows):
+    """Rise of V50 from the thinnest pack to that of BREAK, and from there to the thickest, m/s per kg/m²."""
+    rows = sorted(rows, key=lambda row: row["areal density kg/m2"])
+    middle = next((row for row in rows if row["areal density kg/m2"] == BREAK), None)
+    points = []
+    for low, high in [(rows[0], middle), (middle, rows[-1])] if middle else []:
+        span = high["areal density kg/m2"] - low["areal density kg/m2"]
+        ends = [mean_of(row, "limit m/s", BISECTION) for row in (low, high)]
+        half = math.hypot(*(0.5 * (end.high - end.low) for end in ends)) / span
+        value = (ends[1].value - ends[0].value) / span
+        measured = (high["measured V50 m/s"] - low["measured V50 m/s"]) / span
+        allowed = math.sqrt(2) * V50_INTERVAL / span
+        name = f"{low['areal density kg/m2']:g} and {high['areal density kg/m2']:g} kg/m²"
+        points.append(Point(name, Estimate(value, value - half, value + half), (measured - allowed, measured + allowed)))
+    return points
 
 
 def fibres():

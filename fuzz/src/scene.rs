@@ -33,9 +33,13 @@ const OF_A_FIELD: [i32; 19] = [
     Code::NotInEquilibrium.number(),
     Code::DoesNotGoWith.number(),
 ];
-/// What fk_scene_check adds.
-const OF_THE_STEP: [i32; 3] =
-    [Code::StepTooLarge.number(), Code::StepLimitUnusable.number(), Code::DamageRateTooSmall.number()];
+/// What fk_scene_check adds; out of range is a quadratic viscosity that no step allows for the strengths drawn.
+const OF_THE_STEP: [i32; 4] = [
+    Code::StepTooLarge.number(),
+    Code::StepLimitUnusable.number(),
+    Code::DamageRateTooSmall.number(),
+    Code::OutOfRange.number(),
+];
 /// What fk_init adds.
 const OF_THE_START: [i32; 4] = [
     Code::InitialOverlap.number(),

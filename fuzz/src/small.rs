@@ -150,6 +150,22 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
             scene.back = Back { plies: bytes.choose(&[0, 2]), node_mass, weibull_shape, ..scene.back };
         }
     }
+    let explicit = scene.integrator.kind == IntegratorKind::Verlet;
+    match bytes.below(4) {
+        1 if explicit && scene.stack.plies == 1 => scene.contact.friction = bytes.choose(&[0.3, 1e-3, 10.0]),
+        2 if explicit => {
+            let yarn = &mut scene.yarn;
+            (yarn.viscosity_linear, yarn.viscosity_bending) = (0.06, bytes.choose(&[0.0, 0.06]));
+            yarn.viscosity_quadratic = bytes.choose(&[0.0, 0.3]);
+        }
+        3 if explicit && scene.stack.plies == 1 && scene.sheet.pre_strain == [0.0; 2] => {
+            let yarn = &mut scene.yarn;
+            (yarn.rate_modulus, yarn.rate_stretch) = (0.13, bytes.choose(&[0.0, 0.16]));
+            (yarn.rate_reference, yarn.rate_limit) = (30.0, 170.0);
+            (scene.slack_toe, scene.contact.friction) = (0.0, bytes.choose(&[0.0, 0.3]));
+        }
+        _ => {}
+    }
     scene
 }
 

@@ -33,6 +33,7 @@ mod runs;
 mod smooth;
 mod viscosity;
 
+use crate::effort::{self, Effort};
 use crate::machine;
 use crate::table::{Cell, Table};
 use crate::{Result, report};
@@ -44,12 +45,8 @@ use std::path::PathBuf;
 /// Options of `error-time`.
 #[derive(Args)]
 pub struct Options {
-    /// Fewer runs in each mean and fewer settings: under three minutes on two cores.
-    #[arg(long, conflicts_with = "smoke")]
-    quick: bool,
-    /// A small sheet and two runs in each mean: a check that everything works, not a result.
-    #[arg(long)]
-    smoke: bool,
+    #[command(flatten)]
+    flags: effort::Flags,
     /// Only these parts.
     #[arg(long, value_enum, value_delimiter = ',')]
     only: Vec<Part>,
@@ -71,29 +68,14 @@ enum Part {
     Runs,
 }
 
-/// How much is run.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
-pub enum Effort {
-    /// Seconds: does it work?
-    Smoke,
-    /// Under three minutes on two cores.
-    Quick,
-    /// What docs/accuracy.md rests on.
-    Full,
-}
-
 /// Measures and writes. False if the observed order of the smooth phase is not 2 or the strip's mean strain is not the closed form's.
 pub fn run(options: &Options) -> Result<bool> {
-    let effort = match (options.smoke, options.quick) {
-        (true, _) => Effort::Smoke,
-        (_, true) => Effort::Quick,
-        _ => Effort::Full,
-    };
+    let effort = options.flags.effort();
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     println!("machine: {}; times are {}", machine::processor(), machine::CLOCK_NAME);
     let about = serde_json::json!({
-        "effort": if options.smoke { " --smoke" } else if options.quick { " --quick" } else { "" },
+        "effort": effort.option(),
         "machine": machine::processor(), "clock": machine::CLOCK_NAME,
     });
     std::fs::write(out.join("error-time.json"), about.to_string())?;

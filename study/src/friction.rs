@@ -6,27 +6,20 @@
 //! Limit: beyond the first failure the model is chaotic, so a run is one sample; bisection finds one of its crossings.
 //! `python3 -m reports friction` makes means with intervals of it, and docs/tables/friction.md.
 
-use crate::event::mask_of;
-use crate::memory::Buffers;
+use crate::effort::{self, Effort};
+use crate::hits::{Impact, each, impact, limit, shot};
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
 use crate::{Result, report};
 use clap::Args;
-use fabric::math::length;
-use fabric::random::splitmix64;
-use fabric::{Outcome, Scene, Sim, StepAfterFailure};
-use rayon::prelude::*;
+use fabric::{Scene, StepAfterFailure};
 use std::path::PathBuf;
 
 /// Options of `friction`.
 #[derive(Args)]
 pub struct Options {
-    /// Three runs in each mean: some four minutes on two cores.
-    #[arg(long, conflicts_with = "smoke")]
-    quick: bool,
-    /// A small sheet and two runs in each mean: a check that everything works, not a result.
-    #[arg(long)]
-    smoke: bool,
+    #[command(flatten)]
+    flags: effort::Flags,
     /// Folder for friction.csv and friction_limits.csv.
     #[arg(long, value_name = "DIR", default_value = "target/study/friction")]
     out: PathBuf,
@@ -35,9 +28,6 @@ pub struct Options {
 const COEFFICIENTS: [f64; 5] = [0.0, 0.1, 0.2, 0.3, 0.5];
 /// Time after which an impact is given up, s.
 const LONGEST: f64 = 6e-4;
-/// Stride of the search for an arrest below and a perforation above, and width at which bisection ends, in parts of the velocity.
-const STRIDE: f64 = 1.2;
-const WIDTH: f64 = 1.01;
 
 /// A sheet and its sphere.
 struct Case {
@@ -49,21 +39,21 @@ struct Case {
     velocities: Vec<f64>,
 }
 
-fn cases(options: &Options) -> Result<Vec<Case>> {
+fn cases(smoke: bool) -> Result<Vec<Case>> {
     let mut paper = Scene::sheet_3in_sphere();
-    if options.smoke {
+    if smoke {
         (paper.sheet.nodes_x, paper.sheet.nodes_y) = (21, 21);
     }
     let speed = |energy: f64| (2.0 * energy / paper.projectile.mass).sqrt();
-    let energies: &[f64] = if options.smoke { &[40.0] } else { &[20.0, 40.0, 80.0, 160.0, 320.0] };
+    let energies: &[f64] = if smoke { &[40.0] } else { &[20.0, 40.0, 80.0, 160.0, 320.0] };
     let velocities = energies.iter().map(|energy| speed(*energy)).collect();
     let mut cases = vec![Case {
         name: "paper's sphere, 3 in, four sides",
         scene: paper,
-        guess: if options.smoke { 20.0 } else { 55.0 },
+        guess: if smoke { 20.0 } else { 55.0 },
         velocities,
     }];
-    if !options.smoke {
+    if !smoke {
         let scene = fabric_scene::parse(include_str!("../scenes/kevlar_km2_s706.toml"))?;
         let velocities = vec![150.0, 200.0, 300.0, 450.0, 600.0];
         cases.push(Case { name: "Kevlar KM2 S706, 0.69 g sphere, four sides", scene, guess: 135.0, velocities });
@@ -71,117 +61,13 @@ fn cases(options: &Options) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-/// The scene with friction and this velocity, the sphere against the sheet at a place in the middle cell.
-fn shot(scene: &Scene, friction: f64, velocity: f64, number: u64) -> Scene {
-    let mut scene = *scene;
-    let part = |k: u64| (splitmix64(2 * number + k) >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-    let [h_x, h_y] = scene.spacings();
+/// The case's scene with friction.
+fn rough(case: &Case, friction: f64) -> Scene {
+    let mut scene = case.scene;
     scene.contact.friction = friction;
-    scene.seed += number;
     // Torn cloth that flaps gains energy with whole steps.
     scene.step_after_failure = StepAfterFailure::Half;
-    scene.projectile.position = [part(0) * h_x, part(1) * h_y, -scene.projectile.radius];
-    scene.projectile.velocity = [0.0, 0.0, velocity];
     scene
-}
-
-/// What an impact ended with.
-struct Impact {
-    absorbed: f64,
-    rubbed: f64,
-    velocity: f64,
-    /// Whether the sphere went through; of a run that was given up, whether it still moves on with 5 % of its velocity.
-    through: bool,
-    /// What the energy balance does not close by, in parts of the impact energy.
-    residual: f64,
-    unconverged: u64,
-}
-
-fn impact(scene: &Scene) -> Result<Impact> {
-    let mut buffers = Buffers::of(scene)?;
-    let mut sim = buffers.sim(scene)?;
-    let ends = mask_of(&[Outcome::Arrested, Outcome::Exited, Outcome::Detached]);
-    sim.advance_until(ends, (LONGEST / sim.step_limits().dt) as u64)?;
-    let (velocity, outcomes, energy) = (sim.projectile()?.velocity[2], sim.outcomes().mask, sim.energy()?);
-    let first = scene.projectile.velocity[2];
-    let through = if outcomes.has(ends) { !outcomes.has(Outcome::Arrested) } else { velocity > 0.05 * first };
-    let residual = energy.residual / (0.5 * scene.projectile.mass * first * first);
-    let unconverged = sim.counters().unconverged;
-    Ok(Impact { absorbed: energy.contact_work, rubbed: energy.friction, velocity, through, residual, unconverged })
-}
-
-/// The ballistic limit of a run number, m/s: strides from the guess until it lies between two velocities, then bisection of the logarithm.
-fn limit(case: &Case, friction: f64, number: u64) -> Result<f64> {
-    let through =
-        |velocity: f64| -> Result<bool> { Ok(impact(&shot(&case.scene, friction, velocity, number))?.through) };
-    let mut low = case.guess;
-    while through(low)? {
-        low /= STRIDE;
-    }
-    let mut high = low * STRIDE;
-    while low >= case.guess && !through(high)? {
-        (low, high) = (high, high * STRIDE);
-    }
-    while high / low > WIDTH {
-        let middle = (low * high).sqrt();
-        if through(middle)? { high = middle } else { low = middle }
-    }
-    Ok((low * high).sqrt())
-}
-
-/// What friction of crossing yarns that turn on each other takes, J, were its coefficient 1 and the yarns' angle of crimp 1 rad, if
-/// every crossing turned once, to where tension and angle have their largest product, under the tension there.
-///
-/// At a crossing with the mean tension T the yarns press on each other by N = 2 T theta, theta being the angle at which they cross
-/// the plane of the cloth. On a patch as wide as a yarn, h, uniform pressure gives the moment mu N h/3 against a change of the angle
-/// between them. The network has no such moment, and turns more than it would with one.
-fn crossings(scene: &Scene) -> Result<f64> {
-    const EVERY: f64 = 5e-7;
-    let mut buffers = Buffers::of(scene)?;
-    let mut sim = buffers.sim(scene)?;
-    let steps = ((EVERY / sim.step_limits().dt) as u64).max(1);
-    let ends = mask_of(&[Outcome::Arrested, Outcome::Exited, Outcome::Detached]);
-    let mut largest = vec![0.0_f64; sim.layout().nodes()];
-    while !sim.outcomes().mask.has(ends) && sim.time() < LONGEST {
-        sim.advance(steps)?;
-        for (largest, now) in largest.iter_mut().zip(angles(&sim)?) {
-            if let Some([tension, angle]) = now {
-                *largest = largest.max(tension * angle.abs());
-            }
-        }
-    }
-    Ok(2.0 * largest.iter().sum::<f64>() * scene.sheet.spacing / 3.0)
-}
-
-/// Of every crossing inside the sheet, while its four segments live: mean tension, N, and angle of shear, rad.
-fn angles(sim: &Sim<'_>) -> Result<Vec<Option<[f64; 2]>>> {
-    let (scene, layout) = (sim.scene(), sim.layout());
-    let (nx, ny) = (layout.nodes_x, layout.nodes_y);
-    let mut flat = vec![0.0; 3 * layout.nodes()];
-    sim.copy_positions(&mut flat)?;
-    let mut alpha = vec![0.0; layout.segments()];
-    sim.copy_damage(&mut alpha)?;
-    let at = |i: usize, j: usize| -> [f64; 3] { core::array::from_fn(|axis| flat[3 * (j * nx + i) + axis]) };
-    let way = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { core::array::from_fn(|axis| b[axis] - a[axis]) };
-    let tension = |a: [f64; 3], b: [f64; 3], alpha: f64| {
-        let stretch = length(way(a, b)) / scene.sheet.spacing;
-        let strain = (0.5 * (stretch * stretch - 1.0)).max(0.0);
-        alpha * scene.yarn.modulus_mean * scene.lumped_area() * stretch * strain
-    };
-    let mut all = Vec::new();
-    for (i, j) in (1..ny - 1).flat_map(|j| (1..nx - 1).map(move |i| (i, j))) {
-        let (x, left, right, below, above) = (at(i, j), at(i - 1, j), at(i + 1, j), at(i, j - 1), at(i, j + 1));
-        let first = (nx - 1) * ny;
-        let live =
-            [j * (nx - 1) + i - 1, j * (nx - 1) + i, first + (j - 1) * nx + i, first + j * nx + i].map(|k| alpha[k]);
-        let (warp, weft) = (way(left, right), way(below, above));
-        let along = warp[0] * weft[0] + warp[1] * weft[1] + warp[2] * weft[2];
-        let pulls =
-            [left, right, below, above].iter().zip(live).map(|(end, alpha)| tension(x, *end, alpha)).sum::<f64>();
-        let angle = (along / (length(warp) * length(weft))).asin();
-        all.push(live.iter().all(|alpha| *alpha > 0.0).then_some([0.25 * pulls, angle]));
-    }
-    Ok(all)
 }
 
 /// A run above the limit, or the search of one.
@@ -201,25 +87,15 @@ enum Found {
 /// Measures and writes.
 pub fn run(options: &Options) -> Result<bool> {
     std::fs::create_dir_all(&options.out).map_err(|error| format!("{}: {error}", options.out.display()))?;
-    let cases = cases(options)?;
-    // Without friction between yarn and projectile: what friction between yarns could be.
-    let mut turning = Table::new(&["case", "impact velocity m/s", "turning J", "absorbed J"]);
-    for case in &cases {
-        for velocity in &case.velocities {
-            let scene = shot(&case.scene, 0.0, *velocity, 0);
-            let row = [*velocity, crossings(&scene)?, impact(&scene)?.absorbed];
-            turning.add(std::iter::once(Cell::text(case.name)).chain(row.map(Cell::Number)).collect());
-        }
-    }
-    turning.write(&options.out.join("friction_crossings.csv"))?;
-    let runs: u64 = if options.smoke {
-        2
-    } else if options.quick {
-        3
-    } else {
-        6
+    let effort = options.flags.effort();
+    let smoke = effort == Effort::Smoke;
+    let cases = cases(smoke)?;
+    let runs = match effort {
+        Effort::Smoke => 2,
+        Effort::Quick => 3,
+        Effort::Full => 6,
     };
-    let coefficients = if options.smoke { &[0.0, 0.3][..] } else { &COEFFICIENTS };
+    let coefficients = if smoke { &[0.0, 0.3][..] } else { &COEFFICIENTS };
     let mut jobs = Vec::new();
     for (k, case) in cases.iter().enumerate() {
         // The searches first: they take longest.
@@ -230,19 +106,16 @@ pub fn run(options: &Options) -> Result<bool> {
         }
     }
     let progress = Progress::new("friction", jobs.len() as u64);
-    let found: Vec<Found> = jobs
-        .par_iter()
-        .with_max_len(1)
-        .map(|job| {
-            let case = &cases[job.case];
-            let done = match job.velocity {
-                Some(velocity) => impact(&shot(&case.scene, job.friction, velocity, job.number)).map(Found::Impact),
-                None => limit(case, job.friction, job.number).map(Found::Limit),
-            };
-            progress.add(1, || format!("{}, coefficient {}", case.name, job.friction));
-            done.map_err(|error| error.to_string())
-        })
-        .collect::<std::result::Result<_, String>>()?;
+    let found = each(&jobs, |job| {
+        let case = &cases[job.case];
+        let scene = rough(case, job.friction);
+        let done = match job.velocity {
+            Some(velocity) => Found::Impact(impact(&shot(&scene, velocity, job.number), LONGEST)?),
+            None => Found::Limit(limit(&scene, case.guess, job.number, LONGEST)?),
+        };
+        progress.add(1, || format!("{}, coefficient {}", case.name, job.friction));
+        Ok(done)
+    })?;
     progress.finish();
     let mut impacts = Table::new(&[
         "case",

@@ -4,14 +4,17 @@
 #![allow(clippy::disallowed_methods)] // A host program: std floats do no harm here.
 
 mod bench;
+mod effort;
 mod error_time;
 mod event;
 mod fabrics;
 mod friction;
+mod hits;
 mod machine;
 mod memory;
 mod paper;
 mod picture;
+mod plies;
 mod progress;
 mod report;
 mod run;
@@ -52,6 +55,8 @@ enum Command {
     ErrorTime(error_time::Options),
     /// Energy absorbed and ballistic limit against the coefficient of friction between yarn and projectile.
     Friction(friction::Options),
+    /// Ballistic limit and energy absorbed against the number of plies; many thin plies against one thick one.
+    Plies(plies::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
     /// Every result of the paper from ensembles.
@@ -82,6 +87,7 @@ fn main() -> ExitCode {
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
         Command::ErrorTime(options) => error_time::run(&options),
         Command::Friction(options) => friction::run(&options),
+        Command::Plies(options) => plies::run(&options),
         Command::Stability(options) => stability::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Validate(options) => validate::run(&options),

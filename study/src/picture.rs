@@ -1,7 +1,7 @@
 //! A sheet and its projectile at one time, kept for the pictures that `reports` draws.
 //!
 //! The file is little-endian: time, position (3) and orientation (4) of the projectile as f64; 3 coordinates of every node as
-//! f32; alpha of every segment as a byte, 0 to 255, which is 0 only where the segment has failed.
+//! f32; alpha of every segment as a byte, 0 to 255, which is 0 only where the segment has failed. Of a stack all plies, in their order.
 
 use crate::Result;
 use fabric::shape::Solid;
@@ -16,6 +16,8 @@ pub struct Picture {
     name: String,
     /// The file, from the folder of the results.
     file: String,
+    /// Plies with a network of their own.
+    plies: usize,
     /// Modelled nodes along x and y.
     nodes: [usize; 2],
     /// Whether the sheet goes on beyond the last column, and the last row, in a mirror.
@@ -30,7 +32,7 @@ pub struct Picture {
     outline: Vec<Vec<[f64; 3]>>,
 }
 
-/// Keeps the sheet as it is now, of a stack the first ply.
+/// Keeps the sheet as it is now.
 pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
     let mut positions = vec![0.0; 3 * sim.layout().nodes()];
     sim.copy_positions(&mut positions)?;
@@ -41,10 +43,6 @@ pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
     for value in [sim.time()].iter().chain(&motion.position).chain(&motion.orientation) {
         bytes.extend(value.to_le_bytes());
     }
-    // Of a stack the first ply.
-    let plies = sim.layout().plies;
-    positions.truncate(positions.len() / plies);
-    damage.truncate(damage.len() / plies);
     positions.iter().for_each(|&x| bytes.extend((x as f32).to_le_bytes()));
     bytes.extend(damage.iter().map(|alpha| (255.0 * alpha).ceil() as u8));
     std::fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()).into())
@@ -70,6 +68,7 @@ pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Res
     Ok(Picture {
         name,
         file,
+        plies: layout.plies,
         nodes: [layout.nodes_x, layout.y.modelled()],
         mirrored: [scene.symmetry.mirror_x, scene.symmetry.mirror_y],
         half_size_m: scene.half_size(),

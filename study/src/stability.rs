@@ -12,9 +12,11 @@ mod fmu;
 mod friction;
 mod map;
 mod outcomes;
+mod plies;
 mod sheets;
 mod steps;
 
+use crate::effort::{self, Effort};
 use crate::event::Summary;
 use crate::progress::Progress;
 use crate::{Result, machine, report};
@@ -27,12 +29,9 @@ use std::path::{Path, PathBuf};
 /// Options of `stability`.
 #[derive(Args)]
 pub struct Options {
-    /// All rows and a coarse map: under 3 minutes on 2 cores.
-    #[arg(long, conflicts_with = "smoke")]
-    quick: bool,
-    /// Without the rows that take long, and without the map: seconds.
-    #[arg(long)]
-    smoke: bool,
+    // Quick: all rows and a coarse map; smoke: without the rows that take long, and without the map.
+    #[command(flatten)]
+    flags: effort::Flags,
     /// The rows of one theme alone, without the map: "Outcomes", "Masses", ... as in the headings of docs/tables/stability.md.
     #[arg(long, value_name = "THEME")]
     theme: Option<String>,
@@ -117,6 +116,7 @@ fn cases() -> Result<Vec<Case>> {
     cases.extend(sheets::rows());
     cases.extend(bodies::rows()?);
     cases.extend(friction::rows());
+    cases.extend(plies::rows());
     cases.extend(outcomes::rows());
     Ok(cases)
 }
@@ -126,14 +126,16 @@ pub fn run(options: &Options) -> Result<bool> {
     let in_folder = |error, path: &Path| format!("{}: {error}", path.display());
     std::fs::create_dir_all(&options.out).map_err(|error: std::io::Error| in_folder(error, &options.out))?;
     let mut cases = cases()?;
-    cases.retain(|case| !(case.long && options.smoke));
+    let effort = options.flags.effort();
+    cases.retain(|case| !(case.long && effort == Effort::Smoke));
     if let Some(theme) = &options.theme {
         cases.retain(|case| case.theme == theme);
         if cases.is_empty() {
             return Err(format!("no rows of theme {theme:?}: see the headings of docs/tables/stability.md").into());
         }
     }
-    let cells = if options.smoke || options.theme.is_some() { Vec::new() } else { map::cells(options.quick) };
+    let mapped = effort != Effort::Smoke && options.theme.is_none();
+    let cells = if mapped { map::cells(effort == Effort::Quick) } else { Vec::new() };
 
     let wall = machine::Wall::start();
     let progress = Progress::new("stability", cases.len() as u64);

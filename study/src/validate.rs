@@ -8,11 +8,10 @@
 //! | convergence in the spacing of absorbed energy and ballistic limit | `spacing.rs` |
 //! | ballistic limit against areal density, on Cunniff's axes and beside a measured ladder | `packs.rs` |
 //!
-//! `limit.rs` finds ballistic limits. `python3 -m reports validate` computes the verdicts from intervals, draws, and writes the
+//! `hits.rs` finds ballistic limits. `python3 -m reports validate` computes the verdicts from intervals, draws, and writes the
 //! tables of docs/validation.md; the measurements are in validation/*.toml and the fabrics in fabrics/*.toml.
 
 mod cone;
-mod limit;
 mod packs;
 mod rate;
 mod spacing;
@@ -23,8 +22,10 @@ use crate::{Result, machine, report};
 use clap::Args;
 use fabric::{AttachmentKind, Scene, Textile};
 use fabric_scene::textile;
-use rayon::prelude::*;
 use std::path::PathBuf;
+
+/// Time after which an impact is given up, s.
+const LONGEST: f64 = 2e-3;
 
 /// Options of `validate`.
 #[derive(Args)]
@@ -83,7 +84,7 @@ pub fn run(options: &Options) -> Result<bool> {
 }
 
 /// A textile of the folder fabrics.
-fn named(name: &str) -> Result<Textile> {
+pub fn named(name: &str) -> Result<Textile> {
     let found = textile::all()?.into_iter().find(|named| named.name == name);
     Ok(found.ok_or_else(|| format!("no fabric {name}"))?.textile)
 }
@@ -98,7 +99,7 @@ fn measured_rows<T>(table: &str, read: impl Fn(&toml::Value) -> Option<T>) -> Re
 
 /// A square sheet of the textile, so many metres wide and held on four sides, with a bar for so many yarns: mass, stiffness and
 /// strength per width are those of the textile. Both directions must be alike.
-fn sheet(textile: &Textile, width: f64, bar: f64) -> Result<Scene> {
+pub fn sheet(textile: &Textile, width: f64, bar: f64) -> Result<Scene> {
     let mut scene = Scene::sheet_3in_sphere();
     scene.set_textile(textile)?;
     let sheet = &mut scene.sheet;
@@ -109,11 +110,4 @@ fn sheet(textile: &Textile, width: f64, bar: f64) -> Result<Scene> {
     (sheet.nodes_x, sheet.nodes_y) = (nodes, nodes);
     scene.attachment.kind = AttachmentKind::FourSides;
     Ok(scene)
-}
-
-/// What a function gives for each job, on all cores.
-fn each<J: Sync, T: Send>(jobs: &[J], work: impl Fn(&J) -> Result<T> + Sync) -> Result<Vec<T>> {
-    let done: std::result::Result<Vec<T>, String> =
-        jobs.par_iter().with_max_len(1).map(|job| work(job).map_err(|error| crate::in_words(&*error))).collect();
-    Ok(done?)
 }

@@ -186,7 +186,7 @@ fn studies() -> Outcome {
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench", "paper", "friction"] {
+    for name in ["error-time", "bench", "paper", "friction", "plies"] {
         let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
         study(if name == "paper" { &arguments } else { &arguments[..4] })?;
         report(name, &folder(name))?;

@@ -1,6 +1,7 @@
 //! The runs: each is done once and kept as a line of runs.jsonl, keyed by what it computes.
 
-use super::plan::{Effort, LARGE_QUICK_STEPS, Point, Sheet, Yarn};
+use super::plan::{LARGE_QUICK_STEPS, Point, Sheet, Yarn};
+use crate::effort::Effort;
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;

@@ -10,12 +10,13 @@ mod micro;
 mod plan;
 mod vtk;
 
+use crate::effort::{self, Effort};
 use crate::machine::Wall;
 use crate::picture::{self, Picture};
 use crate::{Result, report};
 use clap::{Args, ValueEnum};
 use jobs::{Job, Runs};
-use plan::{Effort, Point, Yarn};
+use plan::{Point, Yarn};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -25,12 +26,8 @@ pub struct Options {
     /// Only this figure of the paper, or the map of the open question; may be given several times.
     #[arg(long, value_name = "NAME")]
     figure: Vec<Chosen>,
-    /// Fewer points and runs: about three minutes on 2 quiet cores instead of an hour. The report says what is left out.
-    #[arg(long)]
-    quick: bool,
-    /// Tiny sheets: seconds, to see that everything works.
-    #[arg(long, conflicts_with = "quick")]
-    smoke: bool,
+    #[command(flatten)]
+    flags: effort::Flags,
     /// Also write one run (3 in sheet, corners, 40 J) as a series of sheets, which the report makes a VTK series for ParaView.
     #[arg(long)]
     vtk: bool,
@@ -200,16 +197,10 @@ impl Study<'_> {
 /// Computes what is missing, and writes.
 pub fn run(options: &Options) -> Result<bool> {
     let wall = Wall::start();
-    let effort = if options.smoke {
-        Effort::Smoke
-    } else if options.quick {
-        Effort::Quick
-    } else {
-        Effort::Full
-    };
+    let effort = options.flags.effort();
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    if options.smoke && jobs::path_of_runs(out).exists() {
+    if effort == Effort::Smoke && jobs::path_of_runs(out).exists() {
         // A smoke test that takes kept runs would test nothing.
         std::fs::remove_file(jobs::path_of_runs(out))?;
     }
@@ -218,7 +209,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let points = study.points();
     let runs = Runs::complete(out, effort, study.jobs(&points), options.kept)?;
     let index = Index {
-        smoke: options.smoke,
+        smoke: effort == Effort::Smoke,
         figures: study.figures(),
         left_out: effort.left_out(),
         missing: runs.missing,

@@ -1,6 +1,7 @@
 //! What is computed: a point is an ensemble of runs that differ in their seed, or, with uniform yarn, in the last digits of
 //! the impact velocity.
 
+use crate::effort::Effort;
 use fabric::{AttachmentKind, Draw, Scene, Symmetry};
 
 /// Impact energies of the sphere on the 3 in sheet, J.
@@ -105,17 +106,6 @@ pub struct Point {
     pub impact: Impact,
     /// Number of runs.
     pub runs: u64,
-}
-
-/// How much is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// Every point.
-    Full,
-    /// A few points, fewer runs: minutes.
-    Quick,
-    /// Tiny sheets: seconds, and no physics to be read off.
-    Smoke,
 }
 
 /// Most steps of a run on the 10 in sheet in the short form.

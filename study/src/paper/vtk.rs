@@ -1,6 +1,7 @@
 //! One run as a series of sheets, which `reports` writes as VTK files.
 
-use super::plan::{self, Effort, Yarn};
+use super::plan::{self, Yarn};
+use crate::effort::Effort;
 use crate::memory::Buffers;
 use crate::picture::{self, Picture};
 use crate::progress::Progress;

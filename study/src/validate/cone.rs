@@ -13,9 +13,10 @@
 //! Limit: the kink is some spacings wide, and the strain before it is still falling outwards.
 
 use super::yarn::slope;
-use super::{each, named, sheet};
+use super::{named, sheet};
 use crate::Result;
 use crate::error_time::overshoot::{self, VISCOUS, with_viscosity};
+use crate::hits::each;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::table::{Cell, Table};

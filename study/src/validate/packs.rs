@@ -6,13 +6,15 @@
 //! before weaving; linear density and count were not seen, so the yarns are spaced as those of S706, which is a choice.
 //!
 //! Method: the limit of five hits each, with the viscosity of real fabrics, with a bar for one yarn and with one for two, a sheet 160 mm
-//! wide held on four sides, and the fragment as a flat-ended cylinder of its diameter and mass.
-//! Limits: all plies are lumped into one network, so they are hit at once and cannot part; no friction, no slip; how the packs were
-//! held was not seen.
+//! wide held on four sides, and the fragment as a flat-ended cylinder of its diameter and mass. All plies are bonded, that is, lumped
+//! into one network; the packs that were shot at also separate, a network for each ply, with a bar for two yarns, three hits, and a
+//! sheet 80 mm wide, as it takes long; beside it stands the same bonded.
+//! Limits: bonded plies are hit at once and cannot part; the gap between separate ones is a choice; no friction, no slip; how the packs
+//! were held was not seen.
 
-use super::limit::limit;
-use super::{each, named, sheet};
+use super::{LONGEST, named, sheet};
 use crate::error_time::overshoot::{VISCOUS, with_viscosity};
+use crate::hits::{each, limit};
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
 use crate::{Result, report};
@@ -26,14 +28,20 @@ const LADDER: &str = include_str!("../../../validation/twaron_ct612_v50.toml");
 const PPTA: &str = "PPTA, regular";
 /// Plies of S706.
 const PLIES: [u32; 5] = [1, 5, 14, 28, 42];
-/// Width of a sheet, m.
+/// Widths of a sheet, m: bonded alone, and bonded beside separate.
 const WIDTH: f64 = 0.16;
+const SMALL_WIDTH: f64 = 0.08;
 /// Bars, yarn spacings.
 const BARS: [f64; 2] = [1.0, 2.0];
+/// Hits of bonded and of separate packs; gap between separate plies, m, a choice; bars of theirs, yarn spacings.
+const HITS: [u64; 2] = [5, 3];
+const GAP: f64 = 1e-4;
+const SEPARATE_BAR: f64 = 2.0;
 /// Density of the fragment's steel, kg/m^3.
 const STEEL: f64 = 7850.0;
 
 /// A pack to be shot at.
+#[derive(Clone, Copy)]
 struct Pack {
     name: &'static str,
     textile: Textile,
@@ -81,16 +89,33 @@ fn packs(quick: bool) -> Result<(Vec<Pack>, Value)> {
         packs.push(Pack { name: "Twaron CT612", textile, plies: layers as u32, measured: number(row, "v50_m_per_s")? });
     }
     if quick {
-        packs.drain(..2);
+        packs.drain(..PLIES.len());
         packs.truncate(1);
     }
     Ok((packs, ladder["projectile"].clone()))
 }
 
+/// A network of a pack.
+#[derive(Clone, Copy)]
+struct Network {
+    pack: Pack,
+    /// Yarns that a bar stands for.
+    bar: f64,
+    /// Width of the sheet, m.
+    width: f64,
+    /// Whether each ply has a network of its own.
+    separate: bool,
+}
+
 /// The pack's sheet with the fragment before it.
-fn scene(pack: &Pack, bar: f64, width: f64, radius: f64, mass: f64) -> Result<Scene> {
+fn scene(network: &Network, radius: f64, mass: f64) -> Result<Scene> {
+    let Network { pack, bar, width, separate } = *network;
     let mut scene = with_viscosity(sheet(&pack.textile, width, bar)?, VISCOUS);
-    scene.sheet.plies = pack.plies;
+    if separate {
+        (scene.stack.plies, scene.stack.gap) = (pack.plies, GAP);
+    } else {
+        scene.sheet.plies = pack.plies;
+    }
     let body = &mut scene.projectile;
     (body.shape, body.radius, body.mass) = (Shape::Cylinder, radius, mass);
     body.length = mass / (STEEL * std::f64::consts::PI * radius * radius);
@@ -101,23 +126,39 @@ fn scene(pack: &Pack, bar: f64, width: f64, radius: f64, mass: f64) -> Result<Sc
 pub fn run(quick: bool, out: &Path) -> Result<()> {
     let (packs, fragment) = packs(quick)?;
     let (radius, mass) = (0.5e-3 * number(&fragment, "diameter_mm")?, 1e-3 * number(&fragment, "mass_g")?);
-    let (hits, width) = if quick { (2, 0.06) } else { (5, WIDTH) };
-    let bars = if quick { &BARS[1..] } else { &BARS };
-    let networks: Vec<(f64, &Pack)> = bars.iter().flat_map(|&bar| packs.iter().map(move |pack| (bar, pack))).collect();
-    let jobs: Vec<(usize, u64)> = (0..networks.len()).flat_map(|k| (0..hits).map(move |hit| (k, hit))).collect();
+    let bars = if quick { &[][..] } else { &BARS };
+    let mut networks: Vec<Network> = Vec::new();
+    for &bar in bars {
+        networks.extend(packs.iter().map(|&pack| Network { pack, bar, width: WIDTH, separate: false }));
+    }
+    let width = if quick { 0.03 } else { SMALL_WIDTH };
+    for separate in [false, true] {
+        let shot_at = packs.iter().filter(|pack| pack.measured > 0.0);
+        networks.extend(shot_at.map(|&pack| Network { pack, bar: SEPARATE_BAR, width, separate }));
+    }
+    let hits = |network: &Network| if quick { 2 } else { HITS[usize::from(network.separate)] };
+    let mut jobs: Vec<(usize, u64)> = Vec::new();
+    for (k, network) in networks.iter().enumerate() {
+        jobs.extend((0..hits(network)).map(|hit| (k, hit)));
+    }
+    // Those that take long first.
+    jobs.sort_by_key(|job| (!networks[job.0].separate, std::cmp::Reverse(networks[job.0].pack.plies)));
     let progress = Progress::new("packs", jobs.len() as u64);
     let found = each(&jobs, |&(k, hit)| {
-        let (bar, pack) = networks[k];
+        let network = &networks[k];
+        let pack = &network.pack;
         // Near the trend of the measurements.
         let guess = 300.0 * (f64::from(pack.plies) * pack.textile.areal_density()).sqrt().max(0.3);
-        let found = limit(&scene(pack, bar, width, radius, mass)?, guess, hit)?;
+        let found = limit(&scene(network, radius, mass)?, guess, hit, LONGEST)?;
         progress.add(1, || format!("{}, {} plies", pack.name, pack.plies));
         Ok(found)
     })?;
     progress.finish();
     let mut table = Table::new(&[
         "pack",
+        "form",
         "yarns a bar",
+        "width mm",
         "plies",
         "areal density kg/m2",
         "A_d A_p/m_p",
@@ -127,14 +168,17 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         "limit m/s: deviation",
         "measured V50 m/s",
     ]);
-    for ((bar, pack), limits) in networks.iter().zip(found.chunks(hits as usize)) {
+    for (k, Network { pack, bar, width, separate }) in networks.iter().enumerate() {
+        let own = jobs.iter().zip(&found).filter(|(job, _)| job.0 == k);
+        let limits: &[f64] = &own.map(|(_, limit)| *limit).collect::<Vec<_>>();
         let density = f64::from(pack.plies) * pack.textile.areal_density();
         let (modulus, stretch) = (pack.textile.modulus, pack.textile.critical_stretch()?);
         let strength = 0.5 * modulus * stretch * (stretch * stretch - 1.0);
         let axis = cunniff(strength, stretch - 1.0, modulus, pack.textile.fibre_density);
         let ratio = density * std::f64::consts::PI * radius * radius / mass;
-        let mut row = vec![Cell::text(pack.name)];
-        let values = [*bar, f64::from(pack.plies), density, ratio, axis, limits.len() as f64];
+        let form = if *separate { "separate" } else { "bonded" };
+        let mut row = vec![Cell::text(pack.name), Cell::text(form)];
+        let values = [*bar, 1e3 * width, f64::from(pack.plies), density, ratio, axis, limits.len() as f64];
         row.extend(values.map(Cell::Number));
         row.extend([report::mean(limits), report::deviation(limits), pack.measured].map(Cell::Number));
         table.add(row);

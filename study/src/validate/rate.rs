@@ -6,8 +6,9 @@
 //! them is a test, and the outer two check the law.
 //! Limit: crimp is left out, as the published modulus is that of the stretched fabric.
 
-use super::{each, measured_rows};
+use super::measured_rows;
 use crate::Result;
+use crate::hits::each;
 use crate::memory::Buffers;
 use crate::table::{Cell, Table};
 use fabric::{AttachmentKind, Scene, TimeStep};

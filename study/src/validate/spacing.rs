@@ -10,9 +10,9 @@
 //! Scene: Kevlar KM2 S706, 50.8 mm square, four sides held, one ply; a steel sphere of 6.35 mm, which is larger than the longest bar.
 //! Hits differ by their place in a cell. The energy is that at twice a velocity near the limit; the same for all spacings.
 
-use super::limit::{impact, limit, shot};
-use super::{each, named, sheet};
+use super::{LONGEST, named, sheet};
 use crate::error_time::overshoot::{VISCOUS, viscosity_name, with_viscosity};
+use crate::hits::{each, impact, limit, shot};
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
 use crate::{Result, report};
@@ -94,9 +94,9 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     let progress = Progress::new("spacing", jobs.len() as u64);
     let found = each(&jobs, |&(k, hit)| {
         let scene = networks[k].scene()?;
-        let fast = impact(&shot(&scene, networks[k].sheet.fast, hit))?;
+        let fast = impact(&shot(&scene, networks[k].sheet.fast, hit), LONGEST)?;
         let coarse = networks[k].bar > FINEST.0;
-        let limit = if coarse { limit(&scene, networks[k].sheet.guess, hit)? } else { f64::NAN };
+        let limit = if coarse { limit(&scene, networks[k].sheet.guess, hit, LONGEST)? } else { f64::NAN };
         progress.add(1, || format!("{} yarns a bar", networks[k].bar));
         Ok([fast.absorbed, limit, 100.0 * fast.residual])
     })?;

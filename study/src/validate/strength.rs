@@ -8,8 +8,9 @@
 //! scales of yarn; so the yarns test the size effect, and the strips what the network makes of yarns.
 //! Limit: 17 yarns an inch is a choice, as no count could be cited; a chain does not depend on it, a strip hardly.
 
-use super::{each, measured_rows, named};
+use super::{measured_rows, named};
 use crate::Result;
+use crate::hits::each;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::report;

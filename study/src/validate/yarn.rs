@@ -12,9 +12,10 @@
 //! strikes it across. From half of the time on, until the longitudinal front is near the held ends, the mean strain is taken
 //! between 0.2 and 0.4 of the way to the front, where the first contact no longer shows; the speeds are slopes of least-squares lines.
 
-use super::{each, named};
+use super::named;
 use crate::Result;
 use crate::error_time::overshoot::{self, VISCOUS, viscosity_name, with_viscosity};
+use crate::hits::each;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::table::{Cell, Table};

@@ -1,0 +1,47 @@
+//! How much a study computes, as the command line says it.
+
+use clap::Args;
+
+/// `--quick` and `--smoke`.
+#[derive(Args, Clone, Copy)]
+pub struct Flags {
+    /// Fewer points and fewer runs in each mean: minutes on two cores.
+    #[arg(long, conflicts_with = "smoke")]
+    quick: bool,
+    /// Small sheets and two runs in each mean, seconds: a check that everything works, not a result.
+    #[arg(long)]
+    smoke: bool,
+}
+
+impl Flags {
+    /// What they ask for.
+    pub fn effort(self) -> Effort {
+        match (self.smoke, self.quick) {
+            (true, _) => Effort::Smoke,
+            (_, true) => Effort::Quick,
+            _ => Effort::Full,
+        }
+    }
+}
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub enum Effort {
+    /// Seconds, and no physics to be read off.
+    Smoke,
+    /// Minutes.
+    Quick,
+    /// What the documents rest on.
+    Full,
+}
+
+impl Effort {
+    /// The option that asks for it, behind a space; nothing for all of a study.
+    pub fn option(self) -> &'static str {
+        match self {
+            Effort::Smoke => " --smoke",
+            Effort::Quick => " --quick",
+            Effort::Full => "",
+        }
+    }
+}
