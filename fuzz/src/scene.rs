@@ -11,7 +11,7 @@ use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
 use std::ptr::null_mut;
 
 /// What fk_memory_size, and but for the time step's three every other call, may refuse a scene with.
-const OF_A_FIELD: [i32; 19] = [
+const OF_A_FIELD: [i32; 20] = [
     Code::StructSize.number(),
     Code::NotFinite.number(),
     Code::NotPositive.number(),

@@ -33,9 +33,8 @@ impl Scene {
     /// second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        let front = self.bounds(self.stiffest(false)?, self.strongest(false)?)?;
-        let back =
-            if self.back.plies > 0 { self.back_bounds(self.stiffest(true)?, self.strongest(true)?)? } else { front };
+        let front = self.bounds(false)?;
+        let back = if self.back.plies > 0 { self.bounds(true)? } else { front };
         let dt_crit = math::min(front.dt_crit, back.dt_crit);
         let step_max = math::min(front.step_max, back.step_max);
         let TimeStep { fraction, seconds } = self.time_step;
@@ -56,27 +55,24 @@ impl Scene {
         Ok(StepLimits { dt, dt_crit, step_max })
     }
 
-    /// What the front fabric allows with these moduli and this strength.
-    fn bounds(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<Bounds, Error> {
-        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest));
+    /// What the front or the back fabric allows.
+    #[inline(never)] // Once on the stack, not twice.
+    fn bounds(&self, back: bool) -> Result<Bounds, Error> {
+        let (moduli, strongest, mass) = (self.stiffest(back)?, self.strongest(back)?, self.node_mass(back));
+        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back));
         if !dt_crit.is_normal() {
-            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
+            let field = if back { "back.node_mass" } else { "sheet.node_mass" };
+            return Err(Error::new(Code::StepLimitUnusable, field, mass, 0.0));
         }
-        let step_max = self.largest_fraction(moduli, strongest)? * dt_crit;
-        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli).map(|k| k / self.sheet.node_mass) })
-    }
-
-    /// What the back fabric allows.
-    #[inline(never)] // Its scene must not add to the stack of the draws.
-    fn back_bounds(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<Bounds, Error> {
-        self.all_of_back().bounds(moduli, strongest).map_err(of_back)
+        let step_max = self.largest_fraction(moduli, strongest, back)? * dt_crit;
+        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli, back).map(|k| k / mass) })
     }
 
     /// k = E A_0/l of segments along x and along y with these moduli, N/m.
-    fn stiffnesses(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn stiffnesses(&self, [x, y]: [f64; 2], back: bool) -> [f64; 2] {
         [(Axis::Horizontal, x), (Axis::Vertical, y)].map(|(axis, modulus)| {
-            let length = self.spacing(axis) / self.rest_stretch(axis);
-            modulus * self.yarn_area(axis) / length
+            let length = self.spacing(axis) / self.stretch_at_rest(axis, back);
+            modulus * self.area_of(axis, back) / length
         })
     }
 
@@ -86,9 +82,9 @@ impl Scene {
     }
 
     /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest segment, if it is known.
-    fn critical_squares(&self, strongest: Option<f64>) -> [f64; 2] {
+    fn critical_squares(&self, strongest: Option<f64>, back: bool) -> [f64; 2] {
         [Axis::Horizontal, Axis::Vertical].map(|axis| {
-            let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
+            let critical = strongest.unwrap_or(self.law_of(axis, back).critical_stretch);
             if self.yarn.rate_stretch == 0.0 {
                 return critical * critical;
             }
@@ -98,15 +94,15 @@ impl Scene {
 
     /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that depends on the rate is at most
     /// E (1 + C_E (1 + ln(r_1/r_0))).
-    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>) -> f64 {
+    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> f64 {
         let tangent = 1.0 + self.yarn.rate_modulus * (1.0 + self.largest_logarithm());
         let moduli = moduli.map(|modulus| modulus * tangent);
-        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli), self.critical_squares(strongest));
+        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli, back), self.critical_squares(strongest, back));
         let largest = math::max(kx, ky);
         // Shares of the larger stiffness, so that nothing overflows before the result does.
         let omega2 = |along: f64, u_along: f64, across: f64, u_across: f64| {
             let (own, other) = (2.0 * (3.0 * u_along - 1.0), 2.0 * (u_across - 1.0));
-            largest / self.sheet.node_mass * (along / largest * own + across / largest * other)
+            largest / self.node_mass(back) * (along / largest * own + across / largest * other)
         };
         math::max(omega2(kx, ux, ky, uy), omega2(ky, uy, kx, ux))
     }
@@ -117,19 +113,19 @@ impl Scene {
     /// Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean = s at most,
     /// K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than q_c within a pass. So Omega^2 + 4 xi Omega
     /// + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
-    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<f64, Error> {
+    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
         let without = if self.slack_toe > 0.0 { STEP_WITH_TOE } else { 1.0 };
         let [linear, quadratic, bending] = self.viscosity();
         if [linear, quadratic, bending] == [0.0; 3] {
             return Ok(without * STEP_MAX_FRACTION);
         }
-        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
-        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli), self.stiffnesses(means));
-        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest));
+        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli, back), self.stiffnesses(means, back));
+        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest, back));
         let squared = math::max(ux, uy);
         // c/(h omega)
         let sound =
-            math::sqrt(math::max(mean_x, mean_y) / self.sheet.node_mass / self.largest_omega2(moduli, strongest));
+            math::sqrt(math::max(mean_x, mean_y) / self.node_mass(back) / self.largest_omega2(moduli, strongest, back));
         let pulled = scatter * squared;
         let xi = sound * (2.0 * linear * pulled + 16.0 * bending);
         let eta = quadratic * (pulled * (squared - 1.0));
@@ -197,10 +193,12 @@ impl Scene {
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
+        if self.back.plies > 0 {
+            self.check_back()?;
+        }
         self.check_step()?;
         self.check_theta_rules()?;
-        self.check_toe()?;
-        if self.back.plies > 0 { self.check_back() } else { Ok(()) }
+        self.check_toe()
     }
 
     /// What the front fabric must be holds for the back one, too.
@@ -214,14 +212,13 @@ impl Scene {
         back.check_pairs()
             .and_then(|()| back.check_yarn())
             .and_then(|()| back.check_rest())
-            .and_then(|()| back.check_step())
             .and_then(|()| back.check_toe())
             .map_err(of_back)
     }
 
     fn check_step(&self) -> Result<(), Error> {
         let TimeStep { fraction, seconds } = self.time_step;
-        let largest = self.front_fraction()?;
+        let largest = self.step_max_fraction()?;
         if seconds == 0.0 && self.step_check == StepCheck::Refuse && fraction > largest {
             return Err(Error::new(Code::OutOfRange, "time_step.fraction", fraction, largest));
         }
@@ -233,18 +230,12 @@ impl Scene {
     /// # Errors
     /// A quadratic viscosity that no step allows.
     pub fn step_max_fraction(&self) -> Result<f64, Error> {
-        let front = self.front_fraction()?;
-        let back = if self.back.plies > 0 { self.back_fraction()? } else { front };
-        Ok(math::min(front, back))
-    }
-
-    #[inline(never)] // Its scene must not add to the stack of a single fabric.
-    fn back_fraction(&self) -> Result<f64, Error> {
-        self.all_of_back().front_fraction()
-    }
-
-    fn front_fraction(&self) -> Result<f64, Error> {
-        self.largest_fraction([Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus), None)
+        let of_means = |back| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+            self.largest_fraction(moduli, None, back)
+        };
+        let front = of_means(false)?;
+        if self.back.plies > 0 { Ok(math::min(front, of_means(true)?)) } else { Ok(front) }
     }
 
     fn check_toe(&self) -> Result<(), Error> {
@@ -456,11 +447,9 @@ struct Bounds {
 /// The refusal of the back fabric, found where it stood in the place of the front one.
 fn of_back(error: Error) -> Error {
     let own = |field| match field {
-        "sheet.node_mass" => "back.node_mass",
         "sheet.crimp" => "back.crimp",
         "yarn.damage_slope" => "back.damage_slope",
         "yarn.damage_intercept" => "back.damage_intercept",
-        "yarn.damage_sd" => "back.damage_sd",
         "yarn.strength_draw" => "back.weibull_shape",
         field => field,
     };

@@ -24,7 +24,7 @@ impl Scene {
     }
 
     /// The damage law of the segments of one direction, of the front or of the back fabric.
-    fn law_of(&self, axis: Axis, back: bool) -> DamageLaw {
+    pub(crate) fn law_of(&self, axis: Axis, back: bool) -> DamageLaw {
         let own = axis == Axis::Vertical && self.weft.critical_stretch != 0.0;
         DamageLaw {
             critical_stretch: match (back, own) {

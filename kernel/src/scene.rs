@@ -710,10 +710,24 @@ impl Scene {
         if y > x { y } else { x }
     }
 
-    /// Cross-section of one yarn of one ply along a direction, m^2.
+    /// Cross-section of one yarn of one ply along a direction, of the front fabric, m^2.
     pub fn yarn_area(&self, axis: Axis) -> f64 {
-        let own = axis == Axis::Vertical && self.sheet.yarn_area_y != 0.0;
-        if own { self.sheet.yarn_area_y } else { self.sheet.yarn_area }
+        self.area_of(axis, false)
+    }
+
+    /// The same of the front or of the back fabric.
+    pub(crate) fn area_of(&self, axis: Axis, back: bool) -> f64 {
+        let (x, y) = if back {
+            (self.back.yarn_area, self.back.yarn_area_y)
+        } else {
+            (self.sheet.yarn_area, self.sheet.yarn_area_y)
+        };
+        if axis == Axis::Vertical && y != 0.0 { y } else { x }
+    }
+
+    /// Mass of a node of one ply of the front or of the back fabric, kg.
+    pub(crate) fn node_mass(&self, back: bool) -> f64 {
+        if back { self.back.node_mass } else { self.sheet.node_mass }
     }
 
     /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with pre-tension.
