@@ -94,7 +94,7 @@ class Page:
 
     def figure(self, path, caption):
         """A picture, kept inside the page."""
-        kind = "image/svg+xml" if path.suffix == ".svg" else "image/png"
+        kind = {".svg": "image/svg+xml", ".gif": "image/gif"}.get(path.suffix, "image/png")
         data = base64.b64encode(path.read_bytes()).decode()
         self.parts.append(f'<figure><img alt="" src="data:{kind};base64,{data}"><figcaption>{escaped(caption)}</figcaption></figure>')
 
@@ -115,7 +115,7 @@ class Page:
         self.parts.append('<div class="scroll"><table>' + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table></div>")
 
     def write(self, path):
-        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escaped(self.title)}</title><style>{STYLE}</style>'
+        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>{escaped(self.title)}</title><style>{STYLE}</style>'
         body = "\n".join(self.parts)
         path.write_text(f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n')
         print(f"written: {path}")

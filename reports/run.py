@@ -25,7 +25,26 @@ def report(folder, docs=None):
     draw("energies.svg", "where the absorbed energy is", "energy (J)", [(words, key, 1) for words, key in energies])
     plies = [sheets.Sheet(folder, about, ply) for ply in range(about["plies"])]
     sheet, failed = plies[0], sum(ply.failed() for ply in plies)
-    sheets.picture(sheet, folder / "sheet.png", f"{name}: {'first ply' if plies[1:] else 'sheet'} at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments")
+    at = f"{name}: {'first ply' if plies[1:] else 'sheet'} at {1e6 * sheet.time:.1f} µs, {sheet.failed()} failed segments"
+    pictures = [("sheet.png", at)]
+    sheets.picture(sheet, folder / "sheet.png", at)
+    kept = json.loads((folder / "frames.json").read_text())
+    if kept["movie"]:
+        sheets.movie(folder, kept["frames"], folder / "movie.gif")
+        pictures.append(("movie.gif", "The same from the start."))
+    if kept["vtk"]:
+        sheets.vtk_series(folder, kept["frames"])
     if plies[1:]:
-        sheets.picture_of_stack(plies, folder / "plies.png", f"{name}: {len(plies)} plies at {1e6 * sheet.time:.1f} µs, {failed} failed segments")
-    print(f"written: {folder}: velocity.svg, force.svg, energies.svg, sheet.png{', plies.png' if plies[1:] else ''}")
+        all_of_them = f"{name}: {len(plies)} plies at {1e6 * sheet.time:.1f} µs, {failed} failed segments"
+        sheets.picture_of_stack(plies, folder / "plies.png", all_of_them)
+        pictures.append(("plies.png", all_of_them))
+    sheets.damage_map(sheet, folder / "damage.png", f"{name}: damage on the undeformed grid (node numbers)")
+    html = page.Page(f"{name}: {summary['ended_by']} at {1e6 * summary['time']:.1f} µs")
+    for file, caption in [
+        *pictures, ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
+        ("velocity.svg", "Velocity of the projectile."), ("force.svg", "Force on the projectile, mean between samples."), ("energies.svg", "Where the absorbed energy is."),
+    ]:
+        html.figure(folder / file, caption)
+    html.section("Numbers")
+    html.table(["", ""], [[key.replace("_", " "), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
+    html.write(folder / "report.html")

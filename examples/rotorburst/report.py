@@ -26,8 +26,9 @@ p.lead { color: #4b5563; margin-top: 0; }
 table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 td, th { padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #e5e7eb; text-align: left; vertical-align: top; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(26rem, 1fr)); gap: 1rem; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)); gap: 1rem; }
 figure { margin: 1rem 0; } img { width: 100%; } figcaption { font-size: .85rem; color: #4b5563; }
+@media (max-width: 40rem) { table { display: block; overflow-x: auto; } }
 pre { background: #f3f4f6; border-radius: .4rem; padding: .7rem .9rem; white-space: pre-wrap; font-size: .85rem; }
 """
 
@@ -165,7 +166,7 @@ def main():
         f"    --out results{shown_options(results)}\n"
         "target/venv/bin/python examples/rotorburst/report.py results</pre>",
     ]  # fmt: skip
-    page = f"<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Rotorburst fragment against a fabric shield</title><style>{STYLE}</style></head><body>\n"
+    page = f"<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Rotorburst fragment against a fabric shield</title><style>{STYLE}</style></head><body>\n"
     path = folder / "report.html"
     path.write_text(page + "\n".join(parts) + "\n</body></html>\n", encoding="utf-8")
     print(f"\nReport: {path}")

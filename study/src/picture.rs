@@ -1,13 +1,14 @@
 //! A sheet and its projectile at one time, kept for the pictures that `reports` draws.
 //!
-//! The file is little-endian: time, position (3) and orientation (4) of the projectile as f64; 3 coordinates of every node as
-//! f32; alpha of every segment as a byte, 0 to 255, which is 0 only where the segment has failed. Of a stack all plies, in their order.
+//! The file is little-endian: time, position (3) and orientation (4) of the projectile as f64; then as f32 three coordinates of
+//! every node, three components of its velocity, and the stretch of every segment; then alpha of every segment as a byte, 0 to
+//! 255, which is 0 only where the segment has failed. Of a stack each of these has all plies, in their order.
 
 use crate::Result;
 use fabric::shape::Solid;
-use fabric::{Motion, Scene, Sim};
+use fabric::{Motion, Scene, Shape, Sim};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a picture needs besides the file.
 #[derive(Serialize)]
@@ -24,8 +25,10 @@ pub struct Picture {
     mirrored: [bool; 2],
     /// Half of the side lengths of the whole sheet, m.
     half_size_m: [f64; 2],
-    /// Distance of neighbouring nodes at rest, m.
-    spacing_m: f64,
+    /// Strain at which the yarn begins to fail.
+    critical_strain: f64,
+    /// Radius of a sphere; 0 for another projectile, which its lines enclose.
+    sphere_m: f64,
     /// Fixed nodes: row, first column, and column after the last.
     held: Vec<[usize; 3]>,
     /// Lines on the surface of the projectile, m.
@@ -34,18 +37,79 @@ pub struct Picture {
 
 /// Keeps the sheet as it is now.
 pub fn keep(path: &Path, sim: &Sim<'_>) -> Result<()> {
-    let mut positions = vec![0.0; 3 * sim.layout().nodes()];
+    let [mut positions, mut velocities] = [(); 2].map(|()| vec![0.0; 3 * sim.layout().nodes()]);
     sim.copy_positions(&mut positions)?;
-    let mut damage = vec![0.0; sim.layout().segments()];
+    sim.copy_velocities(&mut velocities)?;
+    let [mut stretch, mut damage] = [(); 2].map(|()| vec![0.0; sim.layout().segments()]);
+    sim.copy_stretch(&mut stretch)?;
     sim.copy_damage(&mut damage)?;
     let motion = sim.projectile()?;
     let mut bytes = Vec::new();
     for value in [sim.time()].iter().chain(&motion.position).chain(&motion.orientation) {
         bytes.extend(value.to_le_bytes());
     }
-    positions.iter().for_each(|&x| bytes.extend((x as f32).to_le_bytes()));
+    let singles = [&positions, &velocities, &stretch].into_iter().flatten();
+    singles.for_each(|&x| bytes.extend((x as f32).to_le_bytes()));
     bytes.extend(damage.iter().map(|alpha| (255.0 * alpha).ceil() as u8));
     std::fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+/// Most sheets of a series.
+const MOST: usize = 120;
+
+/// Sheets kept in the folder `frames` while a run goes on. When there are too many, every second one is given up.
+pub struct Series<'p> {
+    out: &'p Path,
+    /// Steps between two sheets, and the step at which the next is due.
+    every: u64,
+    due: u64,
+    kept: Vec<u64>,
+}
+
+impl<'p> Series<'p> {
+    /// No sheet so far. `out`: the folder of the results.
+    pub fn new(out: &'p Path, every: u64) -> Result<Series<'p>> {
+        let folder = out.join("frames");
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        Ok(Series { out, every, due: 0, kept: Vec::new() })
+    }
+
+    fn file(step: u64) -> PathBuf {
+        Path::new("frames").join(format!("{step:08}.bin"))
+    }
+
+    /// Keeps the sheet as it is now, if it is due.
+    pub fn keep(&mut self, sim: &Sim<'_>) -> Result<()> {
+        let step = sim.step_count();
+        if step < self.due {
+            return Ok(());
+        }
+        keep(&self.out.join(Self::file(step)), sim)?;
+        self.kept.push(step);
+        if self.kept.len() > MOST {
+            self.every *= 2;
+            let (stay, go): (Vec<_>, Vec<_>) = self.kept.iter().enumerate().partition(|(index, _)| index % 2 == 0);
+            for (_, step) in go {
+                std::fs::remove_file(self.out.join(Self::file(*step)))?;
+            }
+            self.kept = stay.into_iter().map(|(_, step)| *step).collect();
+        }
+        self.due = step + self.every;
+        Ok(())
+    }
+
+    /// Keeps the last sheet too, and describes them all.
+    pub fn end(mut self, sim: &Sim<'_>, scene: &Scene) -> Result<Vec<Picture>> {
+        if self.kept.last() != Some(&sim.step_count()) {
+            self.due = 0;
+            self.keep(sim)?;
+        }
+        let picture = |step: &u64| {
+            describe(self.out, Self::file(*step).to_string_lossy().into_owned(), format!("step {step}"), scene)
+        };
+        self.kept.iter().map(picture).collect()
+    }
 }
 
 /// Describes a kept sheet of this scene; `file`: where it is, from the folder of the results.
@@ -72,7 +136,8 @@ pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Res
         nodes: [layout.nodes_x, layout.y.modelled()],
         mirrored: [scene.symmetry.mirror_x, scene.symmetry.mirror_y],
         half_size_m: scene.half_size(),
-        spacing_m: scene.sheet.spacing,
+        critical_strain: scene.yarn.critical_stretch - 1.0,
+        sphere_m: if scene.projectile.shape == Shape::Sphere { scene.projectile.radius } else { 0.0 },
         held: (0..layout.y.modelled()).flat_map(held).collect(),
         outline: outline(scene, &motion),
     })
@@ -122,6 +187,26 @@ fn placed(x: [f64; 3], motion: &Motion) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_long_series_is_thinned_out_and_has_both_ends() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (33, 33);
+        let mut buffers = crate::memory::Buffers::of(&scene).unwrap();
+        let mut sim = buffers.sim(&scene).unwrap();
+        let out = std::env::temp_dir().join(format!("fabric-series-{}", std::process::id()));
+        let mut series = Series::new(&out, 1).unwrap();
+        for _ in 0..300 {
+            series.keep(&sim).unwrap();
+            sim.advance(1).unwrap();
+        }
+        let frames = series.end(&sim, &scene).unwrap();
+        let files = std::fs::read_dir(out.join("frames")).unwrap().count();
+        let steps: Vec<&str> = frames.iter().map(|frame| frame.name.as_str()).collect();
+        assert_eq!((frames.len(), files, steps[1]), (76, 76, "step 4"));
+        assert_eq!((steps[0], steps[75]), ("step 0", "step 300"));
+        std::fs::remove_dir_all(&out).unwrap();
+    }
 
     #[test]
     fn a_quarter_turn_about_z_brings_x_to_y() {

@@ -3,8 +3,9 @@
 use crate::event::{self, Summary};
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
+use crate::picture::{self, Picture, Series};
 use crate::progress::Progress;
-use crate::{Result, picture, report, threads};
+use crate::{Result, report, threads};
 use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
@@ -28,6 +29,12 @@ pub struct Options {
     /// Steps between two rows of the history.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
     sample: u64,
+    /// Keep sheets on the way, of which `reports run` makes an animation, movie.gif.
+    #[arg(long)]
+    movie: bool,
+    /// Keep sheets on the way, of which `reports run` makes a series for ParaView, vtk/run.pvd.
+    #[arg(long)]
+    vtk: bool,
     /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,
     /// on cores that are free.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::layout::MAX_BANDS)))]
@@ -52,6 +59,14 @@ impl Wanted {
             Wanted::Passed => Outcome::Passed,
         }
     }
+}
+
+/// The sheets on the way, frames.json, and what is to be made of them.
+#[derive(Serialize)]
+struct Kept {
+    movie: bool,
+    vtk: bool,
+    frames: Vec<Picture>,
 }
 
 /// One row of history.csv. Forces are means since the row before; SI units; host's axes.
@@ -145,7 +160,8 @@ pub fn run(options: &Options) -> Result<bool> {
     let until: Vec<Outcome> = options.until.iter().map(|wanted| wanted.outcome()).collect();
     let mask = event::mask_of(&until);
     let wall = Wall::start();
-    let (history, stepping, failure) = advance(&mut sim, mask, options, &name)?;
+    let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
+    let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
     write_history(&out.join("history.csv"), &history)?;
     if let Some(failure) = failure {
         eprintln!("error: the run failed at step {}: {failure}", sim.counters().steps);
@@ -168,6 +184,9 @@ pub fn run(options: &Options) -> Result<bool> {
     picture::keep(&out.join("sheet.bin"), &sim)?;
     let sheet = picture::describe(&out, "sheet.bin".to_string(), name, &scene)?;
     std::fs::write(out.join("sheet.json"), serde_json::to_string(&sheet)? + "\n")?;
+    let frames = series.map_or(Ok(Vec::new()), |series| series.end(&sim, &scene))?;
+    let kept = Kept { movie: options.movie, vtk: options.vtk, frames };
+    std::fs::write(out.join("frames.json"), serde_json::to_string(&kept)? + "\n")?;
     println!("{}", report::written(&out, "run"));
     Ok(true)
 }
@@ -185,12 +204,16 @@ fn advance(
     mask: OutcomeSet,
     options: &Options,
     name: &str,
+    series: &mut Option<Series>,
 ) -> Result<(Vec<Sample>, f64, Option<fabric::Failure>)> {
     let progress = Progress::new(&format!("{name}, of the step limit"), options.steps);
     let mut history = vec![Sample::of(sim, None, [0.0; 3])?];
     let mut stepping = 0.0;
     let mut failure = None;
     while sim.step_count() < options.steps && !sim.outcomes().mask.has(mask) {
+        if let Some(series) = series {
+            series.keep(sim)?;
+        }
         let impulse = sim.contact()?.impulse;
         let steps = options.sample.min(options.steps - sim.step_count());
         // One thread's CPU time says nothing about several.

@@ -383,15 +383,41 @@ fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
     if matches!(target.runner, Runner::Node) {
         let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
         finish(compiler.arg("-c").arg("-o").arg(&object))?;
-        let mut linker = wasm_linker()?;
-        linker.args(["--no-entry", "--export=print_digests", "--allow-undefined"]).arg(object).arg(library);
-        finish(linker.arg("-o").arg(&program))?;
+        link_module(&object, library, &["print_digests".into()], &program)?;
         return Ok(program);
     }
     // Windows runs nothing without the ending; elsewhere it does not matter.
     let program = folder.join(format!("{}.exe", target.name));
     finish(compiler.arg(library).arg("-o").arg(&program))?;
     Ok(program)
+}
+
+/// A module for WebAssembly of digests.c and the library, with what it exports.
+fn link_module(object: &Path, library: &Path, exports: &[String], program: &Path) -> Outcome {
+    let mut linker = wasm_linker()?;
+    linker
+        .args(["--no-entry", "--allow-undefined", "--gc-sections", "--strip-all"])
+        .args(exports.iter().map(|name| format!("--export={name}")));
+    finish(linker.arg(object).arg(library).arg("-o").arg(program))
+}
+
+/// The kernel for browsers, with vectors of two numbers, and the scenes of digests.c in it; an error says which tool is missing.
+pub fn module(program: &Path) -> Outcome {
+    let target = TARGETS.iter().find(|target| target.name == "wasm32").ok_or("there is no target wasm32")?;
+    ready(target)?;
+    let library = build_one(Library::Of("wasm32-unknown-unknown", "-Ctarget-feature=+simd128"))?;
+    let object = program.with_extension("o");
+    let mut compiler = Command::new(target.compiler[0]);
+    compiler.args(["-O2", "-std=c11", "-Iinclude", "-Itests/digests", "-c", "tests/digests/digests.c"]);
+    finish(compiler.args(target.options).current_dir(top()).arg("-o").arg(&object))?;
+    let mut exports: Vec<String> = read(top().join("tests/c/abi/symbols.txt"))?.lines().map(str::to_string).collect();
+    exports.extend(["print_digests".into(), "__heap_base".into()]);
+    link_module(&object, &library, &exports, program)
+}
+
+/// Whether [`module`] can be made here; if not, what is missing.
+pub fn module_ready() -> Result<(), String> {
+    TARGETS.iter().find(|target| target.name == "wasm32").map_or(Ok(()), ready)
 }
 
 /// Runs a program: what it printed, what ran it, and for how long.

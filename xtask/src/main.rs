@@ -20,6 +20,7 @@ mod rotorburst;
 mod stack;
 mod tests;
 mod tools;
+mod web;
 
 use clap::{Parser, Subcommand};
 
@@ -51,6 +52,8 @@ enum Command {
     Header,
     /// Run the same scenes on every target whose tools are here and compare their digests with tests/golden/digests.
     Digests(digests::Options),
+    /// Write target/web/index.html: the kernel live in a web page.
+    Web(web::Options),
     /// Measure ns per node-step, parts and peers; `python3 -m reports bench` compares them with the goals.
     Bench(tests::BenchOptions),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
@@ -68,6 +71,7 @@ fn main() -> std::process::ExitCode {
         Command::Archive => install::archive(),
         Command::Header => header::write(),
         Command::Digests(options) => digests::run(&options),
+        Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),
         Command::Fuzz(options) => fuzz::run(&options),
     };

@@ -31,6 +31,7 @@ const TEST: &[Step] = &[
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
     ("digests on other targets", crate::digests::short),
+    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("README", crate::readme::run),
@@ -193,7 +194,8 @@ fn studies() -> Outcome {
     }
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
-    study(&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")])?;
+    let sheets = ["--sample", "512", "--movie", "--vtk"];
+    study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))
 }
 

@@ -1,0 +1,217 @@
+/** What the page lets choose, and the scene that it means: for the kernel, as a scene file, and in an address.
+ *
+ * A scene must mean the same bits in every browser, but Math.sin and Math.cos may differ in their last digit. So what is computed
+ * with them is rounded to nine decimals, and the scene file has the rounded numbers. */
+import { fabrics } from "built:data";
+
+export type Attachment = "two_sides" | "four_sides" | "four_corners" | "free";
+export type Shape = "sphere" | "cylinder" | "disc_sector";
+
+/** What the form has, in its units: mm, g, m/s, degrees. */
+export interface Choices {
+  /** "" is the paper's yarn with its scatter; else a file of the folder fabrics. */
+  fabric: string;
+  nodes: number;
+  attachment: Attachment;
+  shape: Shape;
+  radius: number;
+  bore: number;
+  length: number;
+  angle: number;
+  mass: number;
+  speed: number;
+  tiltX: number;
+  tiltY: number;
+  turn: number;
+  x: number;
+  y: number;
+  seed: number;
+}
+
+export const DEFAULTS: Choices = {
+  fabric: "", nodes: 105, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, angle: 60, mass: 8.4, speed: 100,
+  tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
+};
+
+/** Scenes with a name; their digests are computed by the native library when the page is built. */
+export const NAMED: { name: string; title: string; changes: Partial<Choices> }[] = [
+  { name: "hole", title: "Sphere, 100 m/s: a hole", changes: {} },
+  { name: "held", title: "Sphere, 40 m/s: arrested", changes: { speed: 40 } },
+  { name: "corners", title: "Four corners held", changes: { attachment: "four_corners" } },
+  { name: "cylinder", title: "Tilted cylinder, off the middle", changes: { shape: "cylinder", length: 20, mass: 14, speed: 110, tiltX: 35, tiltY: 10, x: 8, y: -5 } },
+  { name: "sector", title: "Sector of a turbine disc, rim first", changes: { shape: "disc_sector", radius: 30, length: 8, mass: 28, speed: 80, tiltY: 20 } },
+  { name: "kevlar", title: "Kevlar KM2, sphere, 150 m/s", changes: { fabric: "kevlar_km2_s706", speed: 150 } },
+  { name: "large", title: "10 in sheet, cylinder (350 x 350 nodes: slow)", changes: { nodes: 350, attachment: "two_sides", shape: "cylinder", length: 38.1, mass: 37, speed: 100 } },
+];
+
+/** The named scene that these choices are. */
+export function nameOf(choices: Choices): string | undefined {
+  const address = toAddress(choices);
+  return NAMED.find((scene) => toAddress({ ...DEFAULTS, ...scene.changes }) === address)?.name;
+}
+
+/** The fields that a shape reads. */
+export const DIMENSIONS: Record<Shape, (keyof Choices)[]> = {
+  sphere: ["radius"],
+  cylinder: ["radius", "length", "tiltX", "tiltY", "turn"],
+  disc_sector: ["radius", "bore", "length", "angle", "tiltX", "tiltY", "turn"],
+};
+
+/** One parameter of the kernel: numbers in SI units, or the name of a choice. Keys are those of scene files. */
+export type Assignment = { key: string; value: number[] | string };
+
+type Vector = [number, number, number];
+type Quaternion = [number, number, number, number];
+
+const rounded = (x: number): number => Math.round(x * 1e9) / 1e9 + 0;
+const SPACING = 0.0254 / 35;
+
+function product(a: Quaternion, b: Quaternion): Quaternion {
+  const [p, q] = [a, b];
+  return [
+    p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+    p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+    p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+    p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+  ];
+}
+
+function about(axis: 0 | 1 | 2, degrees: number): Quaternion {
+  const half = (degrees * Math.PI) / 360;
+  const turn: Quaternion = [Math.cos(half), 0, 0, 0];
+  turn[axis + 1] = Math.sin(half);
+  return turn;
+}
+
+/** The host's z of a point of the body. */
+function height(q: Quaternion, [x, y, z]: Vector): number {
+  const [w, a, b, c] = q;
+  return 2 * (a * c - w * b) * x + 2 * (b * c + w * a) * y + (1 - 2 * (a * a + b * b)) * z;
+}
+
+/** Corners of a disc sector's profile about its centre of mass, m: body x outward along its middle, counter-clockwise. */
+export function profile(choices: Choices): [number, number][] {
+  const half = (choices.angle * Math.PI) / 360;
+  const at = (radius: number, turn: number): [number, number] => [1e-3 * radius * Math.cos(turn), 1e-3 * radius * Math.sin(turn)];
+  const bore = choices.bore > 0 ? [at(choices.bore, half), at(choices.bore, -half)] : [at(0, 0)];
+  const corners = [...bore, ...Array.from({ length: 9 }, (_, k) => at(choices.radius, half * (k / 4 - 1)))];
+  let [area, moment] = [0, 0];
+  corners.forEach(([x, y], k) => {
+    const [nextX, nextY] = corners[(k + 1) % corners.length] ?? [0, 0];
+    const cross = x * nextY - nextX * y;
+    area += cross / 2;
+    moment += ((x + nextX) * cross) / 6;
+  });
+  return corners.map(([x, y]) => [x - moment / area, y]);
+}
+
+/** How the body is turned: a cylinder stands on the sheet, a sector strikes it with its rim; then the tilts, then the turn. */
+function orientation(choices: Choices): Quaternion {
+  if (choices.shape === "sphere") return [1, 0, 0, 0];
+  const start: Quaternion = choices.shape === "cylinder" ? [1, 0, 0, 0] : [0.5, -0.5, -0.5, -0.5];
+  const tilted = product(about(1, choices.tiltY), product(about(0, choices.tiltX), start));
+  return product(about(2, choices.turn), tilted).map(rounded) as Quaternion;
+}
+
+/** How far the body reaches towards the sheet from its centre of mass, m. */
+function reach(choices: Choices, q: Quaternion): number {
+  const [radius, half] = [1e-3 * choices.radius, 5e-4 * choices.length];
+  if (choices.shape === "sphere") return radius;
+  if (choices.shape === "cylinder") {
+    const axis = height(q, [0, 0, 1]);
+    return half * Math.abs(axis) + radius * Math.sqrt(Math.max(0, 1 - axis * axis));
+  }
+  const corners = profile(choices).flatMap(([x, y]): Vector[] => [[x, y, half], [x, y, -half]]);
+  return Math.max(...corners.map((corner) => height(q, corner)));
+}
+
+/** What a fabric changes in the preset; nothing for "". */
+export function changesOf(fabric: string): Record<string, number[]> {
+  const changes = fabric === "" ? {} : fabrics[fabric];
+  if (!changes) throw new Error(`the page has no fabric ${fabric}`);
+  return changes;
+}
+
+/** The distance of two crossings of a fabric, m. */
+export function spacing(fabric: string): number {
+  return changesOf(fabric)["sheet.spacing"]?.[0] ?? SPACING;
+}
+
+/** What differs from the preset `sheet_3in_sphere`, beside what the fabric changes. */
+export function assignments(choices: Choices): Assignment[] {
+  const q = orientation(choices);
+  const side = (choices.nodes - 1) * spacing(choices.fabric);
+  const all: Assignment[] = [
+    { key: "seed", value: [choices.seed] },
+    { key: "sheet.nodes_x", value: [choices.nodes] },
+    { key: "sheet.nodes_y", value: [choices.nodes] },
+    { key: "attachment.kind", value: choices.attachment },
+    // As large beside the sheet as the paper's.
+    { key: "attachment.disc_inset", value: [rounded(0.1 * side)] },
+    { key: "attachment.disc_radius", value: [rounded(0.075 * side)] },
+    { key: "projectile.shape", value: choices.shape },
+    { key: "projectile.mass", value: [rounded(1e-3 * choices.mass)] },
+  ];
+  if (choices.shape === "disc_sector") {
+    const sector: [string, number][] = [
+      ["inner_radius", 1e-3 * choices.bore], ["outer_radius", 1e-3 * choices.radius], ["angle", (choices.angle * Math.PI) / 180], ["thickness", 1e-3 * choices.length],
+    ];
+    all.push(...sector.map(([key, value]) => ({ key: `projectile.sector.${key}`, value: [rounded(value)] })));
+  } else {
+    all.push({ key: "projectile.radius", value: [rounded(1e-3 * choices.radius)] });
+    if (choices.shape === "cylinder") all.push({ key: "projectile.length", value: [rounded(1e-3 * choices.length)] });
+  }
+  const gap = 2e-5;
+  all.push(
+    { key: "projectile.position", value: [1e-3 * choices.x, 1e-3 * choices.y, -reach(choices, q) - gap].map(rounded) },
+    { key: "projectile.velocity", value: [0, 0, choices.speed] },
+    { key: "projectile.orientation", value: q },
+  );
+  return all;
+}
+
+/** The scene as a file for `fabric-study run`. */
+export function toToml(choices: Choices): string {
+  const lines = ["# Written by the page of fabric. `fabric-study run FILE` runs it and prints its digest.", 'preset = "sheet_3in_sphere"'];
+  const written = ({ value }: Assignment, key: string): string => {
+    if (typeof value === "string") return `${key} = "${value}"`;
+    return `${key} = ${value.length === 1 ? String(value[0]) : `[${value.join(", ")}]`}`;
+  };
+  const all = assignments(choices);
+  lines.push(...all.filter(({ key }) => !key.includes(".")).map((one) => written(one, one.key)));
+  if (choices.fabric !== "") lines.push("", "[fabric]", `name = "${choices.fabric}"`);
+  let group = "";
+  for (const one of all.filter(({ key }) => key.includes("."))) {
+    const [table = "", ...rest] = one.key.split(".");
+    if (table !== group) lines.push("", `[${table}]`);
+    group = table;
+    lines.push(written(one, rest.join(".")));
+  }
+  return lines.join("\n") + "\n";
+}
+
+/** What differs from the defaults, as the part of an address behind "#". */
+export function toAddress(choices: Choices): string {
+  const differing = (Object.keys(DEFAULTS) as (keyof Choices)[]).filter((key) => choices[key] !== DEFAULTS[key]);
+  return new URLSearchParams(differing.map((key) => [key, String(choices[key])])).toString();
+}
+
+/** Choices from an address, and the keys that it has and the page does not understand. */
+export function fromAddress(address: string): { choices: Choices; unknown: string[] } {
+  const choices: Choices = { ...DEFAULTS };
+  const unknown: string[] = [];
+  const allowed: Partial<Record<keyof Choices, readonly string[]>> = {
+    fabric: ["", ...Object.keys(fabrics)],
+    attachment: ["two_sides", "four_sides", "four_corners", "free"],
+    shape: ["sphere", "cylinder", "disc_sector"],
+  };
+  for (const [key, text] of new URLSearchParams(address)) {
+    const known = key in DEFAULTS ? (key as keyof Choices) : undefined;
+    const names = known && allowed[known];
+    const value = names ? text : Number(text);
+    const good = names ? names.includes(text) : text.trim() !== "" && Number.isFinite(value);
+    if (known && good) Object.assign(choices, { [known]: value });
+    else unknown.push(key);
+  }
+  return { choices, unknown };
+}

@@ -1,0 +1,254 @@
+// The page in a browser: node test.mjs BROWSER FOLDER FABRIC-STUDY
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, statSync } from "node:fs";
+import { createServer } from "node:http";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { drawn, goTo, says, start } from "./browser.mjs";
+
+const [program, folder, study] = process.argv.slice(2);
+const file = join(folder, "index.html");
+const address = pathToFileURL(file).href;
+const shots = join(folder, "shots");
+mkdirSync(shots, { recursive: true });
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const browser = await start(program);
+const text = (page, id) => page.textContent(`#${id}`);
+
+/** A new page; what it loads from elsewhere, and every error, fails the test at its end. */
+async function open(hash = "", { graphics = true, ...options } = {}, from = address) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+  const page = await context.newPage();
+  if (!graphics) await page.addInitScript(() => (HTMLCanvasElement.prototype.getContext = () => null));
+  page.wrong = [];
+  page.on("console", (message) => message.type() === "error" && page.wrong.push(message.text()));
+  page.on("pageerror", (error) => page.wrong.push(error.message));
+  page.on("request", (request) => {
+    if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(from)) page.wrong.push(`loads ${request.url()}`);
+  });
+  await page.goto(from + hash);
+  return page;
+}
+async function close(page) {
+  assert.deepEqual(page.wrong, []);
+  await page.context().close();
+}
+async function toTheEnd(page) {
+  await page.selectOption("#pace", "0");
+  await page.click("#run");
+  await says(page, /(Arrested|Exited|Passed|failed)/);
+}
+
+const tests = {
+  async "is one file below 1 MB"() {
+    const bytes = statSync(file).size;
+    assert.ok(bytes < 1e6, `${bytes} bytes`);
+    const page = await open();
+    await says(page, /Ready/);
+    const first = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
+    console.log(`    ${Math.round(bytes / 1000)} kB; first paint after ${Math.round(first)} ms, first picture of the sheet after ${Math.round(await page.evaluate(() => performance.now()))} ms`);
+    await close(page);
+  },
+
+  async "gives every pinned digest, from a server too"() {
+    const server = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(readFileSync(file))).listen(0, "127.0.0.1");
+    await new Promise((done) => server.once("listening", done));
+    const page = await open("", {}, `http://127.0.0.1:${server.address().port}/`);
+    await says(page, /Ready/);
+    await page.click("#check");
+    await page.waitForSelector("#pinned table");
+    const pins = readFileSync("../tests/golden/digests", "utf8").trim().split("\n").filter((line) => !line.startsWith("#"));
+    const rows = await page.locator("#pinned tr:has(td)").allTextContents();
+    assert.deepEqual(rows, pins.map((pin) => `${pin.replace(" ", "")}the same`));
+    console.log(`figure 5b: ${rows.length} of ${pins.length} scenes in ${program} ${browser.version()} have the pinned digest`);
+    await close(page);
+    server.close();
+  },
+
+  async "ends three scenes with the native library's bits"() {
+    for (const name of ["hole", "sector", "kevlar"]) {
+      const page = await open();
+      await says(page, /Ready/);
+      await page.selectOption("#named", name);
+      await says(page, /Ready/);
+      await page.evaluate(() => {
+        [window.longest, window.last] = [0, performance.now()];
+        setInterval(() => ([window.longest, window.last] = [Math.max(window.longest, performance.now() - window.last), performance.now()]), 0);
+      });
+      const start = Date.now();
+      await toTheEnd(page);
+      const seconds = ((Date.now() - start) / 1000).toFixed(1);
+      const { digest } = JSON.parse(readFileSync(join(folder, "native", name, "summary.json"), "utf8"));
+      assert.equal(await text(page, "value-digest"), digest);
+      assert.equal(await text(page, "value-same"), "yes");
+      assert.match(await text(page, "outcome"), /Same bits as the native library/);
+      const longest = Math.round(await page.evaluate(() => window.longest));
+      console.log(`    ${name}: ${seconds} s, ${await text(page, "value-speed")}, ${await text(page, "value-slower")} slower than reality, page never busy for more than ${longest} ms`);
+      await close(page);
+    }
+  },
+
+  async "shows the same picture and bits after going back in time"() {
+    const page = await open();
+    await says(page, /Ready/);
+    await page.evaluate(async () => {
+      const [step, time] = ["step", "time"].map((id) => document.getElementById(id));
+      for (let row = 1; row <= 48; row++) {
+        step.click();
+        while (Number(time.value) < row) await new Promise(requestAnimationFrame);
+      }
+    });
+    await says(page, /Stopped/);
+    const seen = async () => [await text(page, "value-digest"), await text(page, "value-time"), await drawn(page)];
+    const row = Number(await page.inputValue("#time"));
+    const before = await seen();
+    assert.ok(before[2].length > 10_000, "there is a picture");
+    await toTheEnd(page);
+    assert.notEqual(await text(page, "value-digest"), before[0]);
+    await goTo(page, row);
+    const again = await seen();
+    assert.deepEqual(again.slice(0, 2), before.slice(0, 2));
+    assert.ok(again[2] === before[2], "the picture differs");
+    // From there it ends as before.
+    await toTheEnd(page);
+    assert.equal(await text(page, "value-same"), "yes");
+    // And once more from the start.
+    await page.click("#run");
+    await says(page, /Running/);
+    await says(page, /Exited/);
+    assert.equal(await text(page, "value-same"), "yes");
+    await close(page);
+  },
+
+  async "works without WebGL, with a word about it"() {
+    const page = await open("#nodes=41", { graphics: false });
+    await says(page, /Ready/);
+    assert.match(await text(page, "nopicture"), /no WebGL/);
+    await page.selectOption("#pace", "0");
+    await page.click("#run");
+    await says(page, /Exited/);
+    page.wrong = page.wrong.filter((error) => !error.includes("WebGL"));
+    await close(page);
+  },
+
+  async "says what is wrong with a bad input"() {
+    const page = await open();
+    await says(page, /Ready/);
+    for (const [field, value, message] of [
+      ["speed", "", /enter a number/],
+      ["nodes", "52.5", /whole number/],
+      ["nodes", "5000", /takes 11 to 501/],
+      ["speed", "90000", /projectile/],
+      ["radius", "0.1", /radius/],
+      ["mass", "-1", /mass/],
+    ]) {
+      const good = await page.inputValue(`#${field}`);
+      await page.fill(`#${field}`, value);
+      await page.locator(`#${field}`).blur();
+      await page.waitForFunction(([source]) => new RegExp(source).test(document.getElementById("problem").textContent), [message.source]);
+      assert.equal(await page.getAttribute(`#${field}`, "aria-invalid"), "true", `${field} = ${value}`);
+      assert.ok(await page.isDisabled("#run"));
+      await page.fill(`#${field}`, good);
+      await page.locator(`#${field}`).blur();
+      await page.waitForFunction(() => document.getElementById("problem").textContent === "" && !document.getElementById("run").disabled);
+    }
+    await close(page);
+    const strange = await open("#speed=fast&colour=red&mass=9");
+    await says(strange, /Ready/);
+    assert.match(await text(strange, "problem"), /speed, colour/);
+    assert.equal(await strange.inputValue("#mass"), "9");
+    await close(strange);
+  },
+
+  async "shares a scene by its address, and as a file that runs natively to the same bits"() {
+    const page = await open();
+    await says(page, /Ready/);
+    await page.selectOption("#fabric", "zylon_as_500_35");
+    for (const [field, value] of Object.entries({ nodes: 53, mass: 3, speed: 210, x: 2.5, y: -1.7, seed: 7 })) await page.fill(`#${field}`, String(value));
+    await page.selectOption("#shape", "cylinder");
+    for (const [field, value] of Object.entries({ radius: 4, length: 9, tiltX: 33, tiltY: -12, turn: 20 })) await page.fill(`#${field}`, String(value));
+    await page.locator("#turn").blur();
+    await says(page, /Ready: cylinder at 210/);
+    const other = await open(await page.evaluate(() => location.hash));
+    await says(other, /Ready/);
+    assert.equal(await text(other, "value-digest"), await text(page, "value-digest"));
+    await toTheEnd(other);
+    const [download] = await Promise.all([other.waitForEvent("download"), other.click("#toml")]);
+    const scene = join(folder, "scenes", "shared.toml");
+    await download.saveAs(scene);
+    const native = join(folder, "native", "shared");
+    execFileSync(study, ["run", scene, "--out", native], { stdio: "ignore" });
+    assert.equal(await text(other, "value-digest"), JSON.parse(readFileSync(join(native, "summary.json"), "utf8")).digest);
+    // The history too: the same numbers, printed in another way.
+    const [table] = await Promise.all([other.waitForEvent("download"), other.click("#csv")]);
+    const numbers = (path) => readFileSync(path, "utf8").trim().split("\n").map((line, k) => (k === 0 ? line : line.split(",").map(Number)));
+    const [here, there] = [numbers(await table.path()), numbers(join(native, "history.csv"))];
+    const column = here[0].split(",").indexOf("momentum_residual_n_s");
+    // Math.hypot and the library's length differ in the last digit.
+    for (const rows of [here, there]) for (const row of rows.slice(1)) row[column] = 0;
+    assert.deepEqual(here, there);
+    await close(page);
+    await close(other);
+  },
+
+  async "runs by the keyboard"() {
+    const page = await open("#nodes=41");
+    await says(page, /Ready/);
+    await page.selectOption("#pace", "20");
+    await page.focus("#side");
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement?.id), "run");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => Number(document.getElementById("time").value) > 3);
+    await page.keyboard.press("Enter");
+    await says(page, /Stopped/);
+    for (let k = 0; k < 4; k++) await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement?.id), "time");
+    await page.keyboard.press("Home");
+    await page.waitForFunction(() => document.getElementById("time").getAttribute("aria-valuetext") === "0.0 µs");
+    await page.keyboard.press("ArrowRight");
+    await page.waitForFunction(() => document.getElementById("value-time").textContent.endsWith("step 64"));
+    await close(page);
+  },
+
+  async "has no error of accessibility, wide and narrow, light and dark"() {
+    for (const width of [1280, 390]) {
+      for (const colorScheme of ["light", "dark"]) {
+        const page = await open("", { viewport: { width, height: width === 390 ? 844 : 900 }, colorScheme });
+        const shot = (when) => page.screenshot({ path: join(shots, `${width}-${colorScheme}-${when}.png`), fullPage: true });
+        await says(page, /Ready/);
+        await shot("before");
+        await toTheEnd(page);
+        await shot("after");
+        await goTo(page, 54);
+        await shot("during");
+        await page.evaluate(() => (document.getElementById("more").open = true));
+        await page.click("#check");
+        await page.waitForSelector("#pinned table");
+        const { violations } = await page.evaluate(`${axe}; axe.run()`);
+        assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html)}`), []);
+        const over = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+        assert.ok(over <= 0, `${width}: ${over} pixels too wide`);
+        await close(page);
+      }
+    }
+    console.log(`    screenshots: ${shots}`);
+  },
+};
+
+let failed = 0;
+for (const [name, test] of Object.entries(tests)) {
+  const start = Date.now();
+  try {
+    await test();
+    console.log(`  ok  ${name} (${((Date.now() - start) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    failed += 1;
+    console.log(`  FAILED  ${name}\n${error.stack}`);
+  }
+}
+await browser.close();
+console.log(failed === 0 ? `the page: ${Object.keys(tests).length} tests passed in ${browser.version()}` : `${failed} failed`);
+process.exitCode = failed === 0 ? 0 : 1;

@@ -1,0 +1,108 @@
+//! `cargo xtask web`: the kernel for WebAssembly through the C interface, in one page without anything loaded from elsewhere
+//! (web/, docs/web.md); and the page's test in a browser.
+
+use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run as command, target, top};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Options of the command.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Also run the page's test in Chromium, as `cargo xtask test` does.
+    #[arg(long)]
+    test: bool,
+    /// Also make the README's pictures: docs/images/web.png, the page in Chromium, and docs/images/movie.gif.
+    #[arg(long)]
+    pictures: bool,
+}
+
+/// Names of the browser.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// Runs the command.
+pub fn run(options: &Options) -> Outcome {
+    let out = build()?;
+    if options.test {
+        node("test.mjs", &[browser()?, &out.to_string_lossy(), &study()])?;
+    }
+    if options.pictures {
+        let images = top().join("docs/images");
+        node("picture.mjs", &[browser()?, &out.to_string_lossy(), &images.join("web.png").to_string_lossy()])?;
+        movie(&images.join("movie.gif"))?;
+    }
+    Ok(())
+}
+
+/// The README's movie: until the fragment is through.
+fn movie(path: &Path) -> Outcome {
+    let folder = target().join("movie");
+    let (scene, out) = ("study/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
+    command(study(), &["run", scene, "--movie", "--steps", "17000", "--out", &out])?;
+    command(python()?, &["-m", "reports", "run", &out])?;
+    let copied = std::fs::copy(folder.join("movie.gif"), path);
+    copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The page's test, where what it needs is installed.
+pub fn check() -> Outcome {
+    let missing = crate::digests::module_ready().and(tools()).and(browser().map(|_| ()));
+    if let Err(missing) = missing {
+        println!("skipped: {missing}");
+        return Ok(());
+    }
+    run(&Options { test: true, pictures: false })
+}
+
+fn browser() -> Result<&'static str, String> {
+    first_found(&BROWSERS).ok_or("no browser is here (Debian: chromium)".into())
+}
+
+fn tools() -> Outcome {
+    let found = first_found(&["node"]).is_some() && first_found(&["npm"]).is_some();
+    if found { Ok(()) } else { Err("node or npm is missing (Debian: nodejs npm)".into()) }
+}
+
+/// The program that runs scenes with the library of this machine.
+fn study() -> String {
+    target().join("release/fabric-study").to_string_lossy().into_owned()
+}
+
+/// Builds the page: its folder.
+fn build() -> Result<PathBuf, String> {
+    tools()?;
+    let out = make_folder(target().join("web"))?;
+    let kernel = out.join("kernel.wasm");
+    crate::digests::module(&kernel)?;
+    cargo(&["build", "--quiet", "--release", "--package", "fabric-study"])?;
+    packages()?;
+    in_web("node", &["node_modules/typescript/bin/tsc"])?;
+    node("build.mjs", &[&kernel.to_string_lossy(), &study(), &out.to_string_lossy()])?;
+    Ok(out)
+}
+
+/// Installs what web/package-lock.json names, if it is not installed. No package may run a program of its own.
+fn packages() -> Outcome {
+    let wanted = read(top().join("web/package-lock.json"))?;
+    if wanted.contains("\"resolved\"") {
+        return Err("web/package-lock.json names a registry: web/.npmrc keeps it out".into());
+    }
+    let stamp = top().join("web/node_modules/installed");
+    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return Ok(());
+    }
+    println!("Installing what web/package-lock.json names ...");
+    in_web("npm", &["ci", "--ignore-scripts", "--silent"])?;
+    std::fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))
+}
+
+fn node(program: &str, arguments: &[&str]) -> Outcome {
+    in_web("node", &[&[program], arguments].concat())
+}
+
+/// Runs a program in the folder web.
+fn in_web(program: &str, arguments: &[&str]) -> Outcome {
+    let shown = format!("{program} {}", arguments.join(" "));
+    let status = Command::new(program).args(arguments).current_dir(top().join("web")).status();
+    let status = status.map_err(|error| format!("cannot start `{shown}`: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("`{shown}` failed ({status})")) }
+}
