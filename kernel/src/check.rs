@@ -209,11 +209,7 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "back.weibull_shape", shape, WEIBULL_SHAPES[0]));
         }
         let back = self.all_of_back();
-        back.check_pairs()
-            .and_then(|()| back.check_yarn())
-            .and_then(|()| back.check_rest())
-            .and_then(|()| back.check_toe())
-            .map_err(of_back)
+        back.check_yarn().and_then(|()| back.check_rest()).and_then(|()| back.check_toe()).map_err(of_back)
     }
 
     fn check_step(&self) -> Result<(), Error> {
@@ -273,6 +269,7 @@ impl Scene {
         let toe = ("slack_toe", self.slack_toe != 0.0);
         let mirrors = [("symmetry.mirror_x", self.symmetry.mirror_x), ("symmetry.mirror_y", self.symmetry.mirror_y)];
         let strength = ("yarn.strength_draw", yarn.strength_draw != StrengthDraw::None);
+        let strength_of_back = ("back.weibull_shape", self.back.plies > 0 && self.back.weibull_shape != 0.0);
         let friction = ("contact.friction", self.contact.friction != 0.0);
         let viscous = [
             ("yarn.viscosity_linear", yarn.viscosity_linear != 0.0),
@@ -289,13 +286,15 @@ impl Scene {
         apart(&viscous, &[theta])?;
         // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
         let [rate_modulus, rate_stretch] = rates;
-        apart(&[toe], &[strength, rate_modulus, rate_stretch, theta])?;
+        apart(&[toe], &[strength, strength_of_back, rate_modulus, rate_stretch, theta])?;
         apart(&[halved, plies], &[theta])?;
         // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
         let unlike = [plies, ("yarn.stochastic", yarn.stochastic), strength, ("drive", self.drive != Drive::Free)];
         apart(&unlike, &mirrors)?;
-        for (crimp, strain) in [(crimp_x, strain_x), (crimp_y, strain_y)] {
-            apart(&[("sheet.crimp", crimp != 0.0)], &[("sheet.pre_strain", strain != 0.0)])?;
+        let [back_x, back_y] = if self.back.plies > 0 { self.back.crimp } else { [0.0; 2] };
+        for (crimp, behind, strain) in [(crimp_x, back_x, strain_x), (crimp_y, back_y, strain_y)] {
+            let crimps = [("sheet.crimp", crimp != 0.0), ("back.crimp", behind != 0.0)];
+            apart(&crimps, &[("sheet.pre_strain", strain != 0.0)])?;
         }
         // A ply is turned within the same grid.
         let [x, y] = self.spacings();
@@ -446,14 +445,12 @@ struct Bounds {
 
 /// The refusal of the back fabric, found where it stood in the place of the front one.
 fn of_back(error: Error) -> Error {
-    let own = |field| match field {
-        "sheet.crimp" => "back.crimp",
+    let field = match error.field {
         "yarn.damage_slope" => "back.damage_slope",
         "yarn.damage_intercept" => "back.damage_intercept",
-        "yarn.strength_draw" => "back.weibull_shape",
         field => field,
     };
-    Error { field: own(error.field), with: own(error.with), ..error }
+    Error { field, ..error }
 }
 
 /// Refuses an option of the first list beside one of the second. Each by its name, and whether the scene has it.

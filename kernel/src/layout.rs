@@ -117,6 +117,11 @@ impl Layout {
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
+        Layout::of_sound(scene)
+    }
+
+    /// Sizes for a scene that has been checked.
+    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
         // Nodes are numbered by u32 where contact and detachment note them.
         let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
         Layout::compute(scene).filter(numbered).ok_or(Error::new(

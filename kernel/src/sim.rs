@@ -158,14 +158,13 @@ impl<'a> Sim<'a> {
     where
         'a: 'p,
     {
-        let layout = Layout::of(scene)?;
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
-        blocks::check(memory, &layout)?;
+        check_memory(scene, memory)?;
         let limits = scene.step_limits()?;
         start::check_body(scene, limits)?;
         let sim = place();
         sim.system.scene = *scene;
-        sim.system.layout = layout;
+        sim.lay_out(scene)?;
         sim.system.model.derive(scene, limits);
         sim.system.directions.derive(scene, limits.dt);
         start::place_body(scene, &sim.system.model, &mut sim.system.state.body)?;
@@ -173,6 +172,12 @@ impl<'a> Sim<'a> {
         sim.system.instructions = InstructionSet::widest();
         sim.fill(memory)?;
         Ok(sim)
+    }
+
+    #[inline(never)] // Its sizes must not add to the stack of the checks.
+    fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
+        self.system.layout = Layout::of_sound(scene)?;
+        Ok(())
     }
 
     /// Takes the memory, which has been found to be enough, and fills it.
@@ -611,4 +616,9 @@ impl<'a> Sim<'a> {
         }
         Ok(())
     }
+}
+/// Refuses memory that is too short for a scene.
+#[inline(never)] // The sizes must not add to the stack of what is checked next.
+fn check_memory(scene: &Scene, memory: &[CacheLine]) -> Result<(), Error> {
+    blocks::check(memory, &Layout::of(scene)?)
 }

@@ -177,7 +177,8 @@ fn refused_or_run(scene: &Scene) -> Result<bool, TestCaseError> {
 /// A test that nearly all scenes do not get to would say nothing: of each kind some must run.
 #[test]
 fn any_scene_is_refused_or_runs() {
-    let kinds: [(&str, fn(&Scene) -> bool, u32); 6] = [
+    type Kind = (&'static str, fn(&Scene) -> bool, u32);
+    let kinds: [Kind; 6] = [
         ("scenes", |_| true, 150),
         ("with separate plies", |scene| scene.stack.plies > 1, 25),
         ("with friction", |scene| scene.contact.friction > 0.0, 40),
