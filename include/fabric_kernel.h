@@ -237,6 +237,21 @@
 // rotation_rule.kind: the paper's theta rule, which does not conserve.
 #define FK_ROTATION_THETA 1
 
+// Graded network: bars that stand for several yarns, away from the hit: a part of fk_scene.
+typedef struct fk_scene_sheet_grading {
+    // Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow
+    // by factors of two away from the fine part. Not with viscosity, a dependence on the rate of strain, friction or
+    // separate plies. 0 to 64. Default 0.
+    uint64_t largest;
+    // Bars of each size before the next. Read with grading only. 1 to 1000000. Default 4.
+    uint64_t run;
+    // Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror
+    // plane. Read with grading only. In m. Default 0 each.
+    double centre[2];
+    // Half the width of the fine part along x and along y. Read with grading only. In m, >= 0. Default 0 each.
+    double half_width[2];
+} fk_scene_sheet_grading;
+
 // Faces of a polyhedron, in body axes: a part of fk_scene.
 typedef struct fk_scene_projectile_faces {
     // Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only. 0 to 16. Default 0.
@@ -294,12 +309,15 @@ typedef struct fk_scene_sheet {
     // Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's. Of unit length to 1e-3.
     // Default (1, 0, 0, 0).
     double orientation[4];
+    // Graded network: bars that stand for several yarns, away from the hit.
+    fk_scene_sheet_grading grading;
 } fk_scene_sheet;
 
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
     // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
-    // Verlet only; not with mirror planes, friction or a dependence on the rate of strain. 1 to 1000. Default 1.
+    // Verlet only; not with mirror planes, friction, a dependence on the rate of strain or a graded network. 1 to 1000.
+    // Default 1.
     uint64_t plies;
     // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
     // for more than one ply only. In m, >= 0. Default 0.
@@ -401,7 +419,7 @@ typedef struct fk_scene_yarn {
     // Velocity Verlet only. 0 to 0.2. Default 0.
     double viscosity_bending;
     // Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity
-    // Verlet only; not with a toe, pre-tension or separate plies. 0 to 1. Default 0.
+    // Verlet only; not with a toe, pre-tension, separate plies or a graded network. 0 to 1. Default 0.
     double rate_modulus;
     // Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none. 0 to 1. Default 0.
     double rate_stretch;
@@ -470,7 +488,7 @@ typedef struct fk_scene_projectile {
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
-    // Velocity Verlet only; not with separate plies. 0 to 10. Default 0.
+    // Velocity Verlet only; not with separate plies or a graded network. 0 to 10. Default 0.
     double friction;
 } fk_scene_contact;
 
@@ -701,9 +719,9 @@ typedef struct fk_step_limits {
 // What is modelled of the sheet, and so the lengths of the arrays of fk_copy_... and fk_set_... Of a stack it is what one ply
 // has, and arrays hold `plies` times as much, ply by ply.
 typedef struct fk_grid {
-    // Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
+    // Nodes along x: sheet.nodes_x, of a graded network its own, or what symmetry.mirror_x leaves of them.
     uint64_t nodes_x;
-    // Nodes along y: sheet.nodes_y, or what symmetry.mirror_y leaves of them.
+    // Nodes along y: sheet.nodes_y, of a graded network its own, or what symmetry.mirror_y leaves of them.
     uint64_t nodes_y;
     // Segments along x, row by row, horizontal / nodes_y in each row.
     uint64_t horizontal;
@@ -808,6 +826,9 @@ typedef struct fk_counters {
     uint64_t most_iterations;
     // Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     double ply_penetration;
+    // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    // too far apart to feel it: 0 in a run that is to be trusted.
+    uint64_t beyond_fine;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -870,6 +891,16 @@ int32_t fk_scene_set_back_textile(fk_scene *scene,
                                   uint64_t textile_size,
                                   struct fk_fault *fault,
                                   uint64_t fault_size);
+
+// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
+// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
+// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
+// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
+// Errors: FK_OUT_OF_RANGE and FK_NOT_FINITE of `error`, and those of fk_scene_check.
+int32_t fk_scene_set_grading(fk_scene *scene,
+                             double error,
+                             struct fk_fault *fault,
+                             uint64_t fault_size);
 
 // Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
 // field, its value and the limit. `fault_size` is its sizeof.

@@ -183,6 +183,14 @@ inline Fault set_back_textile(fk_scene &scene, const fk_textile &textile) noexce
     return fault;
 }
 
+// Chooses a graded network for an error wanted. fk_scene_set_grading
+inline Fault set_grading(fk_scene &scene, double error) noexcept
+{
+    Fault fault;
+    fk_scene_set_grading(&scene, error, fault.raw(), sizeof(fk_fault));
+    return fault;
+}
+
 // Bytes of a simulation's memory. fk_memory_size
 inline Result<std::uint64_t> memory_size(const fk_scene &scene) noexcept
 {

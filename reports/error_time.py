@@ -121,6 +121,14 @@ def viscosity(folder, rows):
     return table(rows, columns)
 
 
+def grading(folder, rows):
+    with_open = lambda name: lambda row: f"{row[name + ': error %']:.2f} ± {row[name + ': open %']:.2f}"
+    columns = [("case", "case", None), ("network", "network", None), ("nodes", "nodes", None), ("runs", "runs", 0), ("absorbed J", "absorbed J", 2)]
+    columns += [("deviation %", "absorbed: deviation %", 2), ("error %", with_open("absorbed"), None)]
+    columns += [("velocity m/s", "velocity m/s", 2), ("deviation %", "velocity: deviation %", 2), ("error %", with_open("velocity"), None)]
+    return table(rows, columns + [("node-steps", "node-steps", "e2"), ("times fewer", "times fewer", 1), ("times faster", "times faster", 1)])
+
+
 def pointwise(folder, rows):
     distances = ["V0 by 1e-12: largest so far (h)", "mirrored: largest so far (h)", "root mean square now (h)", "velocity so far, of V0", "work so far, of KE0"]
     return table(rows, [("case", "case", None), ("step", "step", 0), ("time us", "time us", 1), ("slack segments %", "slack segments %", 0), *same(distances, "e1")])
@@ -251,6 +259,7 @@ PARTS = {
     "overshoot_strain": ("Overshoot: strains of a strip struck across its middle", overshoot_strain),
     "viscosity": ("Viscosity in whole impacts", viscosity),
     "overshoot_breaking": ("Overshoot: velocities that break the strip", overshoot_breaking),
+    "grading": ("Graded networks against the whole fabric", grading),
     "pointwise": ("Point by point before the first failure", pointwise),
     "quarter": ("Quarter against whole sheet, before the first failure", quarter),
     "impact": ("Whole impacts", impact),

@@ -149,6 +149,21 @@ pub unsafe extern "C" fn fk_scene_set_back_textile(
     telling(fault, fault_size, set)
 }
 
+/// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
+/// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
+/// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
+/// Threads: any, each with its own scene. Time: constant. Touches: `scene`; on an error only `fault`.
+/// Errors: FK_OUT_OF_RANGE and FK_NOT_FINITE of `error`, and those of fk_scene_check.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_scene_set_grading(
+    mut scene: Output<fk_scene>,
+    error: f64,
+    fault: Output<fk_fault>,
+    fault_size: u64,
+) -> i32 {
+    telling(fault, fault_size, || change_scene(&mut scene, |scene| in_our_environment(|| scene.set_grading(error))))
+}
+
 /// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
 /// field, its value and the limit. `fault_size` is its sizeof.
 /// Threads: any. Time: draws every segment of a stochastic sheet (some 0.1 us each). Touches: `fault`, on an error.

@@ -81,9 +81,9 @@ pub struct fk_fault {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fk_grid {
-    /// Nodes along x: sheet.nodes_x, or what symmetry.mirror_x leaves of them.
+    /// Nodes along x: sheet.nodes_x, of a graded network its own, or what symmetry.mirror_x leaves of them.
     pub nodes_x: u64,
-    /// Nodes along y: sheet.nodes_y, or what symmetry.mirror_y leaves of them.
+    /// Nodes along y: sheet.nodes_y, of a graded network its own, or what symmetry.mirror_y leaves of them.
     pub nodes_y: u64,
     /// Segments along x, row by row, horizontal / nodes_y in each row.
     pub horizontal: u64,

@@ -144,7 +144,7 @@ def main():
     parts += [
         "<h2>Results</h2>",
         table([(name.replace(" us", " µs"), value.replace(" us", " µs")) for name, value in result_rows(results)]),
-        "<h2>Books between host and shield</h2>",
+        "<h2>Balances between host and shield</h2>",
         "<p>The host's own bookkeeping against the FMU's outputs at the end of the run. Gravity and drag are taken out of the "
         "host's side. The difference in energy is the error of the coupling at this communication step; the shield's own energy "
         "balance shows the error of its time step.</p>",

@@ -19,7 +19,7 @@ const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
 const FORMAT: u64 = 3;
 const HEADER_WORDS: usize = 4;
 /// Words of `Kept` (tested against the traversal).
-const KEPT_WORDS: usize = 1 + SLOTS + 13 + 10 + 3 + 6 + 2 + 2 + 2;
+const KEPT_WORDS: usize = 1 + SLOTS + 13 + 11 + 3 + 6 + 2 + 2 + 2;
 const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
 
 impl Instance {

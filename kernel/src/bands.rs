@@ -47,6 +47,7 @@ use crate::blocks::Blocks;
 use crate::contact::Gathered;
 use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
+use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::{CacheLine, InstructionSet};
 use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
@@ -135,6 +136,8 @@ struct Pointers {
     marks: *const Chunk<MARK_PLANES>,
     pushes: *mut Chunk<PUSH_PLANES>,
     taken: *mut f64,
+    columns: *const Chunk<LINE_PLANES>,
+    lines: *const Chunk<LINE_PLANES>,
     before: *mut [f64; CHUNK],
     awake: *const [u32; 2],
     ranges: *mut [f64; 2],
@@ -165,7 +168,11 @@ impl<'s, 'a> Bands<'s, 'a> {
         let needed = system.layout.band_lines(of)?;
         let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
-        let plan = Plan::of(system, of, scratch, None);
+        let plan = Plan::of(system, scratch, None);
+        for band in 0..of {
+            // SAFETY: this call has the simulation to itself, so no band is being swept.
+            unsafe { plan.cut(of, band) };
+        }
         let outcomes = system.state.watch.mask().bits();
         Ok(Bands {
             system,
@@ -275,7 +282,11 @@ impl Bands<'_, '_> {
         }
         self.steps.fetch_add(usize::from(system.state.step > steps), Ordering::Release);
         self.outcomes.store(system.state.watch.mask().bits(), Ordering::Release);
-        *plan = Plan::of(system, self.of, plan.memory.scratch, Some(plan));
+        *plan = Plan::of(system, plan.memory.scratch, Some(plan));
+        for band in 0..self.of {
+            // SAFETY: the caller's promise.
+            unsafe { plan.cut(self.of, band) };
+        }
         Ok(())
     }
 }
@@ -298,7 +309,7 @@ impl Drop for Bands<'_, '_> {
 
 impl Plan {
     /// Plans the pass that follows `last`, or the first one.
-    fn of(system: &mut System<'_>, of: u32, scratch: *mut f64, last: Option<&Plan>) -> Plan {
+    fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>) -> Plan {
         let second_half = last.is_some_and(|last| last.end < 1.0);
         let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
         let failed_before = match last {
@@ -325,7 +336,21 @@ impl Plan {
         rows[0] = rows[0].min(rows[1]);
         let marked = system.layout.toe && system.failed_segments > 0;
         let Blocks {
-            hot, history, yarn, strength, logarithms, marks, pushes, taken, before, awake, ranges, runs, ..
+            hot,
+            history,
+            yarn,
+            strength,
+            logarithms,
+            marks,
+            pushes,
+            taken,
+            columns,
+            lines,
+            before,
+            awake,
+            ranges,
+            runs,
+            ..
         } = &mut system.blocks;
         let memory = Pointers {
             directions: &raw const system.directions,
@@ -337,6 +362,8 @@ impl Plan {
             marks: marks.as_ptr(),
             pushes: pushes.as_mut_ptr(),
             taken: taken.as_mut_ptr(),
+            columns: columns.as_ptr(),
+            lines: lines.as_ptr(),
             before: before.as_mut_ptr(),
             awake: awake.as_ptr(),
             ranges: ranges.as_mut_ptr(),
@@ -345,7 +372,7 @@ impl Plan {
         };
         let track_support = system.scene.track_support;
         let all = system.steps_all();
-        let plan = Plan {
+        Plan {
             end,
             second_half,
             failed_before,
@@ -360,12 +387,7 @@ impl Plan {
             marked,
             track_support,
             memory,
-        };
-        for band in 0..of {
-            // SAFETY: the caller has the simulation to itself, so no band is being swept.
-            unsafe { plan.cut(of, band) };
         }
-        plan
     }
 
     /// Rows [first, end) of a band.
@@ -437,7 +459,7 @@ impl Plan {
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
                 let terms = self.terms();
                 let yarn = terms.yarn_row(yarn, strength, logarithms, 0, lowest);
-                terms.pass(lowest).lift(below, history, here, carry, &yarn, marks);
+                terms.pass(&self.net(), lowest).lift(first - 1, below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -448,6 +470,7 @@ impl Plan {
     ///
     /// # Safety
     /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    #[inline(never)] // What it needs must not add to the stack of a sweep.
     unsafe fn push(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if first == end {
@@ -519,7 +542,7 @@ impl Plan {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
                 let pulls = self.pulls(of);
-                let rows = Rows {
+                let mut rows = Rows {
                     first: start,
                     ply,
                     hot: rows_mut(memory.hot, chunks, start, count),
@@ -534,6 +557,7 @@ impl Plan {
                     before: if layout.is_stack() { rows_mut(memory.before, chunks, start, count) } else { &mut [] },
                     ranges: rows_mut(memory.ranges, 1, start, count),
                     runs: rows(memory.runs, 1, start, count),
+                    net: self.net(),
                     carry,
                     kept,
                 };
@@ -569,7 +593,7 @@ impl Plan {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
                 let pulls = pulls.map(Vector::from);
-                step::book_pulls(&mut system.state.sums, &system.scene, j - bottom, &pulls, share);
+                step::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j - bottom, &pulls, share);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;
@@ -577,6 +601,24 @@ impl Plan {
             step::end_step(system, self.failed_before)?;
         }
         Ok(())
+    }
+
+    /// Bars and widths of a graded network.
+    ///
+    /// # Safety
+    /// The simulation's blocks are there.
+    unsafe fn net<'r>(&self) -> Net<'r> {
+        let layout = &self.layout;
+        if !layout.graded {
+            return Net { columns: &[], lines: &[] };
+        }
+        // SAFETY: they are as long, and nothing changes them.
+        unsafe {
+            Net {
+                columns: rows(self.memory.columns, 1, 0, layout.chunks),
+                lines: rows(self.memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)),
+            }
+        }
     }
 
     /// A band's own numbers.

@@ -2,6 +2,7 @@
 
 use crate::error::{Code, Error};
 use crate::friction::TANGENTIAL_REALS;
+use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
 use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, POOLED_REALS};
 use crate::planes::{
@@ -38,6 +39,10 @@ pub(crate) struct Blocks<'a> {
     pub logarithms: &'a mut [Chunk<RATE_PLANES>],
     /// Energy that viscosity and rate have taken of each row in the present pass, in units of m (h/dt)^2.
     pub taken: &'a mut [f64],
+    /// Constants of a row of nodes of a graded network, chunk by chunk of its columns (`grading.rs`).
+    pub columns: &'a mut [Chunk<LINE_PLANES>],
+    /// The same of a column of nodes.
+    pub lines: &'a mut [Chunk<LINE_PLANES>],
     /// Of a stack (`stack.rs`), as all up to `slots`: velocities along z before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
@@ -80,6 +85,8 @@ impl<'a> Blocks<'a> {
             viscous: &mut [],
             logarithms: &mut [],
             taken: &mut [],
+            columns: &mut [],
+            lines: &mut [],
             before: &mut [],
             column: &mut [],
             pooled: &mut [],
@@ -107,6 +114,7 @@ impl<'a> Blocks<'a> {
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
         let watched = |count: usize| if layout.track_detachment { count } else { 0 };
         let implicit = |count: usize| if layout.implicit { count } else { 0 };
+        let graded = |count: usize| if layout.graded { count * CHUNK * LINE_PLANES } else { 0 };
         let viscous = |count: usize| if layout.viscous { count } else { 0 };
         let stack = |count: usize| if layout.is_stack() { count } else { 0 };
         let rough = |count: usize| if layout.friction { count } else { 0 };
@@ -121,6 +129,8 @@ impl<'a> Blocks<'a> {
                 pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
                 viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
                 logarithms: chunked(reals.take(if layout.rate { ny * RATE_PLANES * row } else { 0 })?),
+                columns: chunked(reals.take(graded(layout.chunks))?),
+                lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 ranges: reals.take(2 * ny)?.as_chunks_mut().0,

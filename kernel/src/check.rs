@@ -8,8 +8,8 @@ use crate::math;
 use crate::planes::{AT_REST, Axis};
 use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind, STEP_MAX_FRACTION,
-    STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, TOE_RANGE,
-    TimeStep, WEIBULL_SHAPES,
+    STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
+    TOE_RANGE, TimeStep, WEIBULL_SHAPES,
 };
 use crate::shape;
 use crate::weave;
@@ -190,6 +190,7 @@ impl Scene {
         self.check_yarn()?;
         self.check_rate()?;
         self.check_rest()?;
+        self.check_grading()?;
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
@@ -279,11 +280,13 @@ impl Scene {
         let rates = [("yarn.rate_modulus", yarn.rate_modulus != 0.0), ("yarn.rate_stretch", yarn.rate_stretch != 0.0)];
         let plies = ("stack.plies", self.stack.plies > 1);
         let strained = ("sheet.pre_strain", self.sheet.pre_strain != [0.0; 2]);
-        apart(&rates, &[plies, theta])?;
+        let graded = ("sheet.grading.largest", self.is_graded());
+        apart(&rates, &[plies, theta, graded])?;
         // A strain that is there before the load has no rate.
         apart(&[strained], &rates)?;
-        apart(&[friction], &[plies, theta])?;
-        apart(&viscous, &[theta])?;
+        apart(&[friction], &[plies, theta, graded])?;
+        apart(&viscous, &[theta, graded])?;
+        apart(&[plies], &[graded])?;
         // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
         let [rate_modulus, rate_stretch] = rates;
         apart(&[toe], &[strength, strength_of_back, rate_modulus, rate_stretch, theta])?;
@@ -365,6 +368,25 @@ impl Scene {
             // Segments of one line at one stretch pull alike only if their moduli are alike.
             if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
                 return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The sizes of bars, and mirror planes through the middle of the fine part.
+    fn check_grading(&self) -> Result<(), Error> {
+        let grading = &self.sheet.grading;
+        if !grading.largest.is_power_of_two() && grading.largest != 0 {
+            let size = grading.largest.next_power_of_two();
+            return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), size.into()));
+        }
+        if !self.is_graded() {
+            return Ok(());
+        }
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        for (mirrored, centre) in [(mirror_x, grading.centre[0]), (mirror_y, grading.centre[1])] {
+            if mirrored && centre != 0.0 {
+                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0));
             }
         }
         Ok(())

@@ -14,16 +14,18 @@
 use crate::blocks::Blocks;
 use crate::error::Failure;
 use crate::friction::{self, TANGENTIAL_REALS, Tangential};
+use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::CANDIDATE_REALS;
 use crate::math;
-use crate::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::places::{Places, rest_offset};
+use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
-use crate::scene::{Drive, Symmetry};
+use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
-use crate::weave::{self, in_runs};
+use crate::weave::in_runs;
 
 /// Sweeps after which a solve is given up and counted.
 pub const MAX_SWEEPS: u32 = 200;
@@ -45,7 +47,7 @@ pub struct Candidate {
     pub normal: Vector,
     /// r x n in body axes, m: the arm of the impulse.
     pub arm: Vector,
-    /// How often the node appears in the whole sheet: 1 without mirror planes. For a fixed node the negative of it.
+    /// How many nodes of the whole fabric it stands for: 1 without mirror planes and grading. For a fixed node the negative of it.
     pub weight: f64,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
@@ -99,7 +101,7 @@ impl Candidate {
         self.weight < 0.0
     }
 
-    /// How often the node appears in the whole sheet.
+    /// How many nodes of the whole fabric it stands for.
     pub fn images(&self) -> f64 {
         if self.is_fixed() { -self.weight } else { self.weight }
     }
@@ -145,6 +147,7 @@ pub struct Search<'s> {
 
 impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
+    #[inline(never)] // What it needs must not add to the stack of the search.
     pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
         // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
@@ -157,12 +160,41 @@ impl<'s> Search<'s> {
         high >= self.body.position.y - self.half[1] && low <= self.body.position.y + self.half[1]
     }
 
-    /// The first chunk of a row, from number `from` on, with a node in the body's box. `first`: rest place of the row's first
-    /// node in spacings `h`, m.
-    pub fn next_near(&self, row: &[Chunk<HOT_PLANES>], from: usize, first: [f64; 3], h: f64) -> Option<usize> {
+    /// Whether the plane of the flat sheet cuts the body's box.
+    fn meets_plane(&self) -> bool {
+        math::abs(self.body.position.z) <= self.half[2]
+    }
+
+    /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet nothing is coarse.
+    #[inline(never)] // It must not add to the stack of the sweep.
+    fn is_beyond_fine(&self, scene: &Scene) -> bool {
+        let axes = [(0, Axis::Horizontal), (1, Axis::Vertical)];
+        axes.into_iter().zip(Places::both(scene)).any(|((k, axis), places)| {
+            let ([first, last], h) = (places.fine, scene.spacing(axis));
+            let (x, reach) = (self.body.position[k], self.half[k] - self.margin);
+            let place = |crossing: u32| rest_offset(crossing as usize, places.crossings) * h;
+            (first > 0 && x - reach < place(first)) || (last + 1 < places.crossings && x + reach > place(last))
+        })
+    }
+
+    /// The first chunk of a row, from number `from` on, with a node in the body's box. `columns`: those of a graded network;
+    /// `first`: rest place of the row's first node in spacings `h`, m.
+    pub fn next_near(
+        &self,
+        row: &[Chunk<HOT_PLANES>],
+        columns: &[Chunk<LINE_PLANES>],
+        from: usize,
+        first: [f64; 3],
+        h: f64,
+    ) -> Option<usize> {
         let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
-        let centre = [centre.x - first[0], centre.y - first[1], centre.z - first[2]];
-        lanes::dispatch(self.instructions, Near { row, from, centre, half })
+        let across = if columns.is_empty() { centre.x - first[0] } else { centre.x };
+        let centre = [across, centre.y - first[1], centre.z - first[2]];
+        if columns.is_empty() {
+            lanes::dispatch(self.instructions, Near::<false> { row, columns, from, centre, half })
+        } else {
+            lanes::dispatch(self.instructions, Near::<true> { row, columns, from, centre, half })
+        }
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
@@ -185,15 +217,16 @@ impl<'s> Search<'s> {
     }
 }
 
-/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node.
-struct Near<'a> {
+/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
+struct Near<'a, const GRADED: bool> {
+    columns: &'a [Chunk<LINE_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
     from: usize,
     centre: [f64; 3],
     half: [f64; 3],
 }
 
-impl Job for Near<'_> {
+impl<const GRADED: bool> Job for Near<'_, GRADED> {
     type Output = Option<usize>;
 
     #[inline(always)]
@@ -203,8 +236,12 @@ impl Job for Near<'_> {
         let [hx, hy, hz] = self.half.map(L::splat);
         let zero = L::splat(0.0);
         for (c, [x, y, z, ..]) in self.row.iter().enumerate().skip(self.from) {
-            let column = L::splat((c * CHUNK) as f64).sub(cx);
-            let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(&COLUMNS));
+            let (columns, column) = if GRADED {
+                (self.columns.get(c).map_or(&COLUMNS, |columns| &columns[PLACE]), zero.sub(cx))
+            } else {
+                (&COLUMNS, L::splat((c * CHUNK) as f64).sub(cx))
+            };
+            let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(columns));
             for (((x, y), z), columns) in groups {
                 let rx = L::load(columns).add(L::load(x)).add(column);
                 let (ry, rz) = (L::load(y).sub(cy), L::load(z).sub(cz));
@@ -283,6 +320,7 @@ pub struct Solved {
 }
 
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
+/// A node of a graded network stands for several of this mass, which move alike: its impulse is that on one of them.
 /// `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
 /// times the part of one that the planes leave.
@@ -342,9 +380,9 @@ fn sweeps<const FRICTION: bool>(
         let [.., effective_mass, impulse] = slot;
         (*effective_mass, *impulse) = (plain_mass, 0.0);
         supported |= c.is_fixed();
-        if turns || !whole || c.is_fixed() {
+        if turns || !whole || c.weight != 1.0 {
             let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
-            let moving = if whole { 1.0 } else { c.normal.dot(&push(&c)) };
+            let moving = if whole { c.images() } else { c.normal.dot(&push(&c)) };
             let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
             *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
         }
@@ -487,6 +525,8 @@ pub(crate) struct Gathered {
     pub count: usize,
     /// Deepest penetration of any, m; 0 if none is inside.
     pub deepest: f64,
+    /// Whether the body meets the sheet beyond the fine part of a graded network.
+    pub is_beyond_fine: bool,
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
@@ -501,15 +541,17 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.drive == Drive::Free;
     let body = &system.state.body;
-    let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, .. } = &mut system.blocks;
+    let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
+    let net = Net { columns, lines };
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let mut count = 0;
     let mut deepest = 0.0;
     // Offsets are exact: those of a row follow from its first.
-    let x0 = weave::rest_offset(0, nodes_x);
+    let x0 = rest_offset(0, nodes_x);
     for j in 0..ny {
         let (ply, row_of_ply) = layout.ply_and_row(j);
-        let y0 = weave::rest_offset(row_of_ply, nodes_y) * rise;
+        let y0 = rest_offset(row_of_ply, nodes_y) * rise;
+        let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
         let z0 = ply as f64 * pile;
         let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
         if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
@@ -519,14 +561,18 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
         let mut from = 0;
-        while let Some(near) = search.next_near(row, from, first, h) {
+        while let Some(near) = search.next_near(row, net.columns, from, first, h) {
             from = near + 1;
             let Some(chunk) = row.get(near) else { break };
+            let places = match net.columns.get(near) {
+                Some(columns) => columns[PLACE],
+                None => core::array::from_fn(|lane| x0 + (near * CHUNK + lane) as f64),
+            };
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
                 let i = near * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((x0 + i as f64 + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
+                let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;
@@ -539,6 +585,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
                 let weight = layout.node_weight(i, j);
+                let weight = if layout.graded { weight * net.share(i, j) } else { weight };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
                     displacement: u,
@@ -559,7 +606,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             }
         }
     }
-    Ok(Gathered { count, deepest })
+    let is_beyond_fine = layout.graded && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
+    Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
@@ -950,7 +998,7 @@ mod tests {
                 }
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
-                    assert_eq!(search.next_near(&row, from, first, h), expected, "{set:?}");
+                    assert_eq!(search.next_near(&row, &[], from, first, h), expected, "{set:?}");
                 }
             }
         }

@@ -105,7 +105,7 @@ fn momentum(system: &System<'_>) -> Vector {
     let mut total = Vector::zeros();
     for j in 0..ny {
         let row = planes::row(system.blocks.hot, chunks, j);
-        let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.layout.node_weight(i, j));
+        let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.share(i, j));
         let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
         total += Vector::new(sum(3), sum(4), sum(5)) * system.mass_share_of_row(j);
     }
@@ -152,7 +152,7 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
         for plane in 3..6 {
             let weighted = |i: usize| {
                 let v = planes::get(row, plane, i)?;
-                Some(v * v * system.layout.node_weight(i, j))
+                Some(v * v * system.share(i, j))
             };
             sum += (0..nx).filter_map(weighted).sum::<f64>();
         }
@@ -166,10 +166,11 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
             for (axis, rates) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(&rates) {
                 if let Some(segment) = system.segment(axis, i, j) {
                     let (stored, lost) = segment_energy(system, rates, &segment);
-                    let weight = system.layout.segment_weight(axis, i, j);
+                    let [segments, yarns] = segment.bar;
+                    let weight = system.layout.segment_weight(axis, i, j) * yarns;
                     let direction = system.direction_of(&segment);
-                    row_strain += weight * (stored * (direction.rest.length * direction.rest.length));
-                    row_dissipated += weight * (lost * direction.volume);
+                    row_strain += weight * (stored * (segment.rest.length * segment.rest.length));
+                    row_dissipated += weight * (lost * (direction.volume * segments));
                 }
             }
         }
@@ -196,8 +197,9 @@ fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], s
         return (0.5 * (stored(rate_before, stiffness, before) + stored(rate_now, stiffness, now)), 0.0);
     }
     let law = system.law_of(segment);
-    let material =
-        Segment { modulus: segment.undamaged * direction.modulus_per_stiffness, damage_rate: segment.damage_rate };
+    let [segments, _] = segment.bar;
+    let modulus = segment.undamaged * (direction.modulus_per_stiffness * segments);
+    let material = Segment { modulus, damage_rate: segment.damage_rate };
     let alpha_before = law.alpha(segment.damage_rate, segment.history);
     let alpha_now = if fresh { law.alpha(segment.damage_rate, seen) } else { alpha_before };
     let stored_before = stored(rate_before, segment.stiffness, before);
@@ -484,6 +486,7 @@ mod tests {
                                 axis: Axis::Horizontal,
                                 ply: 0,
                                 rest: direction.rest,
+                                bar: [1.0; 2],
                                 stiffness: alpha(largest) * direction.stiffness,
                                 undamaged: direction.stiffness,
                                 damage_rate: yarn.damage_rate,
@@ -524,6 +527,7 @@ mod tests {
                 axis,
                 ply: 0,
                 rest,
+                bar: [1.0; 2],
                 stiffness,
                 undamaged: 1.0,
                 damage_rate: 9.0,

@@ -10,8 +10,8 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive, unit_quaternion};
 use crate::scene::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE, MAX_PLIES,
-    RotationKind, STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, Draw, Drive, GRADING_LARGEST, IntegratorKind, MAX_FACES, MAX_NODES_PER_SIDE,
+    MAX_PLIES, RotationKind, STRAIN_RATES, Scene, Shape, StepAfterFailure, StepCheck, StrengthDraw, WEIBULL_SHAPES,
 };
 
 /// What kind of number a real parameter is.
@@ -182,6 +182,7 @@ pub const CHOICES: &[&Choice] =
 /// What a group of parameters is, by the first part of its name.
 pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
+    ("sheet.grading", "Graded network: bars that stand for several yarns, away from the hit"),
     ("stack", "Separate plies one behind the other"),
     (
         "back",
@@ -491,9 +492,20 @@ pub const FIELDS: &[Field] = &[
     vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
     quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
         "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
+    count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,
+        "Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow by factors of two away from the fine part. Not with viscosity, a dependence on the rate of strain, friction or separate plies")
+        .image(Image::Later(0x6a_0000)),
+    count("sheet.grading.run", |s| &mut s.sheet.grading.run, Range::Within(1.0, 1e6), 741,
+        "Bars of each size before the next. Read with grading only").read(graded).image(Image::LaterWhereRead),
+    shaped("sheet.grading.centre", Place::Reals(|s| &mut s.sheet.grading.centre, &[2]), &POSITION, Range::Any, 742,
+        "Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror plane. Read with grading only")
+        .read(graded).image(Image::LaterWhereRead),
+    shaped("sheet.grading.half_width", Place::Reals(|s| &mut s.sheet.grading.half_width, &[2]), &LENGTH, Range::NotNegative, 744,
+        "Half the width of the fine part along x and along y. Read with grading only")
+        .read(graded).image(Image::LaterWhereRead),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
-        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, friction or a dependence on the rate of strain")
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, friction, a dependence on the rate of strain or a graded network")
         .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
         "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
@@ -573,7 +585,7 @@ pub const FIELDS: &[Field] = &[
         "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
         .image(Image::Later(0x8_0002)),
     real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
-        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe, pre-tension or separate plies")
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe, pre-tension, separate plies or a graded network")
         .image(Image::Later(0x67_0000)),
     real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
         "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none").image(Image::Later(0x67_0001)),
@@ -638,7 +650,7 @@ pub const FIELDS: &[Field] = &[
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
-        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with separate plies")
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with separate plies or a graded network")
         .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
@@ -692,6 +704,10 @@ fn one(number: &mut f64) -> &mut [f64] {
 
 fn four_corners(scene: &Scene) -> usize {
     if_so(scene.attachment.kind == AttachmentKind::FourCorners)
+}
+
+fn graded(scene: &Scene) -> usize {
+    if_so(scene.is_graded())
 }
 
 fn stacked(scene: &Scene) -> usize {

@@ -3,7 +3,9 @@
 
 use crate::error::{Code, Error};
 use crate::friction::TANGENTIAL_REALS;
+use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
+use crate::places::Places;
 use crate::planes::{
     Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
@@ -36,9 +38,10 @@ const TAKEN_WORDS: usize = 1;
 const RATE_WORDS: usize = 1;
 /// Words of the scalar state that only friction has.
 const FRICTION_WORDS: usize = 1;
-
 /// Words of the scalar state that only a stack has.
 const STACK_WORDS: usize = 2;
+/// Words of the scalar state that only a graded network has.
+const GRADED_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
 pub fn frame_words(parts: Parts) -> usize {
@@ -46,14 +49,15 @@ pub fn frame_words(parts: Parts) -> usize {
     let rate = if parts.rate { RATE_WORDS } else { 0 };
     let friction = if parts.friction { FRICTION_WORDS } else { 0 };
     let stack = if parts.stack { STACK_WORDS } else { 0 };
+    let graded = if parts.graded { GRADED_WORDS } else { 0 };
     let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
-    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + 1
+    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + graded + 1
 }
 
 /// Sizes of a scene's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Nodes modelled along x: of a mirrored sheet only its half.
+    /// Nodes modelled along x: of a mirrored sheet only its half, of a graded network its own.
     pub nodes_x: usize,
     /// Rows of nodes modelled, ply by ply.
     pub nodes_y: usize,
@@ -63,9 +67,11 @@ pub struct Layout {
     pub x: Line,
     /// A column of nodes of one ply.
     pub y: Line,
+    /// The first row of nodes beyond the middle of the sheet.
+    pub upper: usize,
     /// Chunks in a row.
     pub chunks: usize,
-    /// true if segments have their own constants.
+    /// true if segments have their own constants: of drawn yarn, or of a graded network.
     pub stochastic: bool,
     /// true if segments have their own critical stretch.
     pub strength: bool,
@@ -79,6 +85,8 @@ pub struct Layout {
     pub toe: bool,
     /// true if the yarn is viscous.
     pub viscous: bool,
+    /// true if bars stand for several yarns anywhere.
+    pub graded: bool,
     /// true if the yarn depends on the rate of strain.
     pub rate: bool,
     /// true if yarn and projectile rub.
@@ -98,6 +106,7 @@ impl Layout {
         plies: 1,
         x: Line { nodes: 0, mirrored: false },
         y: Line { nodes: 0, mirrored: false },
+        upper: 0,
         chunks: 0,
         stochastic: false,
         strength: false,
@@ -106,6 +115,7 @@ impl Layout {
         halving: false,
         toe: false,
         viscous: false,
+        graded: false,
         rate: false,
         friction: false,
         candidates: 0,
@@ -132,15 +142,17 @@ impl Layout {
         ))
     }
 
+    #[inline(never)] // It must not add to the stack of the checks.
     fn compute(scene: &Scene) -> Option<Layout> {
-        let x = Line { nodes: scene.sheet.nodes_x, mirrored: scene.symmetry.mirror_x };
-        let y = Line { nodes: scene.sheet.nodes_y, mirrored: scene.symmetry.mirror_y };
+        let [across, up] = scene.network();
+        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
+        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
         let plies = scene.stack.plies as usize;
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let back = scene.back.plies > 0;
-        let stochastic = scene.yarn.stochastic || back && scene.back.is_drawn();
+        let (graded, back) = (scene.is_graded(), scene.back.plies > 0);
+        let stochastic = scene.yarn.stochastic || graded || back && scene.back.is_drawn();
         let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
@@ -165,6 +177,7 @@ impl Layout {
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
             .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
+            .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
         let stack = |count: usize| if plies > 1 { count } else { 0 };
@@ -192,7 +205,7 @@ impl Layout {
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1 }))?;
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1, graded }))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -207,6 +220,7 @@ impl Layout {
             plies,
             x,
             y,
+            upper: Places::of(scene, Axis::Vertical).upper(),
             chunks,
             stochastic,
             strength,
@@ -215,6 +229,7 @@ impl Layout {
             halving,
             toe,
             viscous,
+            graded,
             rate,
             friction,
             candidates,
@@ -325,11 +340,11 @@ impl Layout {
 
     /// The optional parts of the state.
     pub fn parts(&self) -> Parts {
-        let Layout { implicit, halving, viscous, rate, friction, .. } = *self;
-        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack() }
+        let Layout { implicit, halving, viscous, rate, friction, graded, .. } = *self;
+        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack(), graded }
     }
 
-    /// How often node (i, j) appears in the whole sheet.
+    /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
     pub fn node_weight(&self, i: usize, j: usize) -> f64 {
         self.x.node_weight(i) * self.y.node_weight(j)
     }

@@ -47,6 +47,7 @@ pub mod error;
 pub mod fibril;
 pub mod fields;
 pub mod friction;
+pub mod grading;
 pub mod lanes;
 pub mod layout;
 mod marks;
@@ -54,6 +55,7 @@ pub mod math;
 mod model;
 pub mod outcome;
 pub mod path;
+pub mod places;
 pub mod planes;
 pub mod polyhedron;
 pub mod pose;
@@ -91,7 +93,7 @@ pub use layout::Layout;
 pub use path::Path;
 pub use projectile::Motion;
 pub use scene::{
-    Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Integrator, IntegratorKind, MAX_FACES,
+    Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
     Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck,
     StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };

@@ -1,6 +1,7 @@
 //! The search for slack segments, which get a toe (`toe.rs`).
 
 use crate::direction::Along;
+use crate::grading::NetRow;
 use crate::lanes::{self, Job, Lane};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, vertical_axes};
 use crate::rows::place_image_column;
@@ -44,6 +45,7 @@ fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
             above,
             marks: planes::row(system.blocks.marks, chunks, j),
             rests: [&horizontal.rest, &vertical.rest],
+            net: system.net().row(j),
             from,
         },
     )
@@ -66,6 +68,7 @@ struct NextSlack<'a> {
     above: &'a [Chunk<HOT_PLANES>],
     marks: &'a [Chunk<MARK_PLANES>],
     rests: [&'a Rest; 2],
+    net: NetRow<'a>,
     from: usize,
 }
 
@@ -75,7 +78,8 @@ impl Job for NextSlack<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         let one = L::splat(1.0);
-        let [rest_h, rest_v] = self.rests;
+        let [horizontal, vertical] = self.rests;
+        let rest_v = self.net.upwards(vertical);
         for (c, (chunk, [mark_h, mark_v])) in self.row.iter().zip(self.marks).enumerate().skip(self.from) {
             let behind = displacement::<L>(self.row.get(c + 1), 0);
             for g in 0..CHUNK / L::WIDTH {
@@ -86,6 +90,7 @@ impl Job for NextSlack<'_> {
                     here[1].right_of(next[1]).sub(here[1]),
                     here[2].right_of(next[2]).sub(here[2]),
                 ];
+                let rest_h = self.net.along(c, g, horizontal);
                 // A mark is 1 or at most 0: U^2 is below it where a segment is slack that has none.
                 if L::load(&L::groups(mark_h)[g]).any_above(rest_h.twice_strain(d).add(one)) {
                     return Some(c);

@@ -299,7 +299,7 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
         let (x, v) = (system.position(i, j), system.velocity(i, j));
         let (node_ahead, node_behind) = (flight.has_ahead(&x), flight.has_behind(&x));
         let piece_ahead = lies_ahead(system, piece, flight);
-        let weight = system.layout.node_weight(i, j);
+        let weight = system.share(i, j);
         if piece_ahead && !is_alone(system, i, j) {
             ahead.add(weight, v.dot(&flight.velocity));
         }
@@ -332,7 +332,7 @@ fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose
             loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
         if flagged || overtaken() {
-            let node_mass = system.layout.node_weight(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
+            let node_mass = system.share(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
             mass += node_mass;
             energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
         }

@@ -2,6 +2,7 @@
 
 use crate::blocks::Blocks;
 use crate::direction::Directions;
+use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::Layout;
 use crate::planes::{
@@ -10,7 +11,7 @@ use crate::planes::{
 };
 use crate::pose::Vector;
 use crate::rate::Rates;
-use crate::sweep::{Constants, Pass, Report, YarnRow};
+use crate::sweep::{Constants, Pass, Report, Row, YarnRow};
 use crate::symmetry::Line;
 use crate::toe::Toe;
 
@@ -26,14 +27,15 @@ pub(crate) struct Terms<'t> {
     pub instructions: InstructionSet,
 }
 
-impl Terms<'_> {
+impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass(&self, ply: usize) -> Pass<'_> {
+    pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
             directions: self.directions.of_ply(ply),
             toe: self.toe,
+            net,
             rates: &self.rates,
             instructions: self.instructions,
         }
@@ -42,13 +44,16 @@ impl Terms<'_> {
     /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
     /// `logarithms`, empty where yarn does not depend on the rate.
     pub fn yarn_row<'y>(
-        &'y self,
+        &self,
         yarn: &'y [Chunk<YARN_PLANES>],
         strength: &'y [Chunk<STRENGTH_PLANES>],
         logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
         ply: usize,
-    ) -> YarnRow<'y> {
+    ) -> YarnRow<'y>
+    where
+        't: 'y,
+    {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
@@ -91,6 +96,8 @@ pub(crate) struct Rows<'r> {
     pub ranges: &'r mut [[f64; 2]],
     /// Fixed nodes, one entry a row.
     pub runs: &'r [[u32; 4]],
+    /// Bars and widths of a graded network.
+    pub net: Net<'r>,
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
     pub kept: &'r mut [[f64; 3]],
@@ -129,6 +136,7 @@ impl<'r> Rows<'r> {
             before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
+            net: Net { columns: blocks.columns, lines: blocks.lines },
             carry: blocks.carry,
             kept: blocks.kept,
         })
@@ -139,26 +147,34 @@ impl Rows<'_> {
     /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
-    pub fn sweep(self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
-        let optional = terms.layout.strength || terms.layout.takes_energy() || !self.marks.is_empty();
+    pub fn sweep(&mut self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let Layout { strength, graded, .. } = *terms.layout;
+        let optional = strength || graded || terms.layout.takes_energy() || !self.marks.is_empty();
         if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
     }
 
-    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity or toe; otherwise no row is asked for them.
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
     #[inline]
-    fn sweep_with<const OPTIONS: bool>(self, terms: &Terms<'_>, mut book: impl FnMut(usize, [Vector; 2])) -> Report {
+    fn sweep_with<const OPTIONS: bool>(
+        &mut self,
+        terms: &Terms<'_>,
+        mut book: impl FnMut(usize, [Vector; 2]),
+    ) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let pass = terms.pass(self.ply);
-        let Rows { first, ply, hot, above, history, yarn, before, ranges, runs, carry, kept, .. } = self;
+        let Rows { hot, history, before, taken, ranges, carry, kept, .. } = self;
+        let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
-        let (viscous, taken) = if OPTIONS { (layout.viscous, self.taken) } else { (false, &mut [][..]) };
+        let (viscous, net) = if OPTIONS { (layout.viscous, &self.net) } else { (false, &Net::NONE) };
+        let pass = terms.pass(net, ply);
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
+        // Whether nodes stand for several.
+        let weighed = layout.x.mirrored || layout.y.mirrored || layout.graded;
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
@@ -173,11 +189,16 @@ impl Rows<'_> {
             }
             keep_fixed(row, kept, run);
             let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
-            let (met, reach) =
-                pass.row(row, planes::row_mut(history, chunks, k), above, carry, &yarn, planes::row(marks, chunks, k));
+            let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
+            let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
             report = report.merged(met);
             *range = reach;
-            book(j, restore_fixed(row, kept, run, layout, j));
+            let pulls = if weighed {
+                restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
+            } else {
+                restore_fixed(row, kept, run, |_| 1.0)
+            };
+            book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
             }
@@ -260,21 +281,19 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
 
 /// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
 /// mirror planes that of all images together, before any is turned.
+#[inline(never)] // It must not add to the stack of the sweep.
 fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
     run: &[u32; 4],
-    layout: &Layout,
-    j: usize,
+    weight: impl Fn(usize) -> f64,
 ) -> [Vector; 2] {
-    let mirrored = layout.x.mirrored || layout.y.mirrored;
     let mut pulls = [Vector::zeros(); 2];
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
             let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
             let lane = i % CHUNK;
-            let one = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-            *pull += if mirrored { one * node_weight(layout, i, j) } else { one };
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight(i);
             for plane in 0..3 {
                 chunk[plane][lane] = kept[plane];
                 chunk[3 + plane][lane] = 0.0;
@@ -282,12 +301,6 @@ fn restore_fixed(
         }
     }
     pulls
-}
-
-/// [`Layout::node_weight`], not inlined: without mirror planes it would cost more than the sum.
-#[inline(never)]
-fn node_weight(layout: &Layout, i: usize, j: usize) -> f64 {
-    layout.node_weight(i, j)
 }
 
 /// The image column of one row, at rest: only displacements, the first three planes, are read.

@@ -36,10 +36,26 @@ pub struct Sheet {
     pub pre_strain: [f64; 2],
     /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies that move apart.
     pub plies: u32,
+    /// Where bars of the network stand for several yarns.
+    pub grading: Grading,
     /// Origin of the sheet's frame in the host's frame, m.
     pub position: [f64; 3],
     /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
     pub orientation: [f64; 4],
+}
+
+/// A graded network: fine about the expected hit, and towards the edges bars that stand for 2, 4, 8 ... yarns and as many
+/// crossings. Read-outs of nodes and segments give the network's own. See docs/model.md, "Graded networks".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grading {
+    /// Most yarns that a bar stands for: 2, 4, 8 ... [`GRADING_LARGEST`]; 0 or 1: no grading, and the other numbers are not read.
+    pub largest: u32,
+    /// Bars of each size before the next, at least 1.
+    pub run: u32,
+    /// Middle of the fine part along x and along y, m, sheet's frame; exactly 0 across a mirror plane.
+    pub centre: [f64; 2],
+    /// Half the width of the fine part along x and along y, m, >= 0.
+    pub half_width: [f64; 2],
 }
 
 /// Several sheets one behind the other, which push on each other (`stack.rs`). Each is a network of its own with draws of its own,
@@ -518,6 +534,8 @@ pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
 pub const STRAIN_RATES: [f64; 2] = [1e-9, 1e9];
 /// Range of the Weibull shape of drawn strength.
 pub const WEIBULL_SHAPES: [f64; 2] = [1.0, 1000.0];
+/// Most yarns that a bar of a graded network may stand for.
+pub const GRADING_LARGEST: u32 = 64;
 /// Largest critical stretch.
 pub const CRITICAL_STRETCH_MAX: f64 = 2.0;
 /// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
@@ -551,6 +569,7 @@ impl Scene {
                 crimp: [0.0; 2],
                 pre_strain: [0.0; 2],
                 plies: 1,
+                grading: Grading { largest: 0, run: 4, centre: [0.0; 2], half_width: [0.0; 2] },
                 position: [0.0; 3],
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },

@@ -90,6 +90,9 @@ pub struct Counters {
     pub most_iterations: u64,
     /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
     pub ply_penetration: f64,
+    /// Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    /// too far apart to feel it: 0 in a run that is to be trusted.
+    pub beyond_fine: u64,
 }
 
 /// What is true now, whatever has happened before.
@@ -158,36 +161,43 @@ impl<'a> Sim<'a> {
     where
         'a: 'p,
     {
-        // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
-        check_memory(scene, memory)?;
-        let limits = scene.step_limits()?;
+        let limits = Sim::check(scene, memory)?;
         start::check_body(scene, limits)?;
         let sim = place();
-        sim.system.scene = *scene;
         sim.lay_out(scene)?;
-        sim.system.model.derive(scene, limits);
-        sim.system.directions.derive(scene, limits.dt);
-        start::place_body(scene, &sim.system.model, &mut sim.system.state.body)?;
-        sim.system.state = State::at_start(sim.system.state.body);
-        sim.system.instructions = InstructionSet::widest();
-        sim.fill(memory)?;
+        sim.fill(scene, limits, memory)?;
         Ok(sim)
     }
 
-    #[inline(never)] // Its sizes must not add to the stack of the checks.
+    /// Checks the scene and the memory for it.
+    #[inline(never)] // The layout must not add to the stack of the check of the body.
+    fn check(scene: &Scene, memory: &[CacheLine]) -> Result<StepLimits, Error> {
+        // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
+        blocks::check(memory, &Layout::of(scene)?)?;
+        scene.step_limits()
+    }
+
+    #[inline(never)] // As above.
     fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
         self.system.layout = Layout::of_sound(scene)?;
         Ok(())
     }
 
-    /// Takes the memory, which has been found to be enough, and fills it.
-    #[inline(never)] // The blocks must not add to the stack of the checks.
-    fn fill(&mut self, memory: &'a mut [CacheLine]) -> Result<(), Error> {
-        self.system.blocks = Blocks::carve(memory, &self.system.layout)?;
-        self.system.fill_model()?;
-        self.system.clear_state();
-        step::start_forces(&mut self.system);
-        energy::start_audit(&mut self.system);
+    /// Takes the scene and the memory, which have been found right, and fills it. The layout is there.
+    #[inline(never)] // What it needs must not add to the stack of the checks.
+    fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
+        let system = &mut self.system;
+        system.scene = *scene;
+        system.model.derive(scene, limits);
+        system.directions.derive(scene, limits.dt);
+        start::place_body(scene, &system.model, &mut system.state.body)?;
+        system.state = State::at_start(system.state.body);
+        system.instructions = InstructionSet::widest();
+        system.blocks = Blocks::carve(memory, &system.layout)?;
+        system.fill_model()?;
+        system.clear_state();
+        step::start_forces(system);
+        energy::start_audit(system);
         Ok(())
     }
 
@@ -493,6 +503,7 @@ impl<'a> Sim<'a> {
             iterations: sums.iterations,
             most_iterations: sums.most_iterations,
             ply_penetration: sums.ply_penetration,
+            beyond_fine: sums.beyond_fine,
         }
     }
 
@@ -616,9 +627,4 @@ impl<'a> Sim<'a> {
         }
         Ok(())
     }
-}
-/// Refuses memory that is too short for a scene.
-#[inline(never)] // The sizes must not add to the stack of what is checked next.
-fn check_memory(scene: &Scene, memory: &[CacheLine]) -> Result<(), Error> {
-    blocks::check(memory, &Layout::of(scene)?)
 }

@@ -407,8 +407,15 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        let none =
-            Parts { implicit: false, halving: false, viscous: false, rate: false, friction: false, stack: false };
+        let none = Parts {
+            implicit: false,
+            halving: false,
+            viscous: false,
+            rate: false,
+            friction: false,
+            stack: false,
+            graded: false,
+        };
         for parts in [
             none,
             Parts { implicit: true, ..none },
@@ -418,6 +425,7 @@ mod tests {
             Parts { viscous: true, rate: true, ..none },
             Parts { friction: true, ..none },
             Parts { stack: true, ..none },
+            Parts { graded: true, ..none },
         ] {
             let mut counter = Counter(0);
             State::at_start(Body::of(&motion)).visit(parts, &mut counter);

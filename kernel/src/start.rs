@@ -6,6 +6,7 @@ use crate::error::{Code, Error};
 use crate::lanes::InstructionSet;
 use crate::model::{Model, start_motion};
 use crate::path;
+use crate::places::Places;
 use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::projectile::Body;
@@ -48,16 +49,18 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Resul
 #[inline(never)] // What it needs must not add to the stack of making the model.
 fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
+    let places = Places::both(scene);
+    let [columns, rows] = &places;
     let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
-    for j in 0..scene.sheet.nodes_y as usize {
-        let y = weave::rest_offset(j, scene.sheet.nodes_y) * h_y;
+    for j in 0..rows.nodes() as usize {
+        let y = rows.offset(j) * h_y;
         if !search.meets_row(y, y) {
             continue;
         }
-        let [[a, b], [c, d]] = weave::fixed_runs(scene, j);
-        for i in (0..scene.sheet.nodes_x as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let mut x = Vector::new(weave::rest_offset(i, scene.sheet.nodes_x) * h_x, y, 0.0);
+        let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);
+        for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+            let mut x = Vector::new(columns.offset(i) * h_x, y, 0.0);
             for ply in 0..scene.stack.plies {
                 x.z = f64::from(ply) * scene.stack.gap;
                 if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {

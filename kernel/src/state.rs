@@ -42,6 +42,8 @@ pub struct Sums {
     pub most_sweeps: u64,
     /// Most candidates of one step.
     pub most_candidates: u64,
+    /// Passes in which the body met the sheet beyond the fine part of a graded network.
+    pub beyond_fine: u64,
     /// Iterations of the theta rule, all steps together.
     pub iterations: u64,
     /// Most iterations of one step.
@@ -80,6 +82,7 @@ impl Sums {
         unconverged: 0,
         most_sweeps: 0,
         most_candidates: 0,
+        beyond_fine: 0,
         iterations: 0,
         most_iterations: 0,
         halving_energy: 0.0,
@@ -112,6 +115,8 @@ pub struct Parts {
     pub friction: bool,
     /// What only a stack of plies has.
     pub stack: bool,
+    /// What only a graded network has.
+    pub graded: bool,
 }
 
 /// Scalar state at step count n.
@@ -187,6 +192,9 @@ impl State {
         if parts.stack {
             visitor.real(&mut self.sums.ply_loss);
             visitor.real(&mut self.sums.ply_penetration);
+        }
+        if parts.graded {
+            visitor.count(&mut self.sums.beyond_fine);
         }
         visit_watch(&mut self.watch, visitor);
     }

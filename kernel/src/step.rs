@@ -9,6 +9,7 @@ use crate::body;
 use crate::contact::{self, Gathered};
 use crate::energy;
 use crate::error::Failure;
+use crate::layout::Layout;
 use crate::marks;
 use crate::math;
 use crate::outcome::{self, TEST_INTERVAL};
@@ -87,6 +88,7 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
 }
 
 /// The body moves; high-water marks.
+#[inline(never)] // It must not add to the stack of the sweep.
 fn end_pass(
     system: &mut System<'_>,
     gathered: &Gathered,
@@ -95,6 +97,7 @@ fn end_pass(
     body::move_body(system, target);
     let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
     sums.worst_penetration = math::max(deepest, sums.worst_penetration);
+    sums.beyond_fine += u64::from(gathered.is_beyond_fine);
     sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
     body::refuse_lost_body(system)
 }
@@ -213,10 +216,10 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     // No mark before the first failure.
     let marked = layout.toe && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(rows) = Rows::of(blocks, layout, [first, end], ply, marked) else { return Report::LOST };
+    let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, j - bottom, &pulls, share);
+            book_pulls(sums, scene, layout, j - bottom, &pulls, share);
         }
     });
     book_taken(system, ply, [first, end]);
@@ -259,10 +262,10 @@ fn close_window(system: &mut System<'_>) {
 
 /// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt. `share`: mass of
 /// its nodes over that of the front fabric's.
-pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, j: usize, pulls: &[Vector; 2], share: f64) {
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, layout: &Layout, j: usize, pulls: &[Vector; 2], share: f64) {
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {
-        let at = weave::attachment_of(kind, scene.sheet.nodes_y, j, side);
+        let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, j, side);
         sums.add_to_support(kind, at, &(pull * (symmetry.share() * share)), symmetry);
     }
 }

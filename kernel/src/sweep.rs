@@ -6,11 +6,13 @@
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
 //! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
-//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension.
+//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
+//! (`grading.rs`), whose bars and nodes differ by column and row.
 //! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::direction::Along;
+use crate::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
 use crate::planes::{
@@ -82,6 +84,8 @@ pub struct Pass<'a> {
     pub directions: Along<'a>,
     /// The toe of marked segments.
     pub toe: Toe,
+    /// Bars and widths of a graded network.
+    pub net: &'a Net<'a>,
     /// Dependence on the rate of strain.
     pub rates: &'a Rates,
     /// Instruction set; changes the speed, not the bits.
@@ -94,25 +98,47 @@ pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
     with_vertical(right, left, up.sub(down))
 }
 
+/// (M22) Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
+#[inline(always)]
+pub fn graded_sum<L: Lane>(right: L, left: L, up: L, down: L, inverse_widths: [L; 2]) -> L {
+    graded_with_vertical(right, left, up.sub(down), inverse_widths)
+}
+
 /// The same where up - down is known.
+#[inline(always)]
+fn graded_with_vertical<L: Lane>(right: L, left: L, vertical: L, [column, row]: [L; 2]) -> L {
+    right.sub(left).mul(column).add(vertical.mul(row))
+}
+
+/// [`node_sum`] where up - down is known.
 #[inline(always)]
 fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
     right.sub(left).add(vertical)
 }
 
-/// What [`Pass::row`] works on.
-struct Row<'a> {
-    pass: &'a Pass<'a>,
-    row: &'a mut [Chunk<HOT_PLANES>],
-    history: &'a mut [Chunk<HISTORY_PLANES>],
-    above: &'a [Chunk<HOT_PLANES>],
-    carry: &'a mut [Chunk<CARRY_PLANES>],
-    yarn: &'a YarnRow<'a>,
-    marks: &'a [Chunk<MARK_PLANES>],
+/// A row to be stepped.
+pub struct Row<'a> {
+    /// Constants of the pass.
+    pub pass: &'a Pass<'a>,
+    /// Its number.
+    pub j: usize,
+    /// Its hot chunks.
+    pub row: &'a mut [Chunk<HOT_PLANES>],
+    /// Its history.
+    pub history: &'a mut [Chunk<HISTORY_PLANES>],
+    /// The row above, empty for the top row.
+    pub above: &'a [Chunk<HOT_PLANES>],
+    /// The vertical forces from the row below, replaced by those to the row above.
+    pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    /// Constants of its segments.
+    pub yarn: &'a YarnRow<'a>,
+    /// Its toe's marks, empty for no toe.
+    pub marks: &'a [Chunk<MARK_PLANES>],
 }
 
-/// [`Pass::row`] as a job for the lanes. PLAIN: [`Directions::plain`]; FACTOR: what the stiffnesses are multiplied by.
-struct RowJob<'a, const PLAIN: bool, const FACTOR: u8>(Row<'a>);
+/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
+/// are multiplied by.
+struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(Row<'a>);
 
 /// Nothing.
 const NONE: u8 = 0;
@@ -127,35 +153,33 @@ const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
 /// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
 pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
 
-impl Pass<'_> {
-    /// Steps one row. `row`: its hot chunks; `history`: its history; `above`: the row above, empty for the top row;
-    /// `carry`: the vertical forces from the row below, replaced by those to the row above; `marks`: its toe's marks, empty for
-    /// no toe. Returns what was met, and the least and greatest y displacement.
-    pub fn row(
-        &self,
-        row: &mut [Chunk<HOT_PLANES>],
-        history: &mut [Chunk<HISTORY_PLANES>],
-        above: &[Chunk<HOT_PLANES>],
-        carry: &mut [Chunk<CARRY_PLANES>],
-        yarn: &YarnRow<'_>,
-        marks: &[Chunk<MARK_PLANES>],
-    ) -> (Report, [f64; 2]) {
-        let set = self.instructions;
-        let job = Row { pass: self, row, history, above, carry, yarn, marks };
-        // A dependence on the rate excludes the toe.
-        match (self.directions.plain, marks.is_empty()) {
-            _ if !yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, RATE>(job)),
-            (true, true) => lanes::dispatch(set, RowJob::<true, NONE>(job)),
-            (true, false) => lanes::dispatch(set, RowJob::<true, TOE>(job)),
-            (false, true) => lanes::dispatch(set, RowJob::<false, NONE>(job)),
-            (false, false) => lanes::dispatch(set, RowJob::<false, TOE>(job)),
+/// Columns of no grading.
+const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
+
+impl Row<'_> {
+    /// Steps the row. Returns what was met, and the least and greatest y displacement.
+    pub fn step(self) -> (Report, [f64; 2]) {
+        let set = self.pass.instructions;
+        // A dependence on the rate excludes the toe and grading.
+        match (self.pass.directions.plain, self.pass.net.columns.is_empty(), self.marks.is_empty()) {
+            _ if !self.yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
+            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(self)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
+            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(self)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(self)),
         }
     }
+}
 
-    /// The vertical forces of `row` on the row `above`, as [`Pass::row`] would leave them in `carry`; nothing is stepped and
+impl Pass<'_> {
+    /// The vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and
     /// no damage is committed. For a band that starts at `above`.
+    #[allow(clippy::too_many_arguments)] // What the row's blocks are.
     pub fn lift(
         &self,
+        j: usize,
         row: &[Chunk<HOT_PLANES>],
         history: &[Chunk<HISTORY_PLANES>],
         above: &[Chunk<HOT_PLANES>],
@@ -163,13 +187,14 @@ impl Pass<'_> {
         yarn: &YarnRow<'_>,
         marks: &[Chunk<MARK_PLANES>],
     ) {
-        lanes::dispatch(self.instructions, LiftJob { pass: self, row, history, above, carry, yarn, marks });
+        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
     }
 }
 
 /// [`Pass::lift`] as a job for the lanes.
 struct LiftJob<'a> {
     pass: &'a Pass<'a>,
+    j: usize,
     row: &'a [Chunk<HOT_PLANES>],
     history: &'a [Chunk<HISTORY_PLANES>],
     above: &'a [Chunk<HOT_PLANES>],
@@ -183,10 +208,11 @@ impl Job for LiftJob<'_> {
 
     #[inline(always)]
     fn run<L: Lane>(self) {
-        let LiftJob { pass, row, history, above, carry, yarn, marks } = self;
+        let LiftJob { pass, j, row, history, above, carry, yarn, marks } = self;
         let upwards = pass.directions.vertical;
         let dependent = !yarn.logarithms.is_empty();
         let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
+        let rest = pass.net.row(j).upwards(&upwards.rest);
         let report = Report::default();
         let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
         let rows = row.iter().zip(above).zip(history).zip(carry);
@@ -200,7 +226,7 @@ impl Job for LiftJob<'_> {
                     L::load(&L::groups(az)[g]).sub(L::load(&L::groups(uz)[g])),
                 ];
                 // Of a plain segment these are the bits of its own functions.
-                let q = upwards.rest.twice_strain(vertical_axes(d));
+                let q = rest.twice_strain(vertical_axes(d));
                 let mut stiffness = L::load(&L::groups(kv)[g]);
                 let largest = L::load(&L::groups(history)[g]);
                 if q.any_not_below(limit) && q.any_above(largest) {
@@ -217,7 +243,7 @@ impl Job for LiftJob<'_> {
                 if let Some([_, logarithm]) = yarn.logarithms.get(c) {
                     stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
                 }
-                let lift = vertical_axes(upwards.rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
+                let lift = vertical_axes(rest.force(yarn::stress(stiffness, q), vertical_axes(d)));
                 lift[0].store(&mut L::groups_mut(cx)[g]);
                 lift[1].store(&mut L::groups_mut(cy)[g]);
                 lift[2].store(&mut L::groups_mut(cz)[g]);
@@ -226,12 +252,13 @@ impl Job for LiftJob<'_> {
     }
 }
 
-impl<const PLAIN: bool, const FACTOR: u8> Job for RowJob<'_, PLAIN, FACTOR> {
+impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8> Job for RowJob<'_, PLAIN, GRADED, FACTOR> {
     type Output = (Report, [f64; 2]);
 
     #[inline(always)]
     fn run<L: Lane>(self) -> (Report, [f64; 2]) {
-        let Row { pass, row, history, above, carry, yarn, marks } = self.0;
+        let Row { pass, j, row, history, above, carry, yarn, marks } = self.0;
+        let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
         let mut cold = Cold {
             pass,
             yarn,
@@ -258,16 +285,16 @@ impl<const PLAIN: bool, const FACTOR: u8> Job for RowJob<'_, PLAIN, FACTOR> {
             let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK };
             // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
             match CHUNK / L::WIDTH {
-                1 => along.group::<PLAIN, FACTOR>(&mut planes, 0, &mut cold),
+                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net),
                 2 => {
-                    along.group::<PLAIN, FACTOR>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, FACTOR>(&mut planes, 1, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
                 }
                 _ => {
-                    along.group::<PLAIN, FACTOR>(&mut planes, 0, &mut cold);
-                    along.group::<PLAIN, FACTOR>(&mut planes, 1, &mut cold);
-                    along.group::<PLAIN, FACTOR>(&mut planes, 2, &mut cold);
-                    along.group::<PLAIN, FACTOR>(&mut planes, 3, &mut cold);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold, &net);
                 }
             }
             rest = tail;
@@ -316,7 +343,14 @@ impl<L: Lane> Carried<L> {
     /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
     /// compiled for the instruction set.)
     #[inline(always)]
-    fn group<const PLAIN: bool, const FACTOR: u8>(&mut self, planes: &mut Planes<'_>, g: usize, cold: &mut Cold<'_>) {
+    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(
+        &mut self,
+        planes: &mut Planes<'_>,
+        g: usize,
+        cold: &mut Cold<'_>,
+        net: &NetRow<'_>,
+    ) {
+        let columns = net.columns.get(planes.column / CHUNK).unwrap_or(&NO_GRADING);
         let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
         let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
         let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
@@ -337,11 +371,14 @@ impl<L: Lane> Carried<L> {
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
         let Along { horizontal, vertical, .. } = cold.pass.directions;
-        let (rest_h, rest_v) = (&horizontal.rest, &vertical.rest);
         let (q_v, q_h) = if PLAIN {
             (yarn::twice_strain(vertical_axes(up)), yarn::twice_strain(along))
-        } else {
+        } else if GRADED {
+            let (rest_h, rest_v) =
+                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
             (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
+        } else {
+            (vertical.rest.twice_strain(vertical_axes(up)), horizontal.rest.twice_strain(along))
         };
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
@@ -373,8 +410,12 @@ impl<L: Lane> Carried<L> {
         let (stress_v, stress_h) = (yarn::stress(kv, q_v), yarn::stress(kh, q_h));
         let (lift, force) = if PLAIN {
             (yarn::force(stress_v, vertical_axes(up)), yarn::force(stress_h, along))
-        } else {
+        } else if GRADED {
+            let (rest_h, rest_v) =
+                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
             (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
+        } else {
+            (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
         };
         let lift = vertical_axes(lift);
         let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
@@ -384,10 +425,28 @@ impl<L: Lane> Carried<L> {
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
-        let y =
-            move_along(here[1], with_vertical(force[1], left[1], vertical[1]), &mut vy[g], &mut L::groups_mut(uy)[g]);
-        move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+        let y;
+        if GRADED {
+            let column = L::load(&L::groups(&columns[INVERSE_WIDTH])[g]);
+            let widths = [column, L::splat(net.inverse_width)];
+            let sum = [
+                graded_with_vertical(force[0], left[0], vertical[0], widths),
+                graded_with_vertical(force[1], left[1], vertical[1], widths),
+                graded_with_vertical(force[2], left[2], vertical[2], widths),
+            ];
+            move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+            y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+            move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+        } else {
+            move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
+            y = move_along(
+                here[1],
+                with_vertical(force[1], left[1], vertical[1]),
+                &mut vy[g],
+                &mut L::groups_mut(uy)[g],
+            );
+            move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+        }
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_force = force;

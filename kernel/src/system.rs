@@ -4,10 +4,12 @@
 use crate::blocks::Blocks;
 use crate::direction::{Along, Direction, Directions};
 use crate::error::{Error, Failure};
+use crate::grading::{self, Net, PLACE};
 use crate::lanes::InstructionSet;
 use crate::layout::Layout;
 use crate::math;
 use crate::model::Model;
+use crate::places::{Places, rest_offset};
 use crate::planes::{
     self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     YARN_PLANES,
@@ -65,6 +67,8 @@ pub(crate) struct SegmentView {
     pub ply: usize,
     /// How it lies in the flat sheet.
     pub rest: Rest,
+    /// Segments of the fabric in series and yarns in parallel that it stands for: 1 and 1 without grading.
+    pub bar: [f64; 2],
     /// Stiffness kk with the stored damage.
     pub stiffness: f64,
     /// kk without damage.
@@ -113,9 +117,23 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 3] {
+        let Blocks { columns, lines, .. } = &self.blocks;
+        if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
+            return [x, y, 0.0];
+        }
         let (ply, row) = self.layout.ply_and_row(j);
-        let y = weave::rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
-        [weave::rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
+        let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
+        [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
+    }
+
+    /// Bars and widths of a graded network.
+    pub fn net(&self) -> Net<'_> {
+        Net { columns: self.blocks.columns, lines: self.blocks.lines }
+    }
+
+    /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
+    pub fn share(&self, i: usize, j: usize) -> f64 {
+        self.layout.node_weight(i, j) * self.net().share(i, j)
     }
 
     /// What the segments have in common that start in row j.
@@ -191,6 +209,7 @@ impl System<'_> {
         let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
         let (ply, _) = self.layout.ply_and_row(j);
         let direction = self.directions.of_ply(ply).along(axis);
+        let bar = self.net().bar(axis, i, j);
         let yarn = planes::row(self.blocks.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
         let stochastic = self.layout.stochastic;
@@ -198,7 +217,8 @@ impl System<'_> {
         Some(SegmentView {
             axis,
             ply,
-            rest: direction.rest,
+            rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
+            bar: bar.unwrap_or([1.0; 2]),
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged: if stochastic { drawn(0) } else { direction.stiffness },
             damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
@@ -258,25 +278,25 @@ impl System<'_> {
         let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
         let up = force(Axis::Vertical, Some(i), Some(j));
         let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
-        [
-            sweep::node_sum(right[0], left[0], up[0], down[0]),
-            sweep::node_sum(right[1], left[1], up[1], down[1]),
-            sweep::node_sum(right[2], left[2], up[2], down[2]),
-        ]
+        let inverse_widths = self.net().inverse_widths(i, j);
+        [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths))
     }
 
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
-        let layout = self.layout;
+        let (layout, places) = (self.layout, Places::both(&self.scene));
         for (j, run) in self.blocks.runs.iter_mut().enumerate() {
-            let [[a, b], [c, d]] = weave::fixed_runs(&self.scene, layout.ply_and_row(j).1);
+            let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
         let Layout { nodes_x: nx, nodes_y: ny, chunks, stochastic, strength, .. } = self.layout;
         if !stochastic && !strength {
             return Ok(());
         }
-        let (nodes_x, nodes_y) = (self.scene.sheet.nodes_x, self.scene.sheet.nodes_y);
+        if self.layout.graded {
+            grading::fill(self.blocks.columns, &places[0], &self.directions.front.horizontal.rest);
+            grading::fill(self.blocks.lines, &places[1], &self.directions.front.vertical.rest);
+        }
         // Of the front and of the back fabric.
         let mut weakest = [CRITICAL_STRETCH_MAX; 2];
         self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
@@ -289,22 +309,19 @@ impl System<'_> {
             let strengths = planes::row_mut(self.blocks.strength, chunks, j);
             let verticals = layout.has_verticals(j);
             for i in 0..nx {
-                let horizontal = (i + 1 < nx).then(|| before + weave::horizontal_number(nodes_x, i, row_of_ply));
-                let vertical = verticals.then(|| before + weave::vertical_number(nodes_x, nodes_y, i, row_of_ply));
-                for (axis, number) in [(Axis::Horizontal, horizontal), (Axis::Vertical, vertical)] {
-                    let Some(number) = number else { continue };
-                    if stochastic {
-                        let direction = along.along(axis);
-                        let segment = self.scene.draw_segment(number)?;
-                        if let Some(slot) = planes::get_mut(row, axis as usize, i) {
-                            *slot = segment.modulus / direction.modulus_per_stiffness;
-                        }
-                        if let Some(slot) = planes::get_mut(row, axis as usize + 2, i) {
-                            *slot = segment.damage_rate;
+                let exists = [(Axis::Horizontal, i < layout.x.segments()), (Axis::Vertical, verticals)];
+                for (axis, _) in exists.into_iter().filter(|(_, exists)| *exists) {
+                    let direction = along.along(axis);
+                    let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
+                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * bar.segments);
+                    let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
+                    for (plane, constant) in constants {
+                        if let Some(slot) = planes::get_mut(row, plane, i) {
+                            *slot = constant;
                         }
                     }
                     if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
-                        *slot = self.scene.draw_critical_stretch(number);
+                        *slot = bar.critical_stretch;
                         weakest[back] = math::min(*slot, weakest[back]);
                     }
                 }
@@ -452,8 +469,8 @@ impl System<'_> {
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
         let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
         let (_, row) = self.layout.ply_and_row(j);
-        let at = weave::attachment_of(kind, self.scene.sheet.nodes_y, row, side);
-        let pull = impulse * (self.layout.node_weight(i, j) * symmetry.share());
+        let at = weave::attachment_of(kind, self.layout.y.nodes, self.layout.upper, row, side);
+        let pull = impulse * (self.share(i, j) * symmetry.share());
         self.state.sums.add_to_support(kind, at, &pull, symmetry);
     }
 

@@ -15,6 +15,7 @@ use crate::blocks::Blocks;
 use crate::body;
 use crate::contact::{self, Candidate, Found};
 use crate::error::Failure;
+use crate::grading::Net;
 use crate::math;
 use crate::planes::{
     self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
@@ -33,6 +34,7 @@ use crate::yarn::{self, Damage};
 const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
+#[inline(never)] // It must not add to the stack of the sweep.
 pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
     let rates = system.state.body;
     start_pushed(system);
@@ -169,7 +171,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = system.directions.of_ply(0);
     let uniform = Constants::Uniform(directions);
-    let Blocks { hot, history, yarn, strength, iterate, carry, .. } = &mut system.blocks;
+    let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
+    let net = Net { columns, lines };
     if system.layout.x.mirrored {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
     }
@@ -185,6 +188,10 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let constants =
             if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
         let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j), logarithms: &[] };
+        let rest = |axis: Axis, i: usize| {
+            let rest = directions.along(axis).rest;
+            net.bar(axis, i, j).map_or(rest, |[segments, _]| rest.in_series(segments))
+        };
         let stiffness = |axis: Axis, i: usize, q: f64| {
             let law = &directions.along(axis).law;
             if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
@@ -201,7 +208,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
             let mut right = [0.0; 3];
             if i < across {
                 let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
-                let rest = &directions.horizontal.rest;
+                let rest = rest(Axis::Horizontal, i);
                 let q = rest.twice_strain(d);
                 right = rest.force(yarn::stress(stiffness(Axis::Horizontal, i, q), q), d);
             }
@@ -210,13 +217,14 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
                 let over = displacement(above, i);
                 let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
                 let d = vertical_axes(d);
-                let rest = &directions.vertical.rest;
+                let rest = rest(Axis::Vertical, i);
                 let q = rest.twice_strain(d);
                 lift = vertical_axes(rest.force(yarn::stress(stiffness(Axis::Vertical, i, q), q), d));
             }
+            let inverse_widths = net.inverse_widths(i, j);
             for axis in 0..3 {
                 let Some(down) = planes::get_mut(carry, axis, i) else { break };
-                let sum = sweep::node_sum(right[axis], left[axis], lift[axis], *down);
+                let sum = sweep::graded_sum(right[axis], left[axis], lift[axis], *down, inverse_widths);
                 sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
                 *down = lift[axis];
                 if let Some(slot) = planes::get_mut(row, AT_GUESS + axis, i) {

@@ -1,9 +1,13 @@
 //! The grid: where nodes rest, which are fixed, how segments are numbered. No index arrays.
 //!
+//! Here nodes and segments are those of the fabric, but for the fixed nodes, which are those of the network (`grading.rs`): without
+//! grading it is the same.
+//!
 //! Node (i, j) rests at ((i - (nx-1)/2) h_x, (j - (ny-1)/2) h_y, 0) and has the number j nx + i. Segments: first the horizontal
 //! ones (i, j)-(i+1, j), row by row, then the vertical ones (i, j)-(i, j+1), row by row.
 
 use crate::math;
+use crate::places::Places;
 use crate::planes::Axis;
 use crate::scene::{AttachmentKind, Scene};
 
@@ -12,11 +16,6 @@ pub const ATTACHMENTS: usize = 4;
 
 /// Up to two runs of fixed nodes in a row, as [first, end) column pairs; an empty run has first = end.
 pub type FixedRuns = [[u32; 2]; 2];
-
-/// Offset of a node from the middle of its line, in node spacings; exactly antisymmetric.
-pub fn rest_offset(index: usize, nodes: u32) -> f64 {
-    index as f64 - 0.5 * (nodes as f64 - 1.0)
-}
 
 /// Number of the horizontal segment that starts at node (i, j).
 pub fn horizontal_number(nodes_x: u32, i: usize, j: usize) -> u64 {
@@ -48,15 +47,21 @@ pub fn yarn_of_segment(nodes_x: u32, nodes_y: u32, number: u64) -> u64 {
 
 /// The fixed nodes of row j, left run first.
 pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
-    let nx = scene.sheet.nodes_x;
-    let last_row = scene.sheet.nodes_y as usize - 1;
+    runs_among(scene, &Places::both(scene), j)
+}
+
+/// The same among nodes at these places.
+#[inline(never)] // It must not add to the stack of the search for overlaps.
+pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> FixedRuns {
+    let [nx, ny] = places.each_ref().map(Places::nodes);
+    let last_row = ny as usize - 1;
     let sides = [[0, 1], [nx - 1, nx]];
     match scene.attachment.kind {
         AttachmentKind::Free => [[0, 0], [0, 0]],
         AttachmentKind::TwoSides => sides,
         AttachmentKind::FourSides if j == 0 || j == last_row => [[0, nx], [0, 0]],
         AttachmentKind::FourSides => sides,
-        AttachmentKind::FourCorners => corner_runs(scene, j),
+        AttachmentKind::FourCorners => corner_runs(scene, places, nx, j),
     }
 }
 
@@ -72,8 +77,8 @@ pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
 }
 
 /// Coordinate of a node along its line, measured from the corner discs' centre on the node's side of the middle, m.
-fn from_disc_centre(index: usize, nodes: u32, spacing: f64, centre: f64) -> f64 {
-    let x = rest_offset(index, nodes) * spacing;
+fn from_disc_centre(index: usize, places: &Places, spacing: f64, centre: f64) -> f64 {
+    let x = places.offset(index) * spacing;
     math::abs(x) - centre
 }
 
@@ -81,35 +86,30 @@ fn from_disc_centre(index: usize, nodes: u32, spacing: f64, centre: f64) -> f64 
 /// rest offsets are exactly antisymmetric. A disc holds a node if this is at most the square of its radius.
 pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
     let centre = disc_centre(scene);
-    let nearest = |nodes: u32, h: f64, centre: f64| {
-        // The two nodes of the line that the centre lies between; rounding cannot lead away from both.
-        let last = nodes as usize - 1;
-        let below = (centre / h + 0.5 * last as f64) as usize;
-        let [a, b] = [below, below + 1].map(|i| {
-            let d = from_disc_centre(i.min(last), nodes, h, centre);
-            d * d
-        });
-        math::min(a, b)
+    let nearest = |axis: Axis, centre: f64| {
+        let (places, h) = (Places::of(scene, axis), scene.spacing(axis));
+        let distances = (0..places.nodes() as usize).map(|k| from_disc_centre(k, &places, h, centre));
+        distances.fold(f64::MAX, |nearest, d| math::min(d * d, nearest))
     };
-    let [h_x, h_y] = scene.spacings();
-    nearest(scene.sheet.nodes_x, h_x, centre[0]) + nearest(scene.sheet.nodes_y, h_y, centre[1])
+    nearest(Axis::Horizontal, centre[0]) + nearest(Axis::Vertical, centre[1])
 }
 
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
-fn corner_runs(scene: &Scene, j: usize) -> FixedRuns {
-    let (nx, [h_x, h_y]) = (scene.sheet.nodes_x, scene.spacings());
+fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], nx: u32, j: usize) -> FixedRuns {
+    let [h_x, h_y] = scene.spacings();
     let centre = disc_centre(scene);
-    let dy = from_disc_centre(j, scene.sheet.nodes_y, h_y, centre[1]);
+    let dy = from_disc_centre(j, rows, h_y, centre[1]);
     let radius2 = scene.attachment.disc_radius * scene.attachment.disc_radius;
     let inside = |i: u32| {
-        let dx = from_disc_centre(i as usize, nx, h_x, centre[0]);
+        let dx = from_disc_centre(i as usize, columns, h_x, centre[0]);
         dx * dx + dy * dy <= radius2
     };
     let mut runs = [[0, 0], [0, 0]];
-    let middle = nx / 2;
+    // Nodes of the right-hand half, the middle one with them.
+    let is_right = |i: u32| 2 * columns.crossing(i) + 1 >= columns.crossings;
     for i in 0..nx {
         if inside(i) {
-            let run = &mut runs[usize::from(i >= middle)];
+            let run = &mut runs[usize::from(is_right(i))];
             if run[0] == run[1] {
                 run[0] = i;
             }
@@ -120,13 +120,13 @@ fn corner_runs(scene: &Scene, j: usize) -> FixedRuns {
 }
 
 /// Which attachment a fixed run belongs to. Sides: 0 left (-x), 1 right (+x), 2 bottom (-y), 3 top (+y), corner nodes
-/// counting to bottom and top. Corners: 0 (-x, -y), 1 (+x, -y), 2 (-x, +y), 3 (+x, +y).
-pub fn attachment_of(kind: AttachmentKind, nodes_y: u32, j: usize, run: usize) -> usize {
-    let last = nodes_y as usize - 1;
+/// counting to bottom and top. Corners: 0 (-x, -y), 1 (+x, -y), 2 (-x, +y), 3 (+x, +y). `rows`: of nodes; `upper`: the first beyond
+/// the middle.
+pub fn attachment_of(kind: AttachmentKind, rows: u32, upper: usize, j: usize, run: usize) -> usize {
     match kind {
         AttachmentKind::FourSides if j == 0 => 2,
-        AttachmentKind::FourSides if j == last => 3,
-        AttachmentKind::FourCorners if 2 * j > last => 2 + run,
+        AttachmentKind::FourSides if j + 1 == rows as usize => 3,
+        AttachmentKind::FourCorners if j >= upper => 2 + run,
         _ => run,
     }
 }
@@ -202,7 +202,8 @@ mod tests {
                     let mut held = [0; ATTACHMENTS];
                     for j in 0..ny as usize {
                         for (run, [first, end]) in fixed_runs(&scene, j).into_iter().enumerate() {
-                            held[attachment_of(AttachmentKind::FourCorners, ny, j, run)] += end - first;
+                            held[attachment_of(AttachmentKind::FourCorners, ny, ny.div_ceil(2) as usize, j, run)] +=
+                                end - first;
                         }
                     }
                     assert_eq!(held.map(|nodes| nodes > 0), [holds; ATTACHMENTS], "{nx} {ny} {spacings} {radius}");

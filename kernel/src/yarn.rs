@@ -115,19 +115,37 @@ impl Rest {
         }
     }
 
-    /// Twice the strain from the relative displacement of the ends, for the general form of (M2):
-    /// q = [d_0 (d_0 + 2 rho) + d_1^2 + d_2^2]/l^2 + q_0.
-    #[inline(always)]
-    pub fn twice_strain<L: Lane>(&self, d: [L; 3]) -> L {
-        let along = d[0].mul(d[0].add(L::splat(2.0 * self.spacing)));
-        let change = along.add(d[1].mul(d[1])).add(d[2].mul(d[2]));
-        change.mul(L::splat(self.inverse_square)).add(L::splat(self.twice_strain))
+    /// So many of these segments in series (`grading.rs`).
+    pub fn in_series(&self, segments: f64) -> Rest {
+        Rest {
+            spacing: self.spacing * segments,
+            length: self.length * segments,
+            inverse_square: self.inverse_square / (segments * segments),
+            ..*self
+        }
     }
 
-    /// Force on the first node, the general form of (M4): along rho + d_0, d_1, d_2.
+    /// See [`RestLanes::twice_strain`].
+    #[inline(always)]
+    pub fn twice_strain<L: Lane>(&self, d: [L; 3]) -> L {
+        self.lanes().twice_strain(d)
+    }
+
+    /// See [`RestLanes::force`].
     #[inline(always)]
     pub fn force<L: Lane>(&self, stress: L, d: [L; 3]) -> [L; 3] {
-        [stress.mul(d[0].add(L::splat(self.spacing))), stress.mul(d[1]), stress.mul(d[2])]
+        self.lanes().force(stress, d)
+    }
+
+    /// The same for several segments at once.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> RestLanes<L> {
+        RestLanes {
+            spacing: L::splat(self.spacing),
+            twice_spacing: L::splat(2.0 * self.spacing),
+            inverse_square: L::splat(self.inverse_square),
+            twice_strain: L::splat(self.twice_strain),
+        }
     }
 
     /// Rate of twice the strain at the present place of the ends: 2 [(rho + d_0) v_0 + d_1 v_1 + d_2 v_2]/l^2. `v`: relative
@@ -137,6 +155,36 @@ impl Rest {
         let along = d[0].add(L::splat(self.spacing)).mul(v[0]);
         let approach = along.add(d[1].mul(v[1])).add(d[2].mul(v[2]));
         approach.mul(L::splat(2.0 * self.inverse_square))
+    }
+}
+
+/// [`Rest`] of several segments at once.
+#[derive(Clone, Copy, Debug)]
+pub struct RestLanes<L> {
+    /// Distance of the ends, rho.
+    pub spacing: L,
+    /// 2 rho.
+    pub twice_spacing: L,
+    /// 1/l^2.
+    pub inverse_square: L,
+    /// Twice the strain at the distance rho, q_0.
+    pub twice_strain: L,
+}
+
+impl<L: Lane> RestLanes<L> {
+    /// Twice the strain from the relative displacement of the ends, for the general form of (M2):
+    /// q = [d_0 (d_0 + 2 rho) + d_1^2 + d_2^2]/l^2 + q_0.
+    #[inline(always)]
+    pub fn twice_strain(&self, d: [L; 3]) -> L {
+        let along = d[0].mul(d[0].add(self.twice_spacing));
+        let change = along.add(d[1].mul(d[1])).add(d[2].mul(d[2]));
+        change.mul(self.inverse_square).add(self.twice_strain)
+    }
+
+    /// Force on the first node, the general form of (M4): along rho + d_0, d_1, d_2.
+    #[inline(always)]
+    pub fn force(&self, stress: L, d: [L; 3]) -> [L; 3] {
+        [stress.mul(d[0].add(self.spacing)), stress.mul(d[1]), stress.mul(d[2])]
     }
 }
 

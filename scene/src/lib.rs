@@ -1,5 +1,5 @@
-//! Scenes as TOML: a preset, and whatever differs from it. Keys are the names of the table of parameters ([`fabric::fields`]), which
-//! are the paths in [`fabric::Scene`]; an unknown key is an error.
+//! Scenes as TOML, and memory for their simulations. A scene file has a preset, and whatever differs from it. Keys are the names of
+//! the table of parameters ([`fabric::fields`]), which are the paths in [`fabric::Scene`]; an unknown key is an error.
 //!
 //! ```toml
 //! preset = "sheet_3in_sphere"          # or "sheet_10in_cylinder", "turbine_disc_sector"
@@ -17,10 +17,13 @@
 //! velocity = [0.0, 0.0, 154.3]
 //! ```
 //!
+//! `sheet.grading = "automatic"` chooses a graded network for an error of 1 %, once all other keys are read.
+//!
 //! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
 //!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
+pub mod memory;
 pub mod textile;
 
 use fabric::Scene;
@@ -28,8 +31,33 @@ use fabric::fields::{self, FIELDS, Field, Place};
 use std::path::Path;
 use toml::{Table, Value};
 
-/// What cannot be read says why.
+/// What cannot be read says why: a [`BadKey`], a [`fabric::Error`] that names the field, or a text.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Error that `grading = "automatic"` asks for.
+const AUTOMATIC_GRADING: f64 = 0.01;
+
+/// A key that there is not, or a value that is not of its key's type.
+#[derive(Debug)]
+pub struct BadKey {
+    /// The key.
+    pub key: String,
+    /// What is wrong, with the key.
+    pub text: String,
+}
+
+impl std::fmt::Display for BadKey {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl std::error::Error for BadKey {}
+
+/// A refusal that names its key.
+fn bad<T>(key: &str, text: String) -> Result<T> {
+    Err(Box::new(BadKey { key: key.to_string(), text }))
+}
 
 /// A preset by name.
 pub type Preset = (&'static str, fn() -> Scene);
@@ -50,21 +78,27 @@ pub fn read(path: &Path) -> Result<Scene> {
 pub fn parse(text: &str) -> Result<Scene> {
     let mut file: Table = text.parse()?;
     let mut scene = preset(file.remove("preset"))?;
-    if let Some(table) = file.remove("fabric") {
-        textile::apply(&mut scene, &table)?;
+    apply(&mut scene, file)?;
+    Ok(scene)
+}
+
+/// Gives a scene what a table of keys says, `[fabric]` first.
+pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
+    if let Some(textile) = table.remove("fabric") {
+        textile::apply(scene, &textile)?;
     }
-    let back = file.remove("back_fabric");
-    let given = flat("", Value::Table(file))?;
+    let (automatic, back) = (takes_automatic_grading(&mut table), table.remove("back_fabric"));
+    let given = flat("", Value::Table(table))?;
     // The back fabric lies in the grid of the sheet; all other keys override it.
     let (sheet, others): (Vec<_>, Vec<_>) = given.iter().partition(|(key, _)| key.starts_with("sheet."));
     for (key, value) in sheet {
-        assign(&mut scene, key, value)?;
+        assign(scene, key, value)?;
     }
-    if let Some(table) = back {
-        textile::apply_back(&mut scene, &table).map_err(|error| format!("back_fabric: {error}"))?;
+    if let Some(textile) = back {
+        textile::apply_back(scene, &textile).map_err(|error| format!("back_fabric: {error}"))?;
     }
     for (key, value) in others {
-        assign(&mut scene, key, value)?;
+        assign(scene, key, value)?;
     }
     let counted = |key: &str| given.iter().any(|(name, _)| name == key);
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
@@ -72,15 +106,28 @@ pub fn parse(text: &str) -> Result<Scene> {
     {
         scene.projectile.faces.count = planes.len() as u32;
     }
-    Ok(scene)
+    if automatic {
+        scene.set_grading(AUTOMATIC_GRADING)?;
+    }
+    Ok(())
+}
+
+/// Whether the table of the sheet says `grading = "automatic"`; takes it out.
+fn takes_automatic_grading(file: &mut Table) -> bool {
+    let Some(Value::Table(sheet)) = file.get_mut("sheet") else { return false };
+    let automatic = sheet.get("grading").and_then(Value::as_str) == Some("automatic");
+    if automatic {
+        sheet.remove("grading");
+    }
+    automatic
 }
 
 /// The preset of this name.
 pub fn preset(name: Option<Value>) -> Result<Scene> {
     let names = PRESETS.map(|(name, _)| format!("\"{name}\"")).join(", ");
-    let Some(name) = name else { return Err(format!("no key `preset`: one of {names}").into()) };
+    let Some(name) = name else { return bad("preset", format!("no key `preset`: one of {names}")) };
     let found = PRESETS.iter().find(|(known, _)| name.as_str() == Some(known));
-    found.map(|(_, make)| make()).ok_or_else(|| format!("preset = {name}: must be one of {names}").into())
+    found.map_or_else(|| bad("preset", format!("preset = {name}: must be one of {names}")), |(_, make)| Ok(make()))
 }
 
 /// Prints a preset, or the scene of a file, as a scene file with every key.
@@ -123,12 +170,12 @@ fn about(field: &Field) -> String {
 fn value(field: &Field, scene: &mut Scene) -> String {
     let words: Vec<u64> = (0..field.size()).map(|element| field.word(scene, element)).collect();
     let numbers = |words: &[u64]| {
-        let texts: Vec<_> = words.iter().map(|word| format!("{:?}", f64::from_bits(*word))).collect();
+        let texts: Vec<_> = words.iter().map(|word| real(*word)).collect();
         format!("[{}]", texts.join(", "))
     };
     let first = words.first().copied().unwrap_or(0);
     match field.place {
-        Place::Reals(_, []) => format!("{:?}", f64::from_bits(first)),
+        Place::Reals(_, []) => real(first),
         Place::Reals(_, [_]) => numbers(&words),
         Place::Reals(_, shape) => {
             let rows = scene.projectile.faces.in_use().len();
@@ -139,6 +186,12 @@ fn value(field: &Field, scene: &mut Scene) -> String {
         Place::Flag(_) => (first == 1).to_string(),
         Place::Choice(choice, ..) => format!("\"{}\"", choice.items[first as usize].0),
     }
+}
+
+/// A real number as TOML has it, from its bits.
+fn real(word: u64) -> String {
+    // TOML writes what is no number in small letters.
+    format!("{:?}", f64::from_bits(word)).to_lowercase()
 }
 
 /// Every key below a table with its whole name, tables of tables taken apart.
@@ -156,7 +209,7 @@ fn flat(prefix: &str, value: Value) -> Result<Vec<(String, Value)>> {
         }
         _ if is_group(prefix) => {
             let keys = FIELDS.iter().filter_map(|field| field.name.strip_prefix(prefix)?.strip_prefix('.'));
-            Err(format!("`{prefix}` is a table, [{prefix}], with {}", keys.collect::<Vec<_>>().join(", ")).into())
+            bad(prefix, format!("`{prefix}` is a table, [{prefix}], with {}", keys.collect::<Vec<_>>().join(", ")))
         }
         value => Ok(vec![(prefix.to_string(), value)]),
     }
@@ -164,8 +217,10 @@ fn flat(prefix: &str, value: Value) -> Result<Vec<(String, Value)>> {
 
 /// Gives a parameter a value.
 fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<()> {
-    let Some(field) = fields::field(key) else { return Err(format!("unknown key `{key}`").into()) };
-    let words = words(field, value).ok_or_else(|| format!("{key} = {value}: must be {}", expected(field)))?;
+    let Some(field) = fields::field(key) else { return bad(key, format!("unknown key `{key}`")) };
+    let Some(words) = words(field, value) else {
+        return bad(key, format!("{key} = {value}: must be {}", expected(field)));
+    };
     for (element, word) in words.into_iter().enumerate() {
         field.set_word(scene, element, word)?;
     }
@@ -234,6 +289,19 @@ mod tests {
     }
 
     #[test]
+    fn an_automatic_grading_follows_the_other_keys() {
+        let text = "preset = \"sheet_10in_cylinder\"\n[sheet]\ngrading = \"automatic\"\n[projectile]\nposition = [0.01, 0.0, -0.02]\n";
+        let mut expected = Scene::sheet_10in_cylinder();
+        expected.projectile.position = [0.01, 0.0, -0.02];
+        expected.set_grading(0.01).unwrap();
+        assert_eq!(parse(text).unwrap(), expected);
+        assert_eq!(expected.sheet.grading.centre, [0.01, 0.0]);
+        assert!(parse("preset = \"sheet_3in_sphere\"\n[sheet]\ngrading = \"fine\"\n").is_err());
+        let given = parse("preset = \"sheet_3in_sphere\"\n[sheet.grading]\nlargest = 4\nhalf_width = [0.02, 0.01]\n");
+        assert_eq!(given.unwrap().sheet.grading.half_width, [0.02, 0.01]);
+    }
+
+    #[test]
     fn given_keys_override_and_the_rest_stays() {
         let text = "preset = \"sheet_3in_sphere\"\nseed = 7\ntime_step = { seconds = 1e-8 }\n\
                     [attachment]\nkind = \"four_corners\"\n[projectile]\nvelocity = [1.0, 2.0, 3.0]\n";
@@ -253,6 +321,9 @@ mod tests {
             (scene.seed, scene.time_step.seconds, scene.yarn.draw) = (7, 1.23456789e-8, Draw::Yarn);
             scene.attachment.kind = AttachmentKind::Free;
             assert_eq!(parse(&write("sheet_3in_sphere", &scene)).unwrap(), scene, "{name}");
+            (scene.projectile.mass, scene.projectile.radius) = (f64::NAN, f64::NEG_INFINITY);
+            let unsound = parse(&write("sheet_3in_sphere", &scene)).unwrap().projectile;
+            assert!(unsound.mass.is_nan() && unsound.radius == f64::NEG_INFINITY);
         }
     }
 

@@ -18,6 +18,7 @@
 //! | viscosity in whole impacts | `viscosity.rs` |
 //! | how far two runs stay together before the first failure | `pointwise.rs` |
 //! | whole impacts: integrators, steps, quarter, coarser networks | `impact.rs`, `coarse.rs`, `quarter.rs` |
+//! | graded networks against the whole fabric | `grading.rs` |
 //! | a projectile moved by its host | `coupling.rs` |
 //! | number of runs in a mean | `runs.rs` |
 //!
@@ -25,6 +26,7 @@
 
 mod coarse;
 mod coupling;
+mod grading;
 mod impact;
 pub mod overshoot;
 mod pointwise;
@@ -63,6 +65,7 @@ enum Part {
     Viscosity,
     Pointwise,
     Impact,
+    Grading,
     Quarter,
     Coupling,
     Runs,
@@ -101,6 +104,9 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     if wanted(Part::Impact) {
         impact::run(effort, out)?;
+    }
+    if wanted(Part::Grading) {
+        grading::run(effort, out)?;
     }
     if wanted(Part::Runs) {
         runs::run(effort, out)?;

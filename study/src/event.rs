@@ -130,6 +130,8 @@ pub struct Summary {
     pub most_sweeps: u64,
     /// Contact solves that ran out of sweeps.
     pub unconverged: u64,
+    /// Passes in which the body met a graded network beyond its fine part.
+    pub beyond_fine: u64,
     /// Hash of the final state.
     pub digest: String,
 }
@@ -191,6 +193,7 @@ impl Summary {
             worst_penetration: counters.worst_penetration,
             most_sweeps: counters.most_sweeps,
             unconverged: counters.unconverged,
+            beyond_fine: counters.beyond_fine,
             digest: format!("{:016x}", sim.digest()),
         })
     }

@@ -12,13 +12,6 @@ pub fn processor() -> String {
     format!("{} ({cores} cores)", name.unwrap_or_else(|| std::env::consts::ARCH.to_string()))
 }
 
-/// Bytes of memory, where the system tells it.
-pub fn memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
-    Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
-}
-
 /// Mean number of running processes over the last minute, where the system tells it.
 pub fn load() -> Option<f64> {
     std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()

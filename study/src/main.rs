@@ -11,7 +11,6 @@ mod fabrics;
 mod friction;
 mod hits;
 mod machine;
-mod memory;
 mod paper;
 mod picture;
 mod plies;
@@ -24,6 +23,7 @@ mod threads;
 mod validate;
 
 use clap::{Parser, Subcommand};
+use fabric_scene::memory;
 use std::process::ExitCode;
 
 /// What a command returns: a sentence for the user if it could not do its work.

@@ -258,6 +258,10 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
         row("  modelled, the rest mirrored", format!("{nx} x {ny}"));
     }
+    if scene.is_graded() {
+        let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
+        row("  nodes of the graded network", format!("{nx} x {ny}"));
+    }
     row("projectile", projectile(&scene.projectile));
     row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
     let viscosity = scene.viscosity();
@@ -359,6 +363,13 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
         eprintln!(
             "warning: {} contact solves ended at the largest number of sweeps: their impulses are inexact",
             summary.unconverged
+        );
+    }
+    if summary.beyond_fine > 0 {
+        eprintln!(
+            "warning: for {} steps the projectile met the sheet beyond the fine part of the graded network, where nodes may be too far \
+             apart to feel it: move sheet.grading.centre or enlarge half_width",
+            summary.beyond_fine
         );
     }
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];

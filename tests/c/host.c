@@ -402,6 +402,20 @@ static void textiles(void)
     CHECK(fk_scene_set_textile(NULL, &textile, sizeof textile, NULL, 0) == FK_NULL_POINTER);
 }
 
+/* A graded network is chosen about the hit; a bad error is named and changes nothing. Read-outs give the network's own nodes. */
+static void gradings(void)
+{
+    fk_scene scene = fk_scene_preset(FK_PRESET_SHEET_10IN_CYLINDER), before = scene;
+    fk_fault fault;
+    CHECK(fk_scene_set_grading(&scene, 0.0, &fault, sizeof fault) == FK_OUT_OF_RANGE && strcmp(fault.field, "error") == 0);
+    CHECK(memcmp(&scene, &before, sizeof scene) == 0 && fk_scene_set_grading(NULL, 0.01, NULL, 0) == FK_NULL_POINTER);
+    scene.projectile.position[0] = 0.01;
+    CHECK(fk_scene_set_grading(&scene, 0.01, NULL, 0) == FK_OK);
+    CHECK(scene.sheet.grading.largest > 1 && scene.sheet.grading.centre[0] == 0.01);
+    uint64_t graded = 0, fabric = 0;
+    CHECK(fk_memory_size(&scene, &graded) == FK_OK && fk_memory_size(&before, &fabric) == FK_OK && 2 * graded < fabric);
+}
+
 /* A fault or a bad number must not hide one another: the structure that is to tell is looked at first. */
 static void bad_faults(void)
 {
@@ -869,6 +883,7 @@ int main(void)
     short_buffers();
     bad_scenes();
     textiles();
+    gradings();
     bad_faults();
     read_outs();
     plies();

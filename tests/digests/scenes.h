@@ -151,6 +151,19 @@ static void prescribed(fk_scene *scene)
     scene->projectile.mass = 0.0;
 }
 
+/* A graded network of drawn yarn, fine beside its middle, with bars of up to four yarns. */
+static void graded(fk_scene *scene)
+{
+    sphere(scene);
+    sheet(scene, 33, 30);
+    scene->sheet.grading.largest = 4;
+    scene->sheet.grading.run = 1;
+    scene->sheet.grading.centre[0] = 3e-4;
+    scene->sheet.grading.centre[1] = -2e-4;
+    scene->sheet.grading.half_width[0] = 4e-3;
+    scene->sheet.grading.half_width[1] = 4.5e-3;
+}
+
 /* Three plies that touch, the second one turned, of a fabric with unlike directions. */
 static void plies(fk_scene *scene)
 {
@@ -207,13 +220,14 @@ static void textile(fk_scene *scene)
     (void)fk_scene_set_textile(scene, &kevlar, sizeof kevlar, 0, 0);
 }
 
-enum { TEST_SCENES = 13 };
+enum { TEST_SCENES = 14 };
 
 static const test_scene test_scenes[TEST_SCENES] = {
     {"sphere", sphere, 400},   {"theta", theta, 150}, {"bullet", bullet, 400}, {"box", box, 300},
     {"quarter", quarter, 400}, {"wedge", wedge, 400}, {"toe", toe, 400},       {"prescribed", prescribed, 300},
     {"unlike", unlike, 400},   {"strength", strength, 400}, {"textile", textile, 400}, {"rubs", rubs, 400},
     {"plies", plies, 400},
+    {"graded", graded, 400},
 };
 
 /* Steps a scene to its end; a prescribed body is led through the sheet while it turns back, in two calls. */

@@ -46,15 +46,15 @@ class Rollback(unittest.TestCase):
 
 
 class TwoShields(unittest.TestCase):
-    def test_the_books_balance_over_both(self):
-        books = two_shields.fly(ARCHIVE)
-        self.assertEqual(books["outcome.exited"], [True, True])
-        self.assertLess(books["outcome.exited_time"][0], books["outcome.first_contact_time"][1])
-        self.assertGreater(min(books["contact.work"]), 10.0)
-        self.assertLess(abs(books["interface residual"]), 1e-5)
-        self.assertLess(books["momentum residual"], 1e-12)
+    def test_the_balances_close_over_both(self):
+        balances = two_shields.fly(ARCHIVE)
+        self.assertEqual(balances["outcome.exited"], [True, True])
+        self.assertLess(balances["outcome.exited_time"][0], balances["outcome.first_contact_time"][1])
+        self.assertGreater(min(balances["contact.work"]), 10.0)
+        self.assertLess(abs(balances["interface residual"]), 1e-5)
+        self.assertLess(balances["momentum residual"], 1e-12)
         # The tilted sheet pushes the fragment along its normal, which turning about x has given a part along y.
-        self.assertGreater(abs(books["contact.impulse"][1][1]), 0.1 * abs(books["contact.impulse"][1][2]))
+        self.assertGreater(abs(balances["contact.impulse"][1][1]), 0.1 * abs(balances["contact.impulse"][1][2]))
 
     def test_a_shield_out_of_reach_changes_no_bit(self):
         alone = two_shields.fly(ARCHIVE, two_shields.SHEETS[:1], end=3e-5)

@@ -75,6 +75,11 @@ fn sphere_through_turned_plies() {
 }
 
 #[test]
+fn cylinder_on_a_graded_sheet() {
+    assert_pin(digest_after(&scenes::cylinder_on_a_graded_sheet(), 2500, true), pins::CYLINDER_ON_A_GRADED_SHEET);
+}
+
+#[test]
 fn taut_warp_and_crimped_weft() {
     assert_pin(digest_after(&scenes::taut_warp_and_crimped_weft(), 3000, true), pins::TAUT_WARP_AND_CRIMPED_WEFT);
 }

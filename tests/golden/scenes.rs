@@ -1,8 +1,8 @@
 //! The golden scenes besides the presets: small, and together touching every shape, attachment, kind of yarn and drive.
 
 use fabric::{
-    AttachmentKind, Draw, Drive, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack, StepAfterFailure,
-    StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    AttachmentKind, Draw, Drive, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
+    StepAfterFailure, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 
 /// 41 x 41, uniform yarn, four sides, the preset sphere at 100 m/s.
@@ -53,7 +53,22 @@ pub fn sphere_that_rubs() -> Scene {
     scene
 }
 
-/// The same with the step halved after the first failure.
+/// A small cylinder beside the middle of an oblong graded sheet of drawn yarn and strength, two sides held: bars of up to 8 yarns.
+pub fn cylinder_on_a_graded_sheet() -> Scene {
+    let mut scene = sphere_on_drawn_strength();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (90, 77);
+    scene.sheet.grading = Grading { largest: 8, run: 2, centre: [4e-3, -2.5e-3], half_width: [9e-3, 8e-3] };
+    scene.attachment.kind = AttachmentKind::TwoSides;
+    let body = &mut scene.projectile;
+    body.shape = Shape::Cylinder;
+    (body.radius, body.length, body.mass) = (4e-3, 9e-3, 3.5e-3);
+    body.position = [3.5e-3, -2e-3, -6.2e-3];
+    body.velocity = [15.0, -10.0, 300.0];
+    body.orientation = [0.96, 0.28, 0.0, 0.0];
+    scene
+}
+
+/// The uniform sphere with the step halved after the first failure.
 pub fn uniform_sphere_in_halves() -> Scene {
     let mut scene = uniform_sphere();
     scene.step_after_failure = StepAfterFailure::Half;

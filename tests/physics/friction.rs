@@ -192,9 +192,9 @@ fn impact(fraction: f64, speed: f64) -> Scene {
     scene
 }
 
-/// What the books do not close by before the first failure falls with the square of the step, as without friction.
+/// What the balances do not close by before the first failure falls with the square of the step, as without friction.
 #[test]
-fn the_books_close_to_second_order() {
+fn the_balances_close_to_second_order() {
     let off = |fraction: f64| {
         let mut buffers = Buffers::of(&impact(fraction, 50.0));
         let mut sim = buffers.sim(&impact(fraction, 50.0));
@@ -211,7 +211,7 @@ fn the_books_close_to_second_order() {
 
 /// Through failure: whole steps and halves, a body that the host moves, viscous yarn.
 #[test]
-fn the_books_of_a_perforation_close() {
+fn the_balances_of_a_perforation_close() {
     let plain = impact(0.4, 120.0);
     let mut viscous = plain;
     (viscous.yarn.viscosity_linear, viscous.yarn.viscosity_bending) = (0.06, 0.06);

@@ -1,4 +1,4 @@
-//! The step that is halved after the first failure: second order through the switch, the same bits before it, closed books.
+//! The step that is halved after the first failure: second order through the switch, the same bits before it, closed balances.
 
 use fabric::{AttachmentKind, Code, Drive, Integrator, Motion, Path, Scene, Sim, StepAfterFailure, TimeStep};
 use fabric_tests::reference::{V3, fixed_nodes, largest_distance, length};

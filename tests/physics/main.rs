@@ -11,6 +11,7 @@ mod force_window;
 mod frames;
 mod free_flight;
 mod friction;
+mod grading;
 mod halving;
 mod ledger;
 mod long_yarn;

@@ -215,7 +215,7 @@ fn no_cycle_gains_energy() {
 /// While a cell is taut its balance closes to second order, through loading and unloading. (Where yarn becomes slack within a step it
 /// closes to first order, with the rate as without.)
 #[test]
-fn the_books_of_a_cell_close_to_second_order() {
+fn the_balances_of_a_cell_close_to_second_order() {
     let off = |seconds: f64| {
         let mut scene = cell(0.05);
         scene.time_step = TimeStep { seconds, ..scene.time_step };
@@ -243,9 +243,9 @@ fn impact(fraction: f64) -> Scene {
     scene
 }
 
-/// What the books do not close by before the first failure falls with the square of the step, as it does without.
+/// What the balances do not close by before the first failure falls with the square of the step, as it does without.
 #[test]
-fn the_books_of_a_sheet_close_to_second_order() {
+fn the_balances_of_a_sheet_close_to_second_order() {
     let off = |fraction: f64| {
         let mut scene = impact(fraction);
         scene.projectile.velocity[2] = 60.0;
@@ -271,7 +271,7 @@ fn the_books_of_a_sheet_close_to_second_order() {
 
 /// Through failure, with the step halved as well, with drawn strength, with viscosity and with crimp. Energy is only taken.
 #[test]
-fn the_books_of_a_perforation_close() {
+fn the_balances_of_a_perforation_close() {
     let plain = impact(0.4);
     let halved = Scene { step_after_failure: StepAfterFailure::Half, ..plain };
     let mut drawn = plain;

@@ -1,4 +1,4 @@
-//! Supports are obstacles: a fixed node takes the impulse that stops a free body, and its attachment books it.
+//! Supports are obstacles: a fixed node takes the impulse that stops a free body, and its attachment records it.
 
 use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Sim, StepAfterFailure, Symmetry};
 use fabric_tests::reference::{V3, add, dot, length, rest_positions, scale, sub};

@@ -153,9 +153,9 @@ fn half_a_sheet_under_a_tilted_cylinder() {
     }
 }
 
-/// A quarter is stepped through the whole event; its books close as a whole sheet's do.
+/// A quarter is stepped through the whole event; its balances close as a whole sheet's do.
 #[test]
-fn the_books_of_a_quarter_close_through_failure() {
+fn the_balances_of_a_quarter_close_through_failure() {
     let mut scene = small_sheet(41, 95.0);
     scene.symmetry = QUARTER;
     let mut buffers = Buffers::of(&scene);

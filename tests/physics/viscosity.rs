@@ -193,9 +193,9 @@ fn the_moment_alone_touches_angular_momentum_and_little() {
     }
 }
 
-/// What the books do not close by before the first failure falls with the square of the step, as it does without viscosity.
+/// What the balances do not close by before the first failure falls with the square of the step, as it does without viscosity.
 #[test]
-fn the_books_of_a_viscous_sheet_close_to_second_order() {
+fn the_balances_of_a_viscous_sheet_close_to_second_order() {
     let off = |fraction: f64| {
         let mut scene = impact(fraction);
         scene.projectile.velocity[2] = 60.0;
@@ -217,7 +217,7 @@ fn the_books_of_a_viscous_sheet_close_to_second_order() {
 
 /// Through failure, with the step halved as well.
 #[test]
-fn the_books_of_a_viscous_perforation_close() {
+fn the_balances_of_a_viscous_perforation_close() {
     for step_after_failure in [StepAfterFailure::Keep, StepAfterFailure::Half] {
         let scene = Scene { step_after_failure, ..impact(0.4) };
         let mut buffers = Buffers::of(&scene);

@@ -82,6 +82,7 @@ fn golden_scenes_through_failure() {
     same_bits(&golden::sphere_on_yarn_that_depends_on_rate(), 3000, |_| (), failed);
     same_bits(&golden::sphere_that_rubs(), 3000, |_| (), failed);
     same_bits(&golden::sphere_through_turned_plies(), 1000, |_| (), failed);
+    same_bits(&golden::cylinder_on_a_graded_sheet(), 2500, |_| (), failed);
     same_bits(&golden::tumbling_bullet(), 1200, |_| (), |_| ());
     same_bits(&golden::disc_sector(), 500, |_| (), |_| ());
 }

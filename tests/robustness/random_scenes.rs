@@ -174,11 +174,13 @@ fn refused_or_run(scene: &Scene) -> Result<bool, TestCaseError> {
     Ok(true)
 }
 
+/// Whether a scene is of a kind.
+type Is = fn(&Scene) -> bool;
+
 /// A test that nearly all scenes do not get to would say nothing: of each kind some must run.
 #[test]
 fn any_scene_is_refused_or_runs() {
-    type Kind = (&'static str, fn(&Scene) -> bool, u32);
-    let kinds: [Kind; 6] = [
+    let kinds: [(&str, Is, u32); 6] = [
         ("scenes", |_| true, 150),
         ("with separate plies", |scene| scene.stack.plies > 1, 25),
         ("with friction", |scene| scene.contact.friction > 0.0, 40),

@@ -168,7 +168,15 @@ fn options_that_do_not_go_together_are_both_named() {
     let mirror_x = |s: &mut Scene| s.symmetry.mirror_x = true;
     let mirror_y = |s: &mut Scene| s.symmetry.mirror_y = true;
     let strained = |s: &mut Scene| s.sheet.pre_strain = [0.0, 0.01];
-    let pairs: [Pair; 25] = [
+    let graded = |s: &mut Scene| s.sheet.grading.largest = 4;
+    let pairs: [Pair; 32] = [
+        ("yarn.viscosity_linear", "sheet.grading.largest", |s| s.yarn.viscosity_linear = 0.06, graded),
+        ("yarn.viscosity_quadratic", "sheet.grading.largest", |s| s.yarn.viscosity_quadratic = 1.5, graded),
+        ("yarn.viscosity_bending", "sheet.grading.largest", |s| s.yarn.viscosity_bending = 0.06, graded),
+        ("yarn.rate_modulus", "sheet.grading.largest", modulus, graded),
+        ("yarn.rate_stretch", "sheet.grading.largest", stretch, graded),
+        ("contact.friction", "sheet.grading.largest", friction, graded),
+        ("stack.plies", "sheet.grading.largest", plies, graded),
         ("contact.friction", "integrator.kind", friction, theta),
         ("contact.friction", "stack.plies", friction, plies),
         ("yarn.rate_modulus", "integrator.kind", modulus, theta),

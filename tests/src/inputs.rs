@@ -104,6 +104,7 @@ const BASES: &[(&str, &[(&str, f64)])] = &[
     ("rate", &[("yarn.rate_modulus", 0.13), ("yarn.rate_stretch", 0.16), ("yarn.rate_reference", 30.0), ("yarn.rate_limit", 170.0)]),
     ("mirrored", &[("yarn.stochastic", 0.0), ("symmetry.mirror_x", 1.0)]),
     ("turning", &[("rotation_rule.kind", 1.0)]),
+    ("graded", &[("sheet.grading.largest", 4.0)]),
 ];
 
 /// A sheet of 9 x 9, the sphere 0.65 mm before it, and a step far below every limit that a case moves.
@@ -189,6 +190,15 @@ fn rows() -> Vec<Row> {
         count("sphere", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(DoesNotGoWith, "yarn.stochastic")), (End, own(UnknownChoice))], &[]),
         choice("uniform", &["symmetry.mirror_x", "symmetry.mirror_y"], 1.0),
         count("strength", &["symmetry.mirror_x", "symmetry.mirror_y"], &[(To(0.0), Accepted), (To(1.0), Refused(DoesNotGoWith, "yarn.strength_draw")), (End, own(UnknownChoice))], &[]),
+        // ---- Graded networks.
+        count("sphere", &["sheet.grading.largest"], &[(To(2.0), Accepted), (To(3.0), own(OutOfRange)), (To(4.0), Accepted), (Below(64.0), own(OutOfRange)), (To(64.0), Accepted), beyond], &[]),
+        count("rate", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(64.0), Refused(DoesNotGoWith, "yarn.rate_modulus")), beyond], &[]),
+        count("stack", &["sheet.grading.largest"], &[(To(1.0), Accepted), (To(64.0), Refused(DoesNotGoWith, "stack.plies")), beyond], &[]),
+        real("graded", &["yarn.viscosity_linear"], &[negative, (To(0.0), Accepted), (To(1.0), apart), beyond], &[0.02]),
+        real("graded", &["yarn.viscosity_quadratic", "contact.friction"], &[negative, (To(0.0), Accepted), (To(10.0), apart), beyond], &[0.02]),
+        real("graded", &["yarn.viscosity_bending"], &[negative, (To(0.0), Accepted), (To(0.2), apart), beyond], &[0.02]),
+        count("graded", &["stack.plies"], &[(Below(1.0), own(OutOfRange)), (To(1.0), Accepted), (To(1000.0), apart), beyond], &[]),
+        not_read("sphere", &["sheet.grading.centre[0]", "sheet.grading.centre[1]", "sheet.grading.half_width[0]", "sheet.grading.half_width[1]"]),
         // ---- Attachment.
         choice("corners", &["attachment.kind"], 3.0),
         real("corners", &["attachment.disc_inset"], &[negative, (About(5.29e-3), Accepted), (About(7.18e-3), Refused(DiscTouchesProjectile, "attachment.disc_radius")), (End, Refused(DiscsOverlap, "attachment.disc_radius"))], &[5e-3, 6e-3, 7.5e-3]),

@@ -21,6 +21,7 @@ mod stack;
 mod tests;
 mod tools;
 mod web;
+mod wheel;
 
 use clap::{Parser, Subcommand};
 
@@ -56,6 +57,8 @@ enum Command {
     Web(web::Options),
     /// Measure ns per node-step, parts and peers; `python3 -m reports bench` compares them with the goals.
     Bench(tests::BenchOptions),
+    /// Build the Python package as wheels: target/wheels.
+    Wheel(wheel::Options),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
 }
@@ -73,6 +76,7 @@ fn main() -> std::process::ExitCode {
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),
+        Command::Wheel(options) => wheel::run(&options),
         Command::Fuzz(options) => fuzz::run(&options),
     };
     match result {

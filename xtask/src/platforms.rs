@@ -168,6 +168,20 @@ impl Compiler {
         command
     }
 
+    /// A program that calls cargo, told to use this compiler. Where that has no standard library for the target but its source, the
+    /// library is built along.
+    pub fn lent_to(&self, mut program: Command) -> Command {
+        program.env("CARGO", &self.cargo);
+        if let Some(rustc) = &self.rustc {
+            program.env_remove("RUSTUP_TOOLCHAIN").env("RUSTC", rustc);
+        }
+        if self.build_core {
+            // As above.
+            program.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "std,panic_unwind");
+        }
+        program
+    }
+
     /// Options behind cargo's subcommand.
     pub fn options(&self) -> &'static [&'static str] {
         if self.build_core { &["-Zbuild-std=core"] } else { &[] }

@@ -34,6 +34,7 @@ const TEST: &[Step] = &[
     ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
     ("studies in short form", studies),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true, plies: false })),
@@ -194,6 +195,9 @@ fn studies() -> Outcome {
     }
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
+    // The first steps of a stack, which has a picture of its own.
+    study(&["run", "study/scenes/pack_of_62_plies.toml", "--steps", "64", "--out", &folder("run of plies")])?;
+    report("run", &folder("run of plies"))?;
     let sheets = ["--sample", "512", "--movie", "--vtk"];
     study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
     report("run", &folder("run"))

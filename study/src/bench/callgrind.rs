@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use fabric::InstructionSet;
 use std::process::Command;
 
-const CASES: [&str; 7] = ["sweep", "fabric", "viscous", "rate", "run", "strength", "plies"];
+const CASES: [&str; 8] = ["sweep", "fabric", "graded", "viscous", "rate", "run", "strength", "plies"];
 const SIZE: u32 = 105;
 /// Steps before the counted ones: enough for the sphere to be in contact.
 const BEFORE: u64 = 100;
@@ -66,6 +66,7 @@ pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
     let mut case = match case {
         "run" => sheets::whole_run(SIZE),
         "fabric" => sheets::fabric(SIZE),
+        "graded" => sheets::graded(SIZE),
         "strength" => sheets::strength(SIZE),
         "viscous" => sheets::viscous(SIZE),
         "rate" => sheets::rate(SIZE),

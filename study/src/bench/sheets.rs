@@ -94,6 +94,15 @@ pub fn viscous(size: u32) -> Case {
     case
 }
 
+/// The hot pass of a graded network, of as many nodes: its fine part covers the sheet.
+pub fn graded(size: u32) -> Case {
+    let mut case = sweep(size);
+    case.name = "graded";
+    let half_width = case.scene.half_size().map(|half| 2.0 * half);
+    case.scene.sheet.grading = fabric::Grading { largest: 2, half_width, ..case.scene.sheet.grading };
+    case
+}
+
 /// The hot pass of yarn that depends on the rate of strain.
 pub fn rate(size: u32) -> Case {
     let mut case = sweep(size);

@@ -283,7 +283,7 @@ fn failed_places(sim: &Sim<'_>) -> Result<Vec<[f64; 2]>> {
 fn middle(number: usize, scene: &Scene, [nx, ny]: [usize; 2]) -> [f64; 2] {
     let in_row = if scene.symmetry.mirror_x { nx } else { nx - 1 };
     let place = |i: usize, j: usize| {
-        [fabric::weave::rest_offset(i, scene.sheet.nodes_x), fabric::weave::rest_offset(j, scene.sheet.nodes_y)]
+        [fabric::places::rest_offset(i, scene.sheet.nodes_x), fabric::places::rest_offset(j, scene.sheet.nodes_y)]
     };
     if number < in_row * ny {
         let [x, y] = place(number % in_row, number / in_row);
@@ -423,7 +423,7 @@ impl Connection {
         for j in 0..sim.scene().sheet.nodes_y as usize {
             for (run, columns) in fabric::weave::fixed_runs(sim.scene(), j).iter().enumerate() {
                 if columns[1] > columns[0] && kind == AttachmentKind::FourCorners {
-                    let corner = fabric::weave::attachment_of(kind, sim.scene().sheet.nodes_y, j, run);
+                    let corner = fabric::weave::attachment_of(kind, layout.y.nodes, layout.upper, j, run);
                     corners[corner] = j * layout.nodes_x + columns[0] as usize;
                 }
             }

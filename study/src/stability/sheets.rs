@@ -10,7 +10,7 @@ use fabric::{AttachmentKind, Failure, Outcome, Scene, Sim};
 /// All rows of this theme.
 pub fn rows() -> Vec<Case> {
     let mut rows: Vec<Case> =
-        [supports(), histories()].into_iter().flatten().map(|flight| flight.case("Sheets")).collect();
+        [supports(), histories(), gradings()].into_iter().flatten().map(|flight| flight.case("Sheets")).collect();
     rows.push(long_sheets());
     rows.push(plies());
     rows.push(quarter());
@@ -86,6 +86,56 @@ fn supports() -> Vec<Flight> {
                 changed(uniform(41, speed(40.0)), |scene| scene.attachment.kind = AttachmentKind::Free),
                 3000,
                 |end| end.balances.momentum < 1e-12 && length(end.summary.support_impulse) == 0.0,
+            )
+        },
+    ]
+}
+
+/// Graded networks: coarse beyond reason, fine for a single segment, hit where they are coarse, and cut by mirror planes.
+fn gradings() -> Vec<Flight> {
+    let graded = |nodes: u32, velocity: f64, half: f64, largest: u32| {
+        changed(uniform(nodes, velocity), |scene| {
+            let half_width = scene.spacings().map(|h| half * h);
+            scene.sheet.grading = fabric::Grading { largest, run: 1, half_width, ..scene.sheet.grading };
+        })
+    };
+    let sound = |end: &Ended<'_>| end.latched(Outcome::Exited) && end.sound();
+    vec![
+        Flight::new(
+            "graded up to 64 yarns (N = 300, 40 J)",
+            "exited, sound",
+            graded(300, speed(40.0), 15.0, 64),
+            100_000,
+            sound,
+        ),
+        Flight::new(
+            "graded, a quarter by mirror planes (N = 101, 40 J)",
+            "exited, sound",
+            changed(graded(101, speed(40.0), 15.0, 8), |scene| {
+                (scene.symmetry.mirror_x, scene.symmetry.mirror_y) = (true, true)
+            }),
+            100_000,
+            sound,
+        ),
+        Flight {
+            until: &[],
+            ..Flight::new(
+                "graded, fine part of one segment (N = 100, 40 J)",
+                "balances close, no NaN",
+                graded(100, speed(40.0), 0.2, 2),
+                4000,
+                |end| end.closed(),
+            )
+        },
+        Flight {
+            until: &[],
+            text: Box::new(|end| format!("{}, told in {} passes", ending(end), end.summary.beyond_fine)),
+            ..Flight::new(
+                "graded, hit beside the fine part (N = 101, 40 J)",
+                "balances close, and the read-out tells",
+                changed(graded(101, speed(40.0), 8.0, 16), |scene| scene.projectile.position[0] = 0.02),
+                4000,
+                |end| end.closed() && end.summary.beyond_fine > 0,
             )
         },
     ]

@@ -37,6 +37,8 @@ const BARS: [f64; 2] = [1.0, 2.0];
 const HITS: [u64; 2] = [5, 3];
 const GAP: f64 = 1e-4;
 const SEPARATE_BAR: f64 = 2.0;
+/// Time after which an impact on separate plies is given up, s: five times what the fragment needs to stop or to get through.
+const LONGEST_SEPARATE: f64 = 3e-4;
 /// Density of the fragment's steel, kg/m^3.
 const STEEL: f64 = 7850.0;
 
@@ -149,7 +151,8 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         let pack = &network.pack;
         // Near the trend of the measurements.
         let guess = 300.0 * (f64::from(pack.plies) * pack.textile.areal_density()).sqrt().max(0.3);
-        let found = limit(&scene(network, radius, mass)?, guess, hit, LONGEST)?;
+        let longest = if network.separate { LONGEST_SEPARATE } else { LONGEST };
+        let found = limit(&scene(network, radius, mass)?, guess, hit, longest)?;
         progress.add(1, || format!("{}, {} plies", pack.name, pack.plies));
         Ok(found)
     })?;

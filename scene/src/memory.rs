@@ -1,6 +1,6 @@
 //! Memory for simulations, on the host's heap.
 
-use crate::{Result, machine};
+use crate::Result;
 use fabric::{CacheLine, Error, Layout, Scene, Sim};
 
 /// The memory of one simulation.
@@ -14,7 +14,7 @@ impl Buffers {
     /// # Errors
     /// A scene that is refused, or more memory than there is; the text says how much it takes.
     pub fn of(scene: &Scene) -> Result<Buffers> {
-        Buffers::within(scene, machine::memory())
+        Buffers::within(scene, installed())
     }
 
     /// The same on a machine of so many bytes.
@@ -32,9 +32,24 @@ impl Buffers {
     }
 
     /// A simulation of `scene` in this memory.
+    ///
+    /// # Errors
+    /// A scene that is refused.
     pub fn sim(&mut self, scene: &Scene) -> std::result::Result<Sim<'_>, Error> {
         Sim::new(scene, &mut self.lines)
     }
+
+    /// The memory itself.
+    pub fn into_lines(self) -> Vec<CacheLine> {
+        self.lines
+    }
+}
+
+/// Bytes of memory that the machine has, where the system tells it.
+fn installed() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
+    Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
 }
 
 /// So many lines, or None if there is no memory for them.

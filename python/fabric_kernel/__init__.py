@@ -1,0 +1,28 @@
+"""Impact of rigid fragments on ballistic fabric: single runs, ensembles on one machine or many, ballistic limits.
+
+`docs/python.md` of the project shows how it is used and what it can be trusted with.
+All numbers are in SI units.
+"""
+
+from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters
+from .ensembles import ClusterLost, ensemble, vary
+from .fragments import draw_map, fragment_map
+from .runs import fly, history
+
+__version__ = VERSION
+__all__ = [
+    "PRESETS",
+    "VERSION",
+    "ClusterLost",
+    "Failed",
+    "Refused",
+    "Scene",
+    "Simulation",
+    "draw_map",
+    "ensemble",
+    "fly",
+    "fragment_map",
+    "history",
+    "parameters",
+    "vary",
+]

@@ -1,0 +1,228 @@
+"""How the velocity of the next shot is chosen, for many tests at once.
+
+A design has a centre and a scale (m/s), which say where and how finely its shots lie, `start(tests)`, and `next(velocities, through)`,
+which gives the next velocity of each test from its shots so far, (tests, shots).
+
+Neyer: halve the range until the highest stopped shot and the lowest that went through are nearer than the guess of sigma, then shoot
+where Fisher's information grows most. As long as results do not overlap, mu is taken in the middle of the gap and sigma as the guess,
+which shrinks by 0.8 at each shot.
+ThreePhase: (1) find both results, then an overlap, and strengthen it; (2) shoot where Fisher's information grows most; (3) if asked,
+approach the velocity of one share by the Robbins-Monro-Joseph procedure.
+Plan: the velocities are given.
+Limits: the first phase of ThreePhase widens its range by 1.5 guesses of sigma times 1, 3, 6, ...; the paper gives the first steps only.
+Reference: B. T. Neyer, Technometrics 36 (1994) 61; C. F. J. Wu and Y. Tian, J. Statist. Planning and Inference 149 (2014) 1;
+V. R. Joseph, Biometrika 91 (2004) 461.
+"""
+
+import math
+
+import numpy
+import scipy.special
+
+from .likelihood import LINKS, ends, information, maximum
+
+# Where the next shot may lie, in units of sigma from mu.
+GRID = numpy.linspace(-3.0, 3.0, 241)
+
+
+def most_informative(velocities, mu, sigma, link):
+    """The velocity that makes the determinant of Fisher's information largest, to sigma/40."""
+    z = (velocities - mu[:, None]) / sigma[:, None]
+    aa, ab, bb = information(z, z, link)[:3]
+    # The determinant grows by the new shot's part times this square form.
+    growth = link.information(GRID) * (bb[:, None] - 2 * GRID * ab[:, None] + GRID**2 * aa[:, None])
+    return mu + GRID[growth.argmax(axis=-1)] * sigma
+
+
+class Refined:
+    """The same at the maximum of the likelihood, which is kept within the range of the shots."""
+
+    def __init__(self, tests, link):
+        self.link, self.mu, self.sigma = link, numpy.full(tests, numpy.nan), numpy.zeros(tests)
+
+    def next(self, velocities, through, rows):
+        velocities, through = velocities[rows], through[rows]
+        slowest, fastest = velocities.min(axis=-1), velocities.max(axis=-1)
+        mu, sigma, _ = maximum(velocities, through, self.link, (self.mu[rows], self.sigma[rows]))
+        known = numpy.isfinite(mu)
+        self.mu[rows], self.sigma[rows] = mu, numpy.where(known, sigma, 0.0)
+        mu = numpy.clip(numpy.where(known, mu, 0.5 * (slowest + fastest)), slowest, fastest)
+        return most_informative(velocities, mu, numpy.where(known, numpy.minimum(sigma, fastest - slowest), fastest - slowest), self.link)
+
+
+class Guess:
+    """V50 lies probably between low and high, and the standard deviation of single limits is about sigma, m/s."""
+
+    def __init__(self, low, high, sigma, link="probit"):
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise ValueError("low, high: low must be below high")
+        if not (sigma > 0 and math.isfinite(sigma)):
+            raise ValueError("sigma: must be positive")
+        self.low, self.high, self.sigma, self.link = float(low), float(high), float(sigma), LINKS[link]
+        self.centre, self.scale = 0.5 * (self.low + self.high), self.sigma
+
+    def words(self):
+        return f"{self.name}, V50 guessed between {self.low:g} and {self.high:g} m/s, standard deviation {self.sigma:g} m/s"
+
+
+class Neyer(Guess):
+    name = "Neyer's D-optimal design"
+
+    def start(self, tests):
+        self.guess = numpy.full(tests, self.sigma)
+        self.refined = Refined(tests, self.link)
+
+    def next(self, velocities, through):
+        tests, shots = velocities.shape
+        if shots == 0:
+            return numpy.full(tests, self.centre)
+        slowest, fastest, hits = velocities.min(axis=-1), velocities.max(axis=-1), through.sum(axis=-1)
+        stopped, passed = ends(velocities, through)
+        new = numpy.empty(tests)
+        none, all_through = hits == 0, hits == shots
+        sigma = self.guess
+        up = numpy.maximum(numpy.maximum(0.5 * (self.high + fastest), fastest + 2 * sigma), 2 * fastest - slowest)
+        down = numpy.minimum(numpy.minimum(0.5 * (self.low + slowest), slowest - 2 * sigma), 2 * slowest - fastest)
+        new[none], new[all_through] = up[none], down[all_through]
+        both = ~none & ~all_through
+        gap = numpy.where(both, passed - stopped, 0.0)
+        wide = both & (gap > sigma)
+        new[wide] = 0.5 * (stopped[wide] + passed[wide])
+        near = both & (gap >= 0) & ~wide
+        if near.any():
+            spread = numpy.minimum(sigma, fastest - slowest)[near]
+            new[near] = most_informative(velocities[near], 0.5 * (stopped[near] + passed[near]), spread, self.link)
+            self.guess[near] *= 0.8
+        overlap = both & (gap < 0)
+        if overlap.any():
+            new[overlap] = self.refined.next(velocities, through, overlap)
+        return new
+
+
+class ThreePhase(Guess):
+    """aim: the share whose velocity the last shots approach; last: how many of `shots` they are."""
+
+    name = "three-phase design"
+
+    def __init__(self, low, high, sigma, link="probit", aim=None, last=0, shots=0):
+        super().__init__(low, high, sigma, link)
+        if aim is not None and not (0 < aim < 1 and 0 < last < shots):
+            raise ValueError("aim, last: a share between 0 and 1, and fewer last shots than shots")
+        self.aim, self.first_of_last = aim, shots - last if aim is not None else math.inf
+        # The procedure works with the normal quantile.
+        self.quantile = None if aim is None else float(scipy.special.ndtri(aim))
+
+    def words(self):
+        aim = "" if self.aim is None else f", its last shots aim at the velocity of {100 * self.aim:g} % through"
+        return super().words() + aim
+
+    def start(self, tests):
+        self.guess = numpy.full(tests, self.sigma)
+        self.refined = Refined(tests, self.link)
+        # Shots that are already decided.
+        self.waiting = numpy.full((tests, 2), numpy.nan)
+        # Shots beside the gap with this guess, and the side of the first of them.
+        self.beside, self.side = numpy.zeros(tests, int), numpy.ones(tests)
+        self.strengthened = numpy.zeros(tests, bool)
+        self.variance = self.unit = None
+
+    def next(self, velocities, through):
+        tests, shots = velocities.shape
+        low, high = self.low, self.high
+        if shots < 2:
+            return numpy.full(tests, [0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high][shots])
+        if shots >= self.first_of_last:
+            return self.approach(velocities, through)
+        hits, guess = through.sum(axis=-1), self.guess
+        new = numpy.full(tests, numpy.nan)
+        # Both results.
+        further = 0.75 * self.sigma * (shots - 1) * shots
+        new[hits == 0], new[hits == shots] = high + further, low - further
+        if shots == 2:
+            self.waiting[through[:, 0] & ~through[:, 1]] = [low - 3 * self.sigma, high + 3 * self.sigma]
+        decided = numpy.isnan(new) & ~numpy.isnan(self.waiting[:, 0])
+        new[decided] = self.waiting[decided, 0]
+        self.waiting[decided, 0], self.waiting[decided, 1] = self.waiting[decided, 1], numpy.nan
+        # An overlap.
+        stopped, passed = ends(velocities, through)
+        both = (hits > 0) & (hits < shots)
+        gap = numpy.where(both, passed - stopped, 0.0)
+        middle = numpy.where(both, 0.5 * (stopped + passed), 0.0)
+        free = numpy.isnan(new) & (gap >= 0)
+        again = free & (self.beside == 2)
+        guess[again] *= 2 / 3
+        self.beside[again] = 0
+        wide = free & (gap >= 1.5 * guess) & (self.beside == 0)
+        new[wide] = middle[wide]
+        near = free & ~wide
+        first = near & (self.beside == 0)
+        self.side[first] = numpy.where(2 * hits[first] < shots, 1.0, -1.0)
+        side = numpy.where(self.beside == 1, -self.side, self.side)
+        new[near] = numpy.where(side > 0, passed + 0.3 * guess, stopped - 0.3 * guess)[near]
+        self.beside[near] += 1
+        # Strengthen it.
+        free = numpy.isnan(new) & ~self.strengthened
+        self.strengthened |= free
+        one = free & (-gap >= guess)
+        new[one] = middle[one]
+        two = free & ~one
+        new[two], self.waiting[two, 0] = (middle + 0.5 * guess)[two], (middle - 0.5 * guess)[two]
+        free = numpy.isnan(new)
+        if free.any():
+            new[free] = self.refined.next(velocities, through, free)
+        return new
+
+    def approach(self, velocities, through):
+        """Robbins, Monro and Joseph, in units of the standard deviation that is known when it begins."""
+        if self.variance is None:
+            slowest, fastest = velocities.min(axis=-1), velocities.max(axis=-1)
+            mu, sigma, _ = maximum(velocities, through, self.link)
+            deviation = self.link.quantile(scipy.special.ndtr(1.0))
+            known = sigma > 0
+            self.unit = numpy.minimum(numpy.where(known, sigma * deviation, self.guess), fastest - slowest)
+            mu = numpy.clip(numpy.where(numpy.isfinite(mu), mu, self.centre), slowest, fastest)
+            z = (velocities - mu[:, None]) / self.unit[:, None]
+            aa, _, bb, determinant, _ = information(z, z, LINKS["probit"])
+            variance = (bb + self.quantile**2 * aa) / determinant
+            # Wu and Tian keep the first uncertainty between 3 and 5 standard deviations in 95 %.
+            self.variance = numpy.clip(variance, (3 / 1.96) ** 2, (5 / 1.96) ** 2)
+            return mu + self.quantile * self.unit
+        slope = 0.5
+        root = numpy.sqrt(1 + slope**2 * self.variance)
+        expected = scipy.special.ndtr(self.quantile / root)
+        density = numpy.exp(-0.5 * (self.quantile / root) ** 2) / math.sqrt(2 * math.pi)
+        gain = slope * self.variance * density / (root * expected * (1 - expected))
+        self.variance = self.variance - gain**2 * expected * (1 - expected)
+        return velocities[:, -1] - gain * (through[:, -1] - expected) * self.unit
+
+
+class Plan:
+    """Velocities that are given, m/s."""
+
+    name = "given plan"
+
+    def __init__(self, velocities):
+        self.velocities = numpy.asarray(velocities, float)
+        if self.velocities.ndim != 1 or not len(self.velocities) or not numpy.isfinite(self.velocities).all():
+            raise ValueError("velocities: at least one, all finite")
+        self.centre = float(self.velocities.mean())
+        self.scale = float(numpy.ptp(self.velocities)) / 6 or 0.01 * abs(self.centre) or 1.0
+
+    def words(self):
+        return f"{self.name} of {len(self.velocities)} velocities"
+
+    def start(self, tests):
+        pass
+
+    def next(self, velocities, through):
+        return numpy.full(len(velocities), self.velocities[velocities.shape[1]])
+
+
+def simulate(design, shots, limits):
+    """Tests against fabrics whose single limits are given, (tests, shots): velocities and whether they went through."""
+    design.start(len(limits))
+    velocities, through = numpy.empty(limits.shape), numpy.empty(limits.shape, bool)
+    for shot in range(shots):
+        velocities[:, shot] = design.next(velocities[:, :shot], through[:, :shot])
+        through[:, shot] = velocities[:, shot] > limits[:, shot]
+    return velocities, through

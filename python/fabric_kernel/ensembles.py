@@ -1,0 +1,294 @@
+"""Ensembles: many runs, on the cores of this machine or on a Dask cluster, kept as they come.
+
+A run is a function of its scene alone, to the bit, so the table does not depend on the order of the runs, on the number or the kind
+of workers, or on how often the ensemble was killed and resumed.
+"""
+
+import functools
+import hashlib
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy
+from tqdm.auto import tqdm
+
+from . import _kernel
+from ._kernel import VERSION, Scene
+from .runs import STEPS, UNTIL, fly
+
+if TYPE_CHECKING:
+    import pandas
+
+PATIENCE = 3
+"""So many times in a row a worker may die before a run has come to its end."""
+
+
+class ClusterLost(RuntimeError):
+    """The cluster or the local workers are gone. What was kept is not lost: the same call goes on from there."""
+
+
+def ensemble(
+    scenes: Sequence[Scene],
+    *,
+    keep: str | os.PathLike[str] | None = None,
+    on: Any = None,
+    until: Sequence[str] = UNTIL,
+    steps: int = STEPS,
+    batch: int = 1,
+    progress: bool | None = None,
+) -> "pandas.DataFrame":
+    """Runs every scene (`fly`) and returns a table with a row for each, in their order.
+
+    A row has the `key` of its run, the parameters in which the scenes differ, and what `fly` returns.
+
+    - `keep`: a file that receives each result as it comes, one JSON object a line. What is in it already is not run again, so a call
+      that was killed goes on where it was. A result belongs to a scene, `until`, `steps` and one build of this package.
+    - `on`: where it runs. None: a process for each core; a number: so many processes; the address of a Dask scheduler, or a
+      `distributed.Client` or cluster (for SLURM `dask_jobqueue.SLURMCluster`).
+    - `batch`: runs that a worker gets at a time. A task should take a second or so on a large cluster.
+    - `progress`: whether to show a progress bar; None: on a terminal.
+
+    Raises Refused, with the name of the field, if a scene cannot be simulated; ClusterLost if the workers are gone.
+    """
+    if batch < 1:
+        raise ValueError(f"batch: must be at least 1; it is {batch}")
+    keys = [run_key(scene, until, steps) for scene in scenes]
+    wanted = dict(zip(keys, scenes))
+    rows: dict[str, dict[str, Any]] = {}
+    if keep is not None:
+        rows = {key: row for key, row in kept(Path(keep)) if key in wanted}
+    left = [(key, scene) for key, scene in wanted.items() if key not in rows]
+    tasks = [left[first : first + batch] for first in range(0, len(left), batch)]
+    with tqdm(total=len(wanted), initial=len(rows), unit="run", disable=None if progress is None else not progress) as bar:
+        work = functools.partial(_work, VERSION, tuple(until), steps)
+        try:
+            for results in _results(work, tasks, on):
+                if keep is not None:
+                    append(Path(keep), results)
+                rows.update((key, json.loads(line)) for key, line in results)
+                bar.update(len(results))
+        except ClusterLost as lost:
+            where = f"; they are in {keep}: the same call goes on from there" if keep is not None else ""
+            raise ClusterLost(f"{lost} after {len(rows)} of {len(wanted)} runs{where}") from lost.__cause__
+    return _table(keys, scenes, rows)
+
+
+@functools.cache
+def _build() -> str:
+    """What tells one build of the kernel from another: their bits may differ, whatever their version says."""
+    return hashlib.sha256(Path(_kernel.__file__).read_bytes()).hexdigest()
+
+
+def run_key(scene: Scene, until: Sequence[str] = UNTIL, steps: int = STEPS) -> str:
+    """Names a run: equal keys mean equal results."""
+    everything = json.dumps([_build(), sorted(until), steps, scene.values()], sort_keys=True)
+    return hashlib.sha256(everything.encode()).hexdigest()[:32]
+
+
+def _work(version: str, until: Sequence[str], steps: int, task: list[tuple[str, Scene]]) -> list[tuple[str, str]]:
+    """What a worker does: key and line of each run. Lines, because the file and the table then have the same numbers."""
+    if version != VERSION:
+        raise RuntimeError(f"the worker has fabric_kernel {VERSION}, the caller {version}")
+    results = []
+    for key, scene in task:
+        try:
+            results.append((key, json.dumps(fly(scene, until=until, steps=steps))))
+        except ValueError as refused:
+            refused.add_note(f"the scene: {scene!r}")
+            raise
+    return results
+
+
+def _results(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[str, str]]]:
+    """The results of the tasks, as they come."""
+    if not tasks:
+        return iter(())
+    if on is None or isinstance(on, int):
+        count = os.process_cpu_count() if hasattr(os, "process_cpu_count") else len(os.sched_getaffinity(0))
+        return _locally(work, tasks, on or count or 1)
+    return _on_cluster(work, tasks, on)
+
+
+def _locally(work: Any, tasks: list[list[Any]], workers: int) -> Iterator[list[tuple[str, str]]]:
+    """In processes of this machine. If one of them dies all are replaced, and what had not come is run again."""
+    waiting, losses = dict(enumerate(tasks)), 0
+    while waiting:
+        pool = ProcessPoolExecutor(min(workers, len(waiting)))
+        try:
+            futures = {pool.submit(work, task): number for number, task in waiting.items()}
+            for future in as_completed(futures):
+                result = future.result()
+                del waiting[futures[future]]
+                losses = 0
+                yield result
+        except BrokenProcessPool as broken:
+            losses += 1
+            if losses > PATIENCE:
+                raise ClusterLost(f"a local worker died {losses} times in a row, the last time") from broken
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[str, str]]]:
+    """On a Dask cluster, which gives the tasks of a worker that dies to the others."""
+    import distributed
+
+    mine = not isinstance(on, distributed.Client)
+    try:
+        client = distributed.Client(on) if mine else on
+    except OSError as error:
+        raise ClusterLost(f"there is no scheduler at {on}") from error
+    try:
+        futures = [client.submit(work, task, pure=False, retries=PATIENCE) for task in tasks]
+        for future in distributed.as_completed(futures):
+            yield future.result()
+            future.release()
+    except (distributed.CancelledError, distributed.comm.CommClosedError) as error:
+        raise ClusterLost(f"the scheduler {on} is lost") from error
+    except distributed.KilledWorker as error:
+        raise ClusterLost(f"{error.allowed_failures + 1} workers died in the same run") from error
+    finally:
+        if mine:
+            client.close()
+
+
+def kept(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Results of a file. A line that was cut off when its writer was killed is removed."""
+    if not path.exists():
+        return
+    with path.open("rb+") as file:
+        whole = 0
+        for number, line in enumerate(file, start=1):
+            if not line.endswith(b"\n"):
+                file.truncate(whole)
+                return
+            whole += len(line)
+            try:
+                kept = json.loads(line)
+                yield kept["key"], kept["row"]
+            except (ValueError, TypeError, KeyError):
+                raise ValueError(f"{path}: line {number} is not a result of an ensemble") from None
+
+
+def append(path: Path, results: list[tuple[str, str]]) -> None:
+    """Adds results to a file, each in one line, at once."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a") as file:
+        file.write("".join(f'{{"key": "{key}", "row": {line}}}\n' for key, line in results))
+
+
+def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str, Any]]) -> "pandas.DataFrame":
+    """The table: keys, the parameters that differ, and the results."""
+    import pandas  # Half a second, which workers need not spend.
+
+    values = [_flat(scene.values()) for scene in scenes]
+    names = {name: None for one in values for name in one}
+    differ = [name for name in names if len({json.dumps(one.get(name)) for one in values}) > 1]
+    return pandas.DataFrame(
+        [{"key": key} | {name: one.get(name) for name in differ} | rows[key] for key, one in zip(keys, values)]
+    )
+
+
+def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Every number by its name, with its index if it is one of several."""
+    flat = {}
+    for name, value in values.items():
+        if isinstance(value, tuple):
+            flat |= _flat({f"{name}[{k}]": element for k, element in enumerate(value)})
+        else:
+            flat[name] = value
+    return flat
+
+
+Distribution = Any
+"""A number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats."""
+
+
+def vary(
+    base: Scene,
+    count: int,
+    *,
+    seed: int,
+    speed: Distribution = None,
+    point: tuple[Distribution, Distribution] | None = None,
+    attitude: str | Sequence[float] | None = None,
+    tilt: Distribution = None,
+    parameters: Mapping[str, Distribution] | None = None,
+) -> list[Scene]:
+    """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
+
+    - `speed`: of the projectile, m/s, in the direction it has in `base`;
+    - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;
+    - `attitude`: "random": every orientation is equally likely; or a unit quaternion, scalar first;
+    - `tilt`: angle, rad, by which the body is turned besides, about an axis across its velocity, all of which are equally likely;
+    - `parameters`: any others, by their names.
+
+    The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or a
+    tilt the projectile is placed against the sheet (`Scene.aimed`).
+    """
+    return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)]
+
+
+def _draw(distribution: Distribution, random: numpy.random.Generator) -> Any:
+    if hasattr(distribution, "rvs"):
+        return float(distribution.rvs(random_state=random))
+    if isinstance(distribution, (str, bytes)) or not hasattr(distribution, "__len__"):
+        return distribution
+    return distribution[int(random.integers(len(distribution)))]
+
+
+def _drawn(
+    base: Scene,
+    random: numpy.random.Generator,
+    speed: Distribution,
+    point: tuple[Distribution, Distribution] | None,
+    attitude: str | Sequence[float] | None,
+    tilt: Distribution,
+    parameters: Mapping[str, Distribution],
+) -> Scene:
+    changes: dict[str, Any] = {"seed": int(random.integers(2**53))}
+    changes |= {name: _draw(parameters[name], random) for name in sorted(parameters)}
+    scene = base.replace(changes)
+    velocity = scene["projectile.velocity"]
+    if speed is not None:
+        velocity = _scaled(velocity, _draw(speed, random))
+    if point is None and attitude is None and tilt is None:
+        return scene.replace({"projectile.velocity": velocity})
+    orientation = scene["projectile.orientation"]
+    if isinstance(attitude, str):
+        if attitude != "random":
+            raise ValueError(f'attitude: must be "random" or a unit quaternion; it is "{attitude}"')
+        four = random.standard_normal(4)
+        orientation = tuple(float(x) for x in four / numpy.sqrt((four * four).sum()))
+    elif attitude is not None:
+        orientation = tuple(attitude)
+    if tilt is not None:
+        orientation = _turned(orientation, velocity, _draw(tilt, random), random.uniform(0.0, 2.0 * math.pi))
+    place = tuple(_draw(along, random) for along in point) if point is not None else (0.0, 0.0)
+    return scene.aimed(place, velocity=velocity, orientation=orientation)
+
+
+def _scaled(velocity: Sequence[float], speed: float) -> tuple[float, ...]:
+    """A velocity of this size."""
+    length = math.hypot(*velocity)
+    if length == 0.0:
+        raise ValueError("speed: the projectile of the scene has no velocity, so no direction")
+    return tuple(speed * (part / length) for part in velocity)
+
+
+def _turned(orientation: Sequence[float], velocity: Sequence[float], angle: float, azimuth: float) -> tuple[float, ...]:
+    """An orientation turned by an angle about the axis across the velocity that the azimuth tells."""
+    v = numpy.asarray(velocity) / math.hypot(*velocity)
+    across = numpy.cross(v, numpy.eye(3)[int(numpy.abs(v).argmin())])
+    across /= math.hypot(*across)
+    axis = math.cos(azimuth) * across + math.sin(azimuth) * numpy.cross(v, across)
+    w, u = math.cos(0.5 * angle), math.sin(0.5 * angle) * axis
+    own_w, own_u = orientation[0], numpy.asarray(orientation[1:])
+    turned = w * own_u + own_w * u + numpy.cross(u, own_u)
+    return (float(w * own_w - u @ own_u), *(float(x) for x in turned))

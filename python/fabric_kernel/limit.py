@@ -1,0 +1,364 @@
+"""The ballistic limit with its interval: V01, V50 and V99 from shots that were stopped or went through.
+
+Estimate: maximum likelihood, or Firth's penalised likelihood where results do not overlap. No estimate where all results are alike or
+where the faster shots did not go through more often.
+Interval: a velocity belongs to it if the ratio of Firth's penalised likelihoods, at the best fit and with this velocity held, is not
+rarer than the confidence allows. How rare it is comes from simulated tests of the same design with as many shots against a fabric that
+has this velocity (and the sigma that fits it best), not from chi squared, which promises too much for few shots and for shots that are
+chosen from the results. Intervals may have no end on one side or on both. docs/tables/v50.md has the measured coverage.
+Profile: the plain profile-likelihood interval of the textbooks, for comparison.
+Alike: if all results are alike there is still a bound without any model: if m shots faster than t were all stopped, a fabric that
+lets a share p through at t does that with a probability below (1 - p)^m.
+Assumed: single limits are positive, so that their standard deviation is at most a third of V50. A note says where this and not the
+shots gives an end.
+Limits: the distribution is taken as known; its wrong choice moves V01 and V99, hardly V50. Simulated quantiles are interpolated
+between tests at whole steps of the design's scale, each from `tests` simulated tests.
+Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the likelihood ratio; D. Firth, Biometrika 80 (1993) 27;
+J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy
+import scipy.optimize
+import scipy.special
+from numpy.typing import ArrayLike
+
+from . import designs
+from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
+
+SHARES = (0.01, 0.5, 0.99)
+
+
+class Interval(NamedTuple):
+    """m/s. An end that the shots do not give is infinite."""
+
+    low: float
+    high: float
+
+    def text(self, digits: int = 1) -> str:
+        low, high = (f"{end:.{digits}f}" if math.isfinite(end) else None for end in self)
+        if low and high:
+            return f"[{low}, {high}]"
+        return f"above {low}" if low else f"below {high}" if high else "no bound"
+
+
+class Fit(NamedTuple):
+    """One test."""
+
+    link: str
+    confidence: float
+    shots: int
+    through: int
+    method: str  # "maximum likelihood", "Firth" or "none"
+    mu: float  # V50, m/s; NaN if there is no estimate
+    sigma: float  # scale of F, m/s
+    deviation: float  # standard deviation of single limits, m/s
+    shares: tuple[float, ...]
+    velocities: tuple[float, ...]  # at which these shares go through, m/s
+    intervals: tuple[Interval, ...]
+    assumed: tuple[bool, ...]  # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
+    profile: tuple[Interval, ...]  # plain profile-likelihood intervals
+    notes: tuple[str, ...]  # what the reader must know
+
+
+class Calibration:
+    """Quantiles of the likelihood ratio in simulated tests of one design.
+
+    They depend on where mu and sigma of the fabric lie beside the design's centre and scale. Simulated at whole steps (a step in mu is
+    the larger of sigma and scale, a step in sigma is a factor 2) and when first needed; linear in between."""
+
+    STEPS = 6
+
+    def __init__(self, design, shots, link="probit", confidence=0.95, shares=SHARES, tests=1000, seed=1):
+        if not 0.5 <= confidence < 1:
+            raise ValueError("confidence: from 0.5 to below 1")
+        self.design, self.shots, self.link, self.confidence = design, shots, LINKS[link], confidence
+        self.quantiles = [float(self.link.quantile(share)) for share in shares]
+        self.tests, self.seed, self.known = tests, seed, {}
+
+    def node(self, column, row):
+        """The quantile for each share where sigma is 2^row scales and mu `column` steps from the centre."""
+        if (column, row) not in self.known:
+            sigma = self.design.scale * 2.0**row
+            mu = self.design.centre + column * max(sigma, self.design.scale)
+            # Its own random numbers: the order in which nodes are asked for changes nothing.
+            random = numpy.random.default_rng([self.seed, column + 1000, row + 1000])
+            limits = mu + sigma * self.link.sample(random, (self.tests, self.shots))
+            velocities, through = designs.simulate(self.design, self.shots, limits)
+            # A corner beyond the possible fabrics is only there for the interpolation.
+            inside = self.link.deviation * sigma <= LARGEST * mu
+            best = possible(velocities, through, self.link) if inside else firth(velocities, through, self.link).level
+            found = []
+            for quantile in self.quantiles:
+                truth = numpy.full(self.tests, mu + sigma * quantile)
+                if inside:
+                    values = possible_ratio(best, velocities, through, self.link, truth, quantile)[0]
+                else:
+                    values = ratio(best, velocities, through, self.link, truth, quantile, 1.0)[0]
+                # Without a fit the interval has no end: it holds the truth.
+                found.append(numpy.quantile(numpy.nan_to_num(values), self.confidence, method="higher"))
+            self.known[column, row] = numpy.array(found)
+        return self.known[column, row]
+
+    def allowed(self, at, sigma, shares):
+        """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their numbers."""
+        quantiles = numpy.array(self.quantiles)[shares]
+        mu = at - quantiles * sigma
+        rows = numpy.clip(numpy.log2(sigma / self.design.scale), -self.STEPS, self.STEPS)
+        result = numpy.zeros(len(rows))
+        for side in (0, 1):
+            row = numpy.floor(rows).astype(int) + side
+            part_row = 1 - numpy.abs(rows - row)
+            step = self.design.scale * 2.0 ** numpy.maximum(row, 0)
+            columns = numpy.clip((mu - self.design.centre) / step, -self.STEPS, self.STEPS)
+            for other in (0, 1):
+                column = numpy.floor(columns).astype(int) + other
+                part = part_row * (1 - numpy.abs(columns - column))
+                for k in numpy.flatnonzero(part > 0):
+                    result[k] += part[k] * self.node(int(column[k]), int(row[k]))[shares[k]]
+        return result
+
+
+def alike(velocities, through, share, confidence):
+    """The interval from shots of which all were stopped, or all went through."""
+    miss = 0.5 * (1 - confidence)
+    all_stopped = not through.any()
+    rarity = 1 - share if all_stopped else share
+    needed = math.ceil(math.log(miss) / math.log(rarity))
+    ordered = numpy.sort(velocities)
+    if needed > len(ordered):
+        return Interval(-math.inf, math.inf)
+    return Interval(float(ordered[-needed]), math.inf) if all_stopped else Interval(-math.inf, float(ordered[needed - 1]))
+
+
+def name(share):
+    """V01, V50, V99."""
+    return f"V{100 * share:04.1f}" if round(100 * share, 6) % 1 else f"V{100 * share:02.0f}"
+
+
+def outer_ends(excess, starts, directions, step, reach):
+    """Where `excess` (of an array of velocities, one for each end) is at most 0 for the last time away from the starts: inwards from
+    `reach` in steps of a third, then by false position (Illinois). What is still at most 0 at `reach` has no end."""
+    outside, inside = starts + directions * reach, starts.copy()
+    f_outside, f_inside = excess(outside), numpy.full(len(starts), -1e-9)
+    none = f_outside <= 0
+    size, searched = reach / 1.5, ~none
+    while searched.any() and size > 0.01 * step:
+        at = numpy.where(searched, starts + directions * size, starts)
+        value = excess(at)
+        within = searched & (value <= 0)
+        inside[within], f_inside[within] = at[within], value[within]
+        searched &= ~within
+        outside[searched], f_outside[searched] = at[searched], value[searched]
+        size /= 1.5
+    side = numpy.zeros(len(starts))
+    for _ in range(40):
+        # The value of an end that stays is halved again and again.
+        weight_in, weight_out = f_inside * 0.5 ** numpy.maximum(side - 1, 0), f_outside * 0.5 ** numpy.maximum(-side - 1, 0)
+        with numpy.errstate(divide="ignore", invalid="ignore"):
+            at = (inside * weight_out - outside * weight_in) / (weight_out - weight_in)
+        at = numpy.where(none | ~numpy.isfinite(at), 0.5 * (inside + outside), at)
+        value = excess(at)
+        beyond = value > 0
+        outside, f_outside = numpy.where(beyond, at, outside), numpy.where(beyond, value, f_outside)
+        inside, f_inside = numpy.where(beyond, inside, at), numpy.where(beyond, f_inside, value)
+        side = numpy.where(beyond, numpy.maximum(side, 0) + 1, numpy.minimum(side, 0) - 1)
+        if (none | (numpy.abs(value) < 1e-5) | (numpy.abs(outside - inside) < 1e-6 * step)).all():
+            break
+    return numpy.where(none, directions * numpy.inf, at)
+
+
+def fit(
+    velocities: ArrayLike,
+    through: ArrayLike,
+    link: str = "probit",
+    confidence: float = 0.95,
+    shares: Sequence[float] = SHARES,
+    design: "designs.Neyer | designs.ThreePhase | designs.Plan | None" = None,
+    tests: int = 1000,
+    seed: int = 1,
+    calibration: "Calibration | None" = None,
+) -> Fit:
+    """The fit of one test with its intervals.
+
+    velocities, m/s, and through: in the order of the shots. design: the one that chose them; without it the velocities count as given
+    beforehand. tests, seed: of the simulations behind the intervals; tests 0: chi squared instead, in milliseconds. calibration: one
+    that was made before for this design, number of shots, link, confidence and shares.
+    Raises ValueError that names the argument."""
+    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    if velocities.ndim != 1 or not len(velocities) or not numpy.isfinite(velocities).all():
+        raise ValueError("velocities: at least one, all finite")
+    if through.shape != velocities.shape:
+        raise ValueError("through: one result for each velocity")
+    if link not in LINKS:
+        raise ValueError("link: probit or logit")
+    if not all(0 < share < 1 for share in shares):
+        raise ValueError("shares: between 0 and 1")
+    if not 0.5 <= confidence < 1:
+        raise ValueError("confidence: from 0.5 to below 1")
+    law, hits, count = LINKS[link], int(through.sum()), len(velocities)
+    v, y = velocities[None], through[None]
+
+    def without_fit(bounds, note):
+        nan, missing = math.nan, (math.nan,) * len(shares)
+        return Fit(link, confidence, count, hits, "none", nan, nan, nan, tuple(shares), missing, bounds, (True,) * len(shares), bounds, (note,))
+
+    if hits in (0, count):
+        bounds = tuple(alike(velocities, through, share, confidence) for share in shares)
+        which = f"All {count} shots" if count > 1 else "The one shot"
+        what = "went through" if hits else "were stopped" if count > 1 else "was stopped"
+        return without_fit(bounds, f"{which} {what}: no fit; the bounds need no model.")
+    best, penalised = maximum(v, y, law), firth(v, y, law)
+    if not penalised.sigma[0] > 0:
+        bounds = (Interval(-math.inf, math.inf),) * len(shares)
+        return without_fit(bounds, "The faster shots did not go through more often: no fit, and no bound.")
+    notes = []
+    overlap = best.sigma[0] > 0
+    mu, sigma = (float(x[0]) for x in ((best.mu, best.sigma) if overlap else (penalised.mu, penalised.sigma)))
+    if not overlap:
+        stopped, passed = (float(end[0]) for end in ends(v, y))
+        notes.append(
+            f"Results do not overlap (highest stopped {stopped:.6g} m/s, lowest through {passed:.6g} m/s): Firth's estimate; the sigma of "
+            "the likelihood alone is 0."
+        )
+    chi = scipy.special.chdtri(1, 1 - confidence)
+    if calibration is None and tests:
+        calibration = Calibration(design or designs.Plan(velocities), count, link, confidence, shares, tests, seed)
+    quantiles = numpy.array([float(law.quantile(share)) for share in shares])
+    width = float(numpy.ptp(velocities))
+
+    numbers, directions = numpy.repeat(numpy.arange(len(shares)), 2), numpy.tile([-1.0, 1.0], len(shares))
+    q = quantiles[numbers]
+
+    def intervals(centre, scale, excess):
+        """Both ends of every share."""
+        starts = centre + q * scale
+        reach = 300 * (width + float(numpy.abs(starts - velocities.mean()).max()))
+        return outer_ends(excess, starts, directions, 0.1 * width, reach)
+
+    def plain(at):
+        return ratio(best.level, v, y, law, at, q, 0.0)[0] - chi
+
+    level = possible(v, y, law)
+
+    def calibrated(at):
+        value, held_sigma = possible_ratio(level, v, y, law, at, q)
+        if not calibration:
+            return value - chi
+        # No quantile comes near this.
+        near = value < 30.0
+        allowed = numpy.zeros(len(at))
+        allowed[near] = calibration.allowed(at[near], held_sigma[near], numbers[near])
+        return value - allowed
+
+    # A fit beyond the possible fabrics: from the nearest of them.
+    mu0, sigma0 = float(penalised.mu[0]), float(penalised.sigma[0])
+    if law.deviation * sigma0 > LARGEST * mu0:
+        sigma0 = float(possible_ratio(level, v, y, law, numpy.array([velocities.mean()]), 0.0)[1][0])
+        mu0 = float(velocities.mean())
+    if calibration and abs(math.log2(sigma0 / calibration.design.scale)) > calibration.STEPS - 1:
+        scale = calibration.design.scale
+        notes.append(f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated.")
+    found = intervals(mu0, sigma0, calibrated)
+    held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q)[1]
+    middles = found - q * held_sigma
+    limited = numpy.isfinite(found) & (law.deviation * held_sigma > 0.99 * LARGEST * middles)
+    if limited.any():
+        sides = {-1.0: "lower", 1.0: "upper"}
+        which = ", ".join(f"{sides[directions[k]]} end of {name(shares[numbers[k]])}" for k in numpy.flatnonzero(limited))
+        notes.append(
+            f"Given not by the shots but by the assumption that the standard deviation is at most a third of V50: {which}. More shots are needed."
+        )
+    assumed = tuple(bool(one) for one in (limited | numpy.isinf(found)).reshape(-1, 2).any(axis=1))
+    calibrated_intervals = tuple(Interval(float(low), float(high)) for low, high in found.reshape(-1, 2))
+    found = intervals(float(best.mu[0]), float(best.sigma[0]), plain).reshape(-1, 2)
+    # No velocity is negative: such an end says nothing.
+    profile = tuple(Interval(float(low) if low > 0 else -math.inf, float(high)) for low, high in found)
+    if any(math.isinf(end) for pair in calibrated_intervals for end in pair):
+        notes.append("Some ends are not bounded by these shots; more shots, or slower and faster ones, bound them.")
+    values = tuple(float(x) for x in mu + quantiles * sigma)
+    method = "maximum likelihood" if overlap else "Firth"
+    return Fit(
+        link, confidence, count, hits, method, mu, sigma, law.deviation * sigma, tuple(shares), values, calibrated_intervals, assumed,
+        profile, tuple(notes),
+    )  # fmt: skip
+
+
+class Average(NamedTuple):
+    """V50 as MIL-STD-662F averages it, m/s: NaN if no such group of shots exists."""
+
+    value: float
+    shots: int
+    spread: float
+
+
+def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
+    """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
+    38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma."""
+    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    stopped, passed = numpy.sort(velocities[~through])[::-1], numpy.sort(velocities[through])
+    for each, allowed in ((5, 38.1), (3, 27.432), (2, 18.288)):
+        if min(len(stopped), len(passed)) >= each:
+            group = numpy.concatenate([stopped[:each], passed[:each]])
+            if numpy.ptp(group) <= allowed:
+                return Average(float(group.mean()), 2 * each, float(numpy.ptp(group)))
+    return Average(math.nan, 0, math.nan)
+
+
+class Residual(NamedTuple):
+    """v_r = a (v^p - v_l^p)^(1/p) above v_l, m/s, with a normal error of standard deviation `error`. NaN if not fitted."""
+
+    limit: float  # v_l, m/s
+    a: float
+    p: float
+    error: float
+    note: str
+
+    def curve(self, velocities):
+        return lambert_jonas(numpy.asarray(velocities, float), self.limit, self.a, self.p)
+
+
+def lambert_jonas(velocities, limit, a, p):
+    # Relative to the velocity: large powers do not overflow.
+    part = numpy.clip(limit / numpy.maximum(velocities, 1e-300), 0.0, 1.0)
+    return a * velocities * numpy.power(1 - numpy.power(part, p), 1 / p)
+
+
+def residual_fit(velocities: ArrayLike, through: ArrayLike, residuals: ArrayLike) -> Residual:
+    """The fit of Lambert and Jonas to residual velocities, stopped shots censored at 0 (Tobit).
+
+    a from 0 to 1 and p from 1 to 10; p is 2 (Recht and Ipson) and not fitted if fewer than five shots went through at different
+    velocities; none fitted for fewer than three."""
+    velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
+    residuals = numpy.where(through, numpy.asarray(residuals, float), 0.0)
+    different = len(numpy.unique(velocities[through]))
+    if different < 3:
+        note = "Fewer than three shots went through at different velocities: no fit of the residual velocities."
+        return Residual(math.nan, math.nan, math.nan, math.nan, note)
+    free = different >= 5
+    scale = float(velocities.max())
+    v, r = velocities / scale, residuals / scale
+    least = 1e-5
+
+    def cost(x):
+        limit, a, p, error = x[0], x[1], x[2] if free else 2.0, math.exp(x[-1])
+        expected = lambert_jonas(v, limit, a, p)
+        density = -0.5 * ((r - expected) / error) ** 2 - math.log(error) - 0.5 * math.log(2 * math.pi)
+        return -float(numpy.where(through, density, scipy.special.log_ndtr(-expected / error)).sum())
+
+    slow, fast = float(v[through].min()), float(v.max())
+    best = None
+    for limit in (0.7 * slow, 0.95 * slow, slow, min(fast, 1.02 * slow)):
+        for p in (2.0, 4.0) if free else (2.0,):
+            start = [limit, 0.9, *([p] if free else []), math.log(0.05)]
+            bounds = [(0.0, fast), (0.01, 1.0), *([(1.0, 10.0)] if free else []), (math.log(least), 0.0)]
+            options = {"xatol": 1e-8, "fatol": 1e-10, "maxiter": 4000, "maxfev": 4000}
+            found = scipy.optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
+            if best is None or found.fun < best.fun:
+                best = found
+    limit, a, p, error = best.x[0] * scale, best.x[1], best.x[2] if free else 2.0, math.exp(best.x[-1]) * scale
+    note = "" if free else "p is 2 and not fitted: fewer than five shots went through at different velocities."
+    return Residual(float(limit), float(a), float(p), float(error), note)

@@ -1,0 +1,110 @@
+"""One impact from start to end: its row of a table, and its history."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ._kernel import Failed, Scene, Simulation
+
+if TYPE_CHECKING:
+    import pandas
+
+UNTIL = ("arrested", "detached", "exited", "passed")
+"""Outcomes that end a run, if nothing else is asked for."""
+STEPS = 100_000
+"""Most steps of a run, if nothing else is asked for."""
+
+
+def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
+    """Runs a scene to one of the outcomes `until`, or for so many steps, and returns what came of it as one row of a table.
+
+    - `outcome`: the outcomes that ended the run, "timeout" if the steps did, "failed" if the computation could not go on;
+    - `failure`: the code of that failure, else None;
+    - `stopped`: whether the fabric stopped the projectile: True if it was arrested, False after any other outcome, None if no
+      outcome came: then it is not known;
+    - `steps`, `time`: steps taken, and the time at the end, s;
+    - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s; `angular_velocity_x`, `_y`, `_z`, rad/s;
+    - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
+    - `absorbed`: work of the projectile on the fabric, J; `force_peak`: largest mean force over a force window, N;
+    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `contact_loss`, `energy_residual`: the energy
+      balance at the end, J;
+    - `failed_segments`: segments that have failed;
+    - `digest`: hash of the state at the end.
+
+    After a failure everything but the outcome, steps, failed segments and digest is None.
+
+    Raises Refused, with the name of the field, if the scene cannot be simulated.
+    """
+    simulation = Simulation(scene)
+    initial = simulation.energy()["projectile_kinetic"]
+    row: dict[str, Any] = {"outcome": "failed", "failure": None, "stopped": None}
+    try:
+        simulation.run(until, steps)
+    except Failed as failed:
+        row["failure"] = failed.code
+    else:
+        come = simulation.outcomes()
+        ended = [name for name in come if name in until]
+        row["outcome"] = " and ".join(ended) or "timeout"
+        row["stopped"] = "arrested" in come if ended else None
+    failed = row["failure"] is not None
+    counters = simulation.counters()
+    row["steps"] = counters["steps"]
+    row["time"] = simulation.time
+    velocity = (None, None, None) if failed else simulation.projectile()["velocity"]
+    turning = (None, None, None) if failed else simulation.projectile()["angular_velocity"]
+    row |= dict(zip(("velocity_x", "velocity_y", "velocity_z"), velocity))
+    row["speed"] = None if failed else math.hypot(*velocity)
+    row |= dict(zip(("angular_velocity_x", "angular_velocity_y", "angular_velocity_z"), turning))
+    energy = {} if failed else simulation.energy()
+    contact = {} if failed else simulation.contact()
+    row["initial_kinetic"] = initial
+    row["residual_kinetic"] = energy.get("projectile_kinetic")
+    row["absorbed"] = contact.get("work")
+    row["force_peak"] = contact.get("force_peak")
+    for name in ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "contact_loss"):
+        row[name] = energy.get(name)
+    row["energy_residual"] = energy.get("residual")
+    row["failed_segments"] = counters["failed_segments"]
+    row["digest"] = simulation.digest
+    return row
+
+
+def history(
+    simulation: Simulation, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
+) -> "pandas.DataFrame":
+    """Runs a simulation to one of the outcomes, for at most so many steps, and returns a row for every `every` steps.
+
+    A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row
+    before (N), `work`, the energies (J), failed segments, nodes in contact, and the largest deflection (m) and stretch.
+
+    Raises Failed if the computation cannot go on.
+    """
+    import pandas  # Half a second, which workers need not spend.
+
+    if every < 1:
+        raise ValueError(f"every: must be at least 1; it is {every}")
+    rows = [_sample(simulation, None)]
+    last = simulation.step_count + steps
+    while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
+        simulation.run(until, min(every, last - simulation.step_count))
+        rows.append(_sample(simulation, rows[-1]))
+    return pandas.DataFrame(rows).drop(columns=["impulse_x", "impulse_y", "impulse_z"])
+
+
+def _sample(simulation: Simulation, before: dict[str, Any] | None) -> dict[str, Any]:
+    """One row of a history; with the impulse, of which the next row needs it."""
+    row: dict[str, Any] = {"step": simulation.step_count, "time": simulation.time}
+    projectile, contact = simulation.projectile(), simulation.contact()
+    for name in ("position", "velocity", "angular_velocity"):
+        row |= {f"{name}_{axis}": number for axis, number in zip("xyz", projectile[name])}
+    since = simulation.time - before["time"] if before else 0.0
+    for axis, impulse in zip("xyz", contact["impulse"]):
+        row[f"impulse_{axis}"] = impulse
+        row[f"force_{axis}"] = (impulse - before[f"impulse_{axis}"]) / since if before and since > 0.0 else 0.0
+    row["work"] = contact["work"]
+    energy = simulation.energy()
+    row |= {name: energy[name] for name in energy if name != "contact_work"}
+    counters = simulation.counters()
+    row |= {name: counters[name] for name in ("failed_segments", "contacts")}
+    return row | simulation.fabric()

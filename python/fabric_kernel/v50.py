@@ -1,0 +1,356 @@
+"""The ballistic limit of a scene: shots chosen one after the other, the fit, its intervals and a report.
+
+`v50` works with any function that shoots; `shooter` makes one from a scene; `fabric-v50 scene.toml` is both as a command.
+How velocities are chosen stands in `designs.py`, what is made of the results in `limit.py`, how often its intervals hold the truth in
+docs/tables/v50.md.
+"""
+
+import argparse
+import base64
+import csv
+import html
+import io
+import json
+import math
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy
+
+from . import designs, limit
+from .likelihood import LINKS
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+
+    from . import Scene
+
+Shoot = Callable[[float, int], tuple[bool, float]]
+"""Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
+number alone decides what is drawn for the shot."""
+
+
+class Shot(NamedTuple):
+    velocity: float  # m/s
+    stopped: bool
+    residual: float  # m/s, 0 if stopped
+
+
+class Test(NamedTuple):
+    """A finished test. `text`, `draw` and `write` report it."""
+
+    title: str
+    design: str
+    seeds: str
+    shots: tuple[Shot, ...]
+    fit: limit.Fit
+    average: limit.Average
+    residual: limit.Residual
+    notes: tuple[str, ...]
+
+    def rows(self) -> list[tuple[str, str, str, str]]:
+        """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
+        fit = self.fit
+        value = lambda x: f"{x:.1f}" if math.isfinite(x) else "none"
+        return [
+            (limit.name(share), value(x), interval.text(), profile.text())
+            for share, x, interval, profile in zip(fit.shares, fit.velocities, fit.intervals, fit.profile)
+        ]
+
+    def sentences(self) -> list[str]:
+        """What the numbers are and what the reader must know of them."""
+        fit, average, residual = self.fit, self.average, self.residual
+        lines = [f"Design: {self.design}.", f"{self.seeds}", f"{fit.shots} shots, {fit.through} went through."]
+        if fit.method != "none":
+            method = "maximum likelihood" if fit.method == "maximum likelihood" else "Firth's penalised likelihood"
+            lines.append(f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s.")
+        if math.isfinite(average.value):
+            words = f"{average.value:.1f} m/s from {average.shots} shots within {average.spread:.1f} m/s"
+            lines.append(f"Average after MIL-STD-662F, for comparison: {words}.")
+        else:
+            lines.append("Average after MIL-STD-662F, for comparison: none; no group of shots lies near enough.")
+        if math.isfinite(residual.limit):
+            lines.append(
+                f"Residual velocity after Lambert and Jonas: a (v^p - v_l^p)^(1/p) with v_l {residual.limit:.1f} m/s, a {residual.a:.3f}, "
+                f"p {residual.p:.2f}, error {residual.error:.1f} m/s; stopped shots are censored at 0."
+            )
+        return lines + [note for note in (residual.note, *fit.notes, *self.notes) if note]
+
+    def text(self) -> str:
+        """Design, seeds, every shot, fit and intervals, for the terminal."""
+        percent = f"{100 * self.fit.confidence:g} %"
+        lines = [self.title, "", *self.sentences(), ""]
+        lines += [_columns(("", "m/s", f"{percent} interval", "plain profile likelihood"), self.rows()), ""]
+        shots = [(str(k), f"{s.velocity:.2f}", "stopped" if s.stopped else "through", f"{s.residual:.2f}") for k, s in enumerate(self.shots, 1)]
+        return "\n".join([*lines, _columns(("shot", "m/s", "result", "residual m/s"), shots)]) + "\n"
+
+    def draw(self) -> "matplotlib.figure.Figure":
+        """The share that goes through over velocity, with a band that joins the intervals, and the residual velocities."""
+        from matplotlib.figure import Figure
+
+        fit, law = self.fit, LINKS[self.fit.link]
+        velocities = numpy.array([shot.velocity for shot in self.shots])
+        stopped = numpy.array([shot.stopped for shot in self.shots])
+        residuals = numpy.array([shot.residual for shot in self.shots])
+        margin = 0.15 * float(numpy.ptp(velocities)) or 0.1 * abs(float(velocities[0])) or 1.0
+        left, right = max(0.0, float(velocities.min()) - margin), float(velocities.max()) + margin
+        figure = Figure(figsize=(8.5, 8.0), layout="constrained")
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        if fit.method != "none":
+            quantiles = law.quantile(numpy.array(fit.shares))
+            far = 10 * (right - left)
+            low, high = (numpy.clip(side, left - far, right + far) for side in zip(*fit.intervals))
+            z = numpy.linspace(quantiles.min(), quantiles.max(), 201)
+            share = law.share(z)
+            label = f"{100 * fit.confidence:g} %, joined between V01, V50 and V99"
+            band = [numpy.interp(z, quantiles, side) for side in (low, high)]
+            upper.fill_betweenx(share, *band, color="#0072b2", alpha=0.2, linewidth=0, label=label)
+            upper.plot(fit.mu + z * fit.sigma, share, color="#0072b2", label=f"{fit.link}, {fit.method}")
+        for panel, heights in ((upper, numpy.where(stopped, 0.0, 1.0)), (lower, residuals)):
+            panel.plot(velocities[~stopped], heights[~stopped], "o", color="#d55e00", label="through")
+            panel.plot(velocities[stopped], heights[stopped], "o", color="#464646", fillstyle="none", label="stopped")
+            panel.grid(color="#e3e3e3")
+            panel.set_axisbelow(True)
+        if math.isfinite(self.residual.limit):
+            grid = numpy.linspace(left, right, 400)
+            lower.plot(grid, self.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
+        upper.set(xlim=(left, right), ylabel="share that goes through", title=self.title)
+        lower.set(xlabel="impact velocity, m/s", ylabel="residual velocity, m/s")
+        for panel in (upper, lower):
+            panel.legend(loc="best", fontsize=8)
+        return figure
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """report.html (everything inside), plot.svg, shots.csv and test.json."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        import matplotlib
+
+        picture = io.BytesIO()
+        # The same test gives the same bytes.
+        with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
+            self.draw().savefig(picture, format="svg", metadata={"Date": None, "Creator": None})
+        (folder / "plot.svg").write_bytes(picture.getvalue())
+        with (folder / "shots.csv").open("w", newline="") as file:
+            lines = csv.writer(file)
+            lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
+            lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
+        (folder / "test.json").write_text(json.dumps(self.plain(), indent=1) + "\n")
+        (folder / "report.html").write_text(self.page(picture.getvalue()))
+
+    def plain(self) -> dict[str, Any]:
+        """Everything as numbers and words; an open end or a missing estimate is None."""
+
+        def simple(value: Any) -> Any:
+            if hasattr(value, "_asdict"):
+                return {key: simple(one) for key, one in value._asdict().items()}
+            if isinstance(value, tuple):
+                return [simple(one) for one in value]
+            return None if isinstance(value, float) and not math.isfinite(value) else value
+
+        return simple(self)
+
+    def page(self, picture: bytes) -> str:
+        """The report as one HTML file."""
+        percent = f"{100 * self.fit.confidence:g} %"
+        shots = [(k, f"{s.velocity:.3f}", "stopped" if s.stopped else "through", f"{s.residual:.3f}") for k, s in enumerate(self.shots, 1)]
+        data = base64.b64encode(picture).decode()
+        body = [
+            f"<h1>{html.escape(self.title)}</h1>",
+            *(f"<p>{html.escape(line)}</p>" for line in self.sentences()),
+            _html_table(("", "m/s", f"{percent} interval", "plain profile likelihood"), self.rows()),
+            "<p>The interval is calibrated by simulated tests of the same design. The plain profile likelihood is that of the textbooks; with few "
+            "shots it holds the truth less often than it says.</p>",
+            f'<figure><img alt="" src="data:image/svg+xml;base64,{data}"></figure>',
+            "<h2>Shots</h2>",
+            _html_table(("shot", "m/s", "result", "residual m/s"), shots),
+        ]
+        head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{html.escape(self.title)}</title><style>{STYLE}</style>'
+        return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n' + "\n".join(body) + "\n</body></html>\n"
+
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 2rem auto; padding: 0 1.2rem; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2rem; border-bottom: 1px solid #d5dbe2; }
+figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
+table { border-collapse: collapse; font-size: 0.9rem; margin: 0.8rem 0; }
+th, td { text-align: right; padding: 0.25rem 0.7rem; border-bottom: 1px solid #e3e7eb; } th { background: #f3f5f8; }
+td:first-child, th:first-child { text-align: left; }
+"""
+
+
+def _columns(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(len(row[k]) for row in [heading, *rows]) for k in range(len(heading))]
+    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in [heading, *rows])
+
+
+def _html_table(heading: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    lines = ["".join(f"<th>{html.escape(cell)}</th>" for cell in heading)]
+    lines += ["".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) for row in rows]
+    return "<table>" + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table>"
+
+
+def v50(
+    shoot: Shoot,
+    design: designs.Neyer | designs.ThreePhase | designs.Plan,
+    shots: int,
+    *,
+    link: str = "probit",
+    confidence: float = 0.95,
+    tests: int = 1000,
+    seed: int = 1,
+    title: str = "Ballistic limit",
+    seeds: str = "",
+    say: Callable[[str], None] | None = None,
+) -> Test:
+    """Shoots, fits and returns the test.
+
+    - `design`: chooses the velocities; one that is not positive ends the test, which says so;
+    - `link`: "probit" or "logit", the law of single limits;
+    - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
+    - `seeds`: words about the draws of the shots, for the report; `say`: receives a line after each shot.
+
+    Raises ValueError with the name of the argument; what `shoot` raises is passed on.
+    """
+    if shots < 1:
+        raise ValueError(f"shots: must be at least 1; it is {shots}")
+    if isinstance(design, designs.Plan) and shots > len(design.velocities):
+        raise ValueError(f"shots: the plan has {len(design.velocities)} velocities; shots are {shots}")
+    if link not in LINKS:
+        raise ValueError(f'link: must be "probit" or "logit"; it is "{link}"')
+    made: list[Shot] = []
+    notes: list[str] = []
+    design.start(1)
+    for number in range(shots):
+        velocities = numpy.array([[shot.velocity for shot in made]], float).reshape(1, -1)
+        through = numpy.array([[not shot.stopped for shot in made]], bool).reshape(1, -1)
+        velocity = float(design.next(velocities, through)[0])
+        if not velocity > 0.0:
+            notes.append(f"The design asked for {velocity:.4g} m/s as shot {number + 1}, which cannot be shot: the test ended before it.")
+            break
+        stopped, residual = shoot(velocity, number)
+        made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
+        if say:
+            say(f"shot {number + 1} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s"))
+    if not made:
+        raise ValueError(f"design: {notes[0]}")
+    v = numpy.array([shot.velocity for shot in made])
+    y = numpy.array([not shot.stopped for shot in made])
+    found = limit.fit(v, y, link, confidence, design=design, tests=tests, seed=seed)
+    simulated = "Intervals: chi squared, not calibrated."
+    if tests:
+        simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
+    residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
+    words = f"{seeds} {simulated}".strip()
+    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes))
+
+
+def shooter(
+    scene: "Scene",
+    *,
+    seed: int = 1,
+    point: tuple[float, float] | None = (0.0, 0.0),
+    attitude: str | Sequence[float] | None = None,
+    tilt: Any = None,
+    keep: str | os.PathLike[str] | None = None,
+    steps: int | None = None,
+) -> Shoot:
+    """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, and where
+    within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as the scene says.
+
+    - `attitude`, `tilt`: as for `vary`;
+    - `keep`: a file that receives each shot as it comes; what is in it is not shot again.
+
+    - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly.
+
+    A shot that neither stops nor goes through within the steps raises RuntimeError.
+    """
+    import scipy.stats
+
+    from . import fly, vary
+    from .ensembles import append, kept, run_key
+    from .runs import STEPS, UNTIL
+
+    most = 10 * STEPS if steps is None else steps
+    spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
+    mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
+    rows = dict(kept(Path(keep))) if keep is not None else {}
+
+    def shoot(velocity: float, shot: int) -> tuple[bool, float]:
+        one = vary(scene, shot + 1, seed=seed, speed=velocity, point=mesh, attitude=attitude, tilt=tilt)[shot]
+        key = run_key(one, UNTIL, most)
+        if key not in rows:
+            rows[key] = fly(one, steps=most)
+            if keep is not None:
+                append(Path(keep), [(key, json.dumps(rows[key]))])
+        row = rows[key]
+        if row["stopped"] is None:
+            ended = f"{row['failure'] or row['outcome']} after {row['steps']} steps"
+            raise RuntimeError(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
+        return row["stopped"], row["speed"]
+
+    return shoot
+
+
+def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:
+    """The design of the command. Without a guess: from half to three halves of the velocity of the scene, 5 % deviation."""
+    if name == "plan":
+        return designs.Plan(given.plan)
+    low = 0.5 * velocity if given.low is None else given.low
+    high = 1.5 * velocity if given.high is None else given.high
+    deviation = 0.025 * (low + high) if given.deviation is None else given.deviation
+    sigma = deviation / LINKS[given.link].deviation
+    if name == "neyer":
+        return designs.Neyer(low, high, sigma, given.link)
+    return designs.ThreePhase(low, high, sigma, given.link, given.aim, given.last if given.last is not None else shots // 3, shots)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command `fabric-v50`."""
+    parser = argparse.ArgumentParser(prog="fabric-v50", description="The ballistic limit of the projectile and the sheet of a scene, with its interval.")
+    parser.add_argument("scene", help="a scene file, see docs/tables/scene.md")
+    parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
+    parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
+    parser.add_argument("--low", type=float, help="V50 is probably above this, m/s; default: half the velocity of the scene")
+    parser.add_argument("--high", type=float, help="V50 is probably below this, m/s; default: three halves of it")
+    parser.add_argument("--deviation", type=float, help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle")
+    parser.add_argument("--plan", type=float, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
+    parser.add_argument("--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01")
+    parser.add_argument("--last", type=int, help="how many shots that are; default: a third")
+    parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
+    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
+    parser.add_argument("--tests", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
+    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
+    parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
+    parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
+    parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
+    given = parser.parse_args(arguments)
+
+    from . import Scene
+
+    try:
+        scene = Scene.read(given.scene)
+        shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
+        design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
+        shoot = shooter(
+            scene,
+            seed=given.seed,
+            point=None if given.as_aimed else (0.0, 0.0),
+            attitude=given.attitude,
+            keep=given.out / "runs.jsonl",
+            steps=given.steps,
+        )
+        where = "as the scene says" if given.as_aimed else "through a point drawn within one mesh about the middle"
+        test = v50(
+            shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=print,
+            title=f"Ballistic limit of {given.scene}", seeds=f"Shots: seed {given.seed}, yarns drawn for each, {where}.",
+        )  # fmt: skip
+    except (ValueError, RuntimeError, OSError) as error:
+        parser.exit(1, f"error: {error}\n")
+    print()
+    print(test.text())
+    test.write(given.out)
+    print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json")

@@ -1,0 +1,67 @@
+//! Refusals and failures as Python's exceptions.
+
+use fabric_scene::BadKey;
+use pyo3::create_exception;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+create_exception!(
+    fabric_kernel,
+    Refused,
+    PyValueError,
+    "What was asked for cannot be; nothing has changed. `field` names the parameter or argument, `code` the reason, `other` the \
+     parameter that it does not go with; `value` and `limit` are the number found and the limit it crosses, in SI units."
+);
+create_exception!(
+    fabric_kernel,
+    Failed,
+    PyRuntimeError,
+    "The computation cannot go on: `code` says why. Every call repeats it until `reset` or `restore`."
+);
+
+/// What the kernel says.
+pub fn of(error: fabric::Error) -> PyErr {
+    let code = format!("{:?}", error.code);
+    if error.code.number() > -50 {
+        return refused([error.field, error.with], &code, error.text().to_string(), [error.value, error.limit]);
+    }
+    let failed = Failed::new_err(error.text().to_string());
+    with(failed, |failed| failed.setattr("code", code))
+}
+
+/// A failure of a step.
+pub fn failed(failure: fabric::Failure) -> PyErr {
+    of(failure.into())
+}
+
+/// What the reader of scenes says.
+pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
+    if let Some(error) = error.downcast_ref::<fabric::Error>() {
+        return of(*error);
+    }
+    let key = error.downcast_ref::<BadKey>().map_or("", |bad| &bad.key);
+    bad(key, error.to_string())
+}
+
+/// A key or an argument that is not what it must be.
+pub fn bad(field: &str, text: String) -> PyErr {
+    refused([field, ""], "BadValue", text, [0.0, 0.0])
+}
+
+fn refused([field, other]: [&str; 2], code: &str, text: String, [value, limit]: [f64; 2]) -> PyErr {
+    with(Refused::new_err(text), |refused| {
+        refused.setattr("field", field)?;
+        refused.setattr("other", other)?;
+        refused.setattr("code", code)?;
+        refused.setattr("value", value)?;
+        refused.setattr("limit", limit)
+    })
+}
+
+/// The exception with its attributes; or what went wrong with them.
+fn with(error: PyErr, set: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<()>) -> PyErr {
+    match Python::attach(|py| set(error.value(py).as_any())) {
+        Ok(()) => error,
+        Err(other) => other,
+    }
+}

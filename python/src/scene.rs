@@ -1,0 +1,160 @@
+//! Scenes: a preset, a file or a dictionary, and whatever differs from it.
+
+use crate::{errors, parameters};
+use fabric::fields::{FIELDS, field};
+use fabric::pose::{Pose, Vector, into_body, normalised};
+use fabric::shape::Solid;
+use fabric_host::in_our_environment;
+use fabric_scene::PRESETS;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use std::path::PathBuf;
+
+/// Everything that defines a simulation. It never changes; `replace` gives another.
+#[pyclass(frozen, module = "fabric_kernel")]
+pub struct Scene {
+    /// The kernel's scene.
+    pub scene: fabric::Scene,
+}
+
+/// How a scene is pickled: what makes it, and its arguments.
+type Reduced<'py> = (Bound<'py, PyType>, (&'static str, Bound<'py, PyDict>));
+
+/// A preset, and what differs from it.
+fn make(
+    preset: &str,
+    parameters: Option<&Bound<'_, PyDict>>,
+    more: Option<&Bound<'_, PyDict>>,
+) -> PyResult<fabric::Scene> {
+    let mut scene = fabric_scene::preset(Some(preset.into())).map_err(errors::of_scene)?;
+    change(&mut scene, parameters)?;
+    change(&mut scene, more)?;
+    Ok(scene)
+}
+
+fn change(scene: &mut fabric::Scene, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    let Some(given) = parameters else { return Ok(()) };
+    let table = parameters::table("", given, 0)?;
+    fabric_scene::apply(scene, table).map_err(errors::of_scene)
+}
+
+impl Scene {
+    /// The nearest preset, and the parameters that differ from it.
+    fn difference<'py>(&self, py: Python<'py>) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
+        let mut nearest: Option<(&str, Bound<'py, PyDict>)> = None;
+        for (name, preset) in PRESETS {
+            let (base, other) = (preset(), PyDict::new(py));
+            for field in FIELDS {
+                let (own, usual) = (parameters::value(py, field, &self.scene)?, parameters::value(py, field, &base)?);
+                // By their words: -0.0 is not 0.0, and what is no number is none again.
+                if own.repr()?.to_cow()? != usual.repr()?.to_cow()? {
+                    other.set_item(field.name, own)?;
+                }
+            }
+            if nearest.as_ref().is_none_or(|(_, least)| other.len() < least.len()) {
+                nearest = Some((name, other));
+            }
+        }
+        Ok(nearest.unwrap_or((PRESETS[0].0, PyDict::new(py))))
+    }
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (preset = "sheet_3in_sphere", parameters = None, /, **more))]
+    fn new(preset: &str, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+        Ok(Scene { scene: make(preset, parameters, more)? })
+    }
+
+    /// The scene of a file.
+    #[staticmethod]
+    fn read(path: PathBuf) -> PyResult<Scene> {
+        Scene::parse(&std::fs::read_to_string(path)?)
+    }
+
+    /// The scene of a file's text.
+    #[staticmethod]
+    fn parse(text: &str) -> PyResult<Scene> {
+        Ok(Scene { scene: fabric_scene::parse(text).map_err(errors::of_scene)? })
+    }
+
+    /// The same with other values.
+    #[pyo3(signature = (parameters = None, /, **more))]
+    fn replace(&self, parameters: Option<&Bound<'_, PyDict>>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+        let mut scene = self.scene;
+        change(&mut scene, parameters)?;
+        change(&mut scene, more)?;
+        Ok(Scene { scene })
+    }
+
+    /// The same with the projectile just before the sheet, so that its centre flies through a point of it.
+    #[pyo3(signature = (point = [0.0, 0.0], *, velocity = None, orientation = None))]
+    fn aimed(&self, point: [f64; 2], velocity: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> PyResult<Scene> {
+        let mut scene = self.scene;
+        let body = &mut scene.projectile;
+        body.velocity = velocity.unwrap_or(body.velocity);
+        body.orientation = orientation.unwrap_or(body.orientation);
+        scene.check().map_err(errors::of)?;
+        let position = in_our_environment(|| aim(&scene, point)).ok_or_else(|| {
+            errors::bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
+        })?;
+        scene.projectile.position = position;
+        Ok(Scene { scene })
+    }
+
+    /// Refuses a scene that cannot be simulated.
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        let scene = self.scene;
+        py.detach(|| in_our_environment(|| scene.step_limits())).map(|_| ()).map_err(errors::of)
+    }
+
+    /// Every parameter by its name.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for field in FIELDS {
+            all.set_item(field.name, parameters::value(py, field, &self.scene)?)?;
+        }
+        Ok(all)
+    }
+
+    /// The scene as a file's text, with every parameter and its meaning.
+    fn text(&self) -> String {
+        fabric_scene::write(PRESETS[0].0, &self.scene)
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let field = field(name).ok_or_else(|| PyKeyError::new_err(name.to_string()))?;
+        parameters::value(py, field, &self.scene)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Scene>().is_ok_and(|other| other.get().scene == self.scene)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (preset, other) = self.difference(py)?;
+        Ok(if other.is_empty() { format!("Scene('{preset}')") } else { format!("Scene('{preset}', {other})") })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        Ok((py.get_type::<Scene>(), self.difference(py)?))
+    }
+}
+
+/// Where the projectile's centre must be so that it touches the first ply in its way with its foremost point, and flies through a
+/// point of it, given in the sheet's plane. None if its velocity leads along the sheet.
+fn aim(scene: &fabric::Scene, point: [f64; 2]) -> Option<[f64; 3]> {
+    let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
+    let velocity = pose.vector_in(body.velocity);
+    let up = velocity[2] > 0.0;
+    let ahead = Vector::new(0.0, 0.0, if up { 1.0 } else { -1.0 });
+    let orientation = normalised(pose.orientation_in(body.orientation));
+    let reach = Solid::of(body).support(&into_body(&orientation, &ahead));
+    let height = if up { 0.0 } else { scene.stack_height() };
+    let back = -reach / fabric::math::abs(velocity[2]);
+    let position = [point[0] + velocity[0] * back, point[1] + velocity[1] * back, height - ahead.z * reach];
+    let position = pose.point_out(position);
+    position.iter().all(|x| x.is_finite()).then_some(position)
+}

@@ -1,0 +1,347 @@
+//! A simulation, which owns its memory.
+
+use crate::errors::{self, bad};
+use crate::scene::Scene;
+use fabric::{CacheLine, Motion, Outcome, OutcomeSet, Path, Sim};
+use fabric_host::in_our_environment;
+use fabric_scene::memory::Buffers;
+use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyBytes, PyDict};
+
+/// Nodes stepped between two looks at signals, some tenths of a second.
+const NODES_AT_A_TIME: u64 = 5_000_000;
+
+/// One impact. It may be used by any thread, but by one at a time.
+#[pyclass(module = "fabric_kernel")]
+pub struct Simulation {
+    /// It refers to the lines below, which it outlives in no way: it is private, and nothing it lends leaves a call.
+    sim: Sim<'static>,
+    _lines: Vec<CacheLine>,
+}
+
+impl Simulation {
+    fn of(scene: &fabric::Scene) -> PyResult<Simulation> {
+        let buffers = Buffers::of(scene).map_err(|error| match error.downcast_ref::<fabric::Error>() {
+            Some(error) => errors::of(*error),
+            None => PyMemoryError::new_err(error.to_string()),
+        })?;
+        let mut lines = buffers.into_lines();
+        // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
+        let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
+        let sim = in_our_environment(|| Sim::new(scene, memory)).map_err(errors::of)?;
+        Ok(Simulation { sim, _lines: lines })
+    }
+
+    /// Works without the interpreter.
+    fn work<T: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut Sim<'static>) -> T + Send) -> T {
+        py.detach(|| in_our_environment(|| work(&mut self.sim)))
+    }
+
+    /// Steps until `steps` are taken or one of `until` has come; looks at signals from time to time. Returns the steps taken.
+    fn advance(&mut self, py: Python<'_>, until: OutcomeSet, steps: u64) -> PyResult<u64> {
+        let stride = (NODES_AT_A_TIME / self.sim.layout().nodes().max(1) as u64).max(1);
+        let mut taken = 0;
+        loop {
+            let now = stride.min(steps - taken);
+            let done = self.work(py, |sim| sim.advance_until(until, now)).map_err(errors::failed)?;
+            taken += done;
+            if taken == steps || done < now || self.sim.outcomes().mask.has(until) {
+                return Ok(taken);
+            }
+            py.check_signals()?;
+        }
+    }
+
+    /// An array that a read-out of the kernel fills; NumPy takes it over without a copy.
+    fn filled(
+        &self,
+        length: usize,
+        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
+    ) -> PyResult<Vec<f64>> {
+        let mut numbers = vec![0.0; length];
+        in_our_environment(|| fill(&self.sim, &mut numbers)).map_err(errors::of)?;
+        Ok(numbers)
+    }
+
+    fn of_nodes<'py>(
+        &self,
+        py: Python<'py>,
+        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let (nodes, columns) = (self.sim.layout().nodes(), self.sim.layout().nodes_x);
+        PyArray1::from_vec(py, self.filled(3 * nodes, fill)?).reshape([nodes / columns, columns, 3])
+    }
+
+    fn of_segments<'py>(
+        &self,
+        py: Python<'py>,
+        fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_vec(py, self.filled(self.sim.layout().segments(), fill)?))
+    }
+}
+
+/// The set of outcomes of these names.
+fn outcome_set(names: &[String]) -> PyResult<OutcomeSet> {
+    let known = Outcome::ALL.map(Outcome::name).join(", ");
+    let outcome = |name: &String| {
+        let found = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
+        found.ok_or_else(|| bad("until", format!("until: there is no outcome {name:?}; there are {known}")))
+    };
+    names.iter().map(outcome).collect()
+}
+
+/// The numbers of an array, in place where they lie one behind the other.
+fn numbers<'a>(field: &str, array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<&'a [f64]> {
+    array.as_slice().map_err(|_| bad(field, format!("{field}: must be a contiguous array")))
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    fn new(py: Python<'_>, scene: &Bound<'_, Scene>) -> PyResult<Simulation> {
+        let scene = &scene.get().scene;
+        py.detach(|| Simulation::of(scene))
+    }
+
+    /// The scene it was made of.
+    #[getter]
+    fn scene(&self) -> Scene {
+        Scene { scene: *self.sim.scene() }
+    }
+
+    /// Steps taken.
+    #[getter]
+    fn step_count(&self) -> u64 {
+        self.sim.step_count()
+    }
+
+    /// Time, s.
+    #[getter]
+    fn time(&self) -> f64 {
+        self.sim.time()
+    }
+
+    /// The time step in use and its limits, s.
+    #[getter]
+    fn step_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let limits = self.sim.step_limits();
+        [("dt", limits.dt), ("dt_crit", limits.dt_crit), ("step_max", limits.step_max)].into_py_dict(py)
+    }
+
+    /// A hash of the whole state: equal digests mean equal bits.
+    #[getter]
+    fn digest(&self, py: Python<'_>) -> String {
+        format!("{:016x}", py.detach(|| in_our_environment(|| self.sim.digest())))
+    }
+
+    /// Takes so many steps.
+    #[pyo3(signature = (steps = 1))]
+    fn step(&mut self, py: Python<'_>, steps: u64) -> PyResult<()> {
+        self.advance(py, OutcomeSet::NONE, steps).map(|_| ())
+    }
+
+    /// Steps until one of the outcomes has come, or so many steps are taken. Returns the steps taken.
+    fn run(&mut self, py: Python<'_>, until: Vec<String>, steps: u64) -> PyResult<u64> {
+        let until = outcome_set(&until)?;
+        self.advance(py, until, steps)
+    }
+
+    /// Moves a prescribed projectile along a path that ends with this pose and these rates.
+    #[pyo3(signature = (position, velocity, orientation = [1.0, 0.0, 0.0, 0.0], angular_velocity = [0.0; 3], *, path_steps, first = None, steps = None))]
+    #[expect(clippy::too_many_arguments, reason = "they are Python's keyword arguments")]
+    fn follow(
+        &mut self,
+        py: Python<'_>,
+        position: [f64; 3],
+        velocity: [f64; 3],
+        orientation: [f64; 4],
+        angular_velocity: [f64; 3],
+        path_steps: u64,
+        first: Option<u64>,
+        steps: Option<u64>,
+    ) -> PyResult<()> {
+        let end = Motion { position, velocity, orientation, angular_velocity };
+        let path = Path { first: first.unwrap_or(self.sim.step_count()), steps: path_steps, end };
+        self.work(py, |sim| sim.follow(&path, steps.unwrap_or(path_steps))).map_err(errors::of)
+    }
+
+    /// Back to step 0. Clears a failure.
+    fn reset(&mut self, py: Python<'_>) {
+        self.work(py, Sim::reset);
+    }
+
+    /// The force, N, and torque, N m, that act on a free projectile from now on.
+    #[pyo3(signature = (force, torque = [0.0; 3]))]
+    fn set_external_load(&mut self, py: Python<'_>, force: [f64; 3], torque: [f64; 3]) -> PyResult<()> {
+        self.work(py, |sim| sim.set_external_load(force, torque)).map_err(errors::of)
+    }
+
+    /// Starts from positions, m, and velocities, m/s, of all nodes.
+    fn set_motion(
+        &mut self,
+        py: Python<'_>,
+        positions: PyReadonlyArrayDyn<'_, f64>,
+        velocities: PyReadonlyArrayDyn<'_, f64>,
+    ) -> PyResult<()> {
+        let (positions, velocities) = (numbers("positions", &positions)?, numbers("velocities", &velocities)?);
+        self.work(py, |sim| sim.set_motion(positions, velocities)).map_err(errors::of)
+    }
+
+    /// Gives every segment the largest stretch that it has had.
+    fn set_largest_stretch(&mut self, py: Python<'_>, stretches: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+        let stretches = numbers("stretches", &stretches)?;
+        self.work(py, |sim| sim.set_largest_stretch(stretches)).map_err(errors::of)
+    }
+
+    /// The state as bytes.
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        PyBytes::new_with(py, self.sim.snapshot_bytes(), |image| {
+            in_our_environment(|| self.sim.save(image)).map_err(errors::of)
+        })
+    }
+
+    /// Back to a saved state of the same scene and version.
+    fn restore(&mut self, py: Python<'_>, image: &[u8]) -> PyResult<()> {
+        self.work(py, |sim| sim.load(image)).map_err(errors::of)
+    }
+
+    /// Pose and rates of the projectile.
+    fn projectile<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let motion = in_our_environment(|| self.sim.projectile()).map_err(errors::failed)?;
+        let all = PyDict::new(py);
+        all.set_item("position", <(f64, f64, f64)>::from(motion.position))?;
+        all.set_item("velocity", <(f64, f64, f64)>::from(motion.velocity))?;
+        all.set_item("orientation", <(f64, f64, f64, f64)>::from(motion.orientation))?;
+        all.set_item("angular_velocity", <(f64, f64, f64)>::from(motion.angular_velocity))?;
+        Ok(all)
+    }
+
+    /// Contact sums.
+    fn contact<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let contact = in_our_environment(|| self.sim.contact()).map_err(errors::failed)?;
+        let all = [("work", contact.work), ("loss", contact.loss), ("force_peak", contact.force_peak)];
+        let all = all.into_py_dict(py)?;
+        all.set_item("impulse", <(f64, f64, f64)>::from(contact.impulse))?;
+        all.set_item("angular_impulse", <(f64, f64, f64)>::from(contact.angular_impulse))?;
+        Ok(all)
+    }
+
+    /// Impulses on the supports, N s.
+    fn support<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let support = in_our_environment(|| self.sim.support()).map_err(errors::failed)?;
+        let all = PyDict::new(py);
+        all.set_item("total", <(f64, f64, f64)>::from(support.total))?;
+        let attachments = support.attachments.map(<(f64, f64, f64)>::from);
+        all.set_item("attachments", <(_, _, _, _)>::from(attachments))?;
+        Ok(all)
+    }
+
+    /// The energies, J.
+    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let energy = py.detach(|| in_our_environment(|| self.sim.energy())).map_err(errors::failed)?;
+        [
+            ("projectile_kinetic", energy.projectile_kinetic),
+            ("fabric_kinetic", energy.fabric_kinetic),
+            ("strain", energy.strain),
+            ("dissipated", energy.dissipated),
+            ("viscous", energy.viscous),
+            ("friction", energy.friction),
+            ("ply_loss", energy.ply_loss),
+            ("contact_loss", energy.contact_loss),
+            ("contact_work", energy.contact_work),
+            ("external_work", energy.external_work),
+            ("halving", energy.halving),
+            ("residual", energy.residual),
+        ]
+        .into_py_dict(py)
+    }
+
+    /// What one ply holds, J, and its failed segments.
+    fn ply<'py>(&self, py: Python<'py>, ply: u32) -> PyResult<Bound<'py, PyDict>> {
+        let ply = py.detach(|| in_our_environment(|| self.sim.ply(ply))).map_err(errors::of)?;
+        let all = [("kinetic", ply.kinetic), ("strain", ply.strain), ("dissipated", ply.dissipated)];
+        let all = all.into_py_dict(py)?;
+        all.set_item("failed_segments", ply.failed_segments)?;
+        Ok(all)
+    }
+
+    /// Momentum that the balance does not close by, N s.
+    fn momentum_residual(&self, py: Python<'_>) -> PyResult<(f64, f64, f64)> {
+        let residual = py.detach(|| in_our_environment(|| self.sim.momentum_residual()));
+        residual.map(Into::into).map_err(errors::failed)
+    }
+
+    /// Largest deflection, m, and largest stretch.
+    fn fabric<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fabric = self.work(py, Sim::fabric).map_err(errors::failed)?;
+        [("max_deflection", fabric.max_deflection), ("max_stretch", fabric.max_stretch)].into_py_dict(py)
+    }
+
+    /// Counters; also after a failure.
+    fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counters = self.sim.counters();
+        let all = [
+            ("steps", counters.steps),
+            ("failed_segments", counters.failed_segments),
+            ("contacts", counters.contacts),
+            ("unconverged", counters.unconverged),
+            ("most_sweeps", counters.most_sweeps),
+            ("most_candidates", counters.most_candidates),
+            ("candidate_capacity", counters.candidate_capacity),
+            ("iterations", counters.iterations),
+            ("most_iterations", counters.most_iterations),
+        ];
+        let all = all.into_py_dict(py)?;
+        all.set_item("worst_penetration", counters.worst_penetration)?;
+        all.set_item("ply_penetration", counters.ply_penetration)?;
+        Ok(all)
+    }
+
+    /// Step, time and work of each outcome that has come, by its name.
+    fn outcomes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (found, dt, all) = (self.sim.outcomes(), self.sim.step_limits().dt, PyDict::new(py));
+        for (outcome, latch) in Outcome::ALL.iter().zip(found.latched) {
+            if let Some(latch) = latch {
+                let one = [("time", latch.step as f64 * dt), ("work", latch.work)].into_py_dict(py)?;
+                one.set_item("step", latch.step)?;
+                all.set_item(outcome.name(), one)?;
+            }
+        }
+        Ok(all)
+    }
+
+    /// Step at whose start the first contact impulse acted; None before.
+    #[getter]
+    fn first_contact(&self) -> Option<u64> {
+        self.sim.outcomes().first_contact
+    }
+
+    /// The code of the latched failure, if there is one.
+    #[getter]
+    fn failure(&self) -> Option<String> {
+        self.sim.failure().map(|failure| format!("{failure:?}"))
+    }
+
+    /// Positions of the nodes, m.
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        self.of_nodes(py, |sim, out| sim.copy_positions(out))
+    }
+
+    /// Velocities of the nodes, m/s.
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        self.of_nodes(py, |sim, out| sim.copy_velocities(out))
+    }
+
+    /// Remaining part of the stiffness of each segment: 1 whole, 0 failed.
+    fn damage<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_segments(py, |sim, out| sim.copy_damage(out))
+    }
+
+    /// Stretch of each segment.
+    fn stretch<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_segments(py, |sim, out| sim.copy_stretch(out))
+    }
+}

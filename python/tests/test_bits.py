@@ -1,0 +1,122 @@
+"""The same bits as Rust: digests of scenes that tests/golden pins, through every way of making, stepping and copying a simulation."""
+
+import pathlib
+import pickle
+import re
+import threading
+import unittest
+
+import numpy
+
+import fabric_kernel as fk
+
+PINS = dict(
+    re.findall(
+        r"const (\w+): u64 = 0x([0-9a-f_]+);",
+        (pathlib.Path(__file__).parents[2] / "tests/golden/pins.rs").read_text(),
+    )
+)
+SMALL = {"sheet": {"nodes_x": 41, "nodes_y": 41}, "yarn": {"stochastic": False}}
+PLIES = {
+    "sheet": {"nodes_x": 31, "nodes_y": 29, "yarn_area_y": 0.8e-7},
+    "stack": {"plies": 4, "gap": 2.5e-4, "turned": True},
+    "weft.critical_stretch": 1.025,
+    "yarn": {"viscosity_linear": 0.06, "viscosity_bending": 0.06},
+    "projectile.velocity": [0.0, 0.0, 220.0],
+}
+SECTOR = {
+    "sheet": {"nodes_x": 121, "nodes_y": 121},
+    "projectile": {"velocity": [20.0, 10.0, 400.0], "angular_velocity": [200.0, -2000.0, 0.0]},
+}
+
+
+class Bits(unittest.TestCase):
+    def assert_pin(self, simulation, name):
+        self.assertEqual(simulation.digest, PINS[name].replace("_", ""))
+
+    def after(self, scene, steps):
+        simulation = fk.Simulation(scene)
+        simulation.step(steps)
+        return simulation
+
+    def test_sphere(self):
+        self.assert_pin(self.after(fk.Scene(), 4500), "SHEET_3IN_SPHERE")
+
+    def test_sector(self):
+        self.assert_pin(self.after(fk.Scene("turbine_disc_sector", SECTOR), 2000), "DISC_SECTOR")
+
+    def test_plies_from_a_file_and_another_process(self):
+        scene = fk.Scene(**PLIES)
+        self.assertEqual(fk.Scene.parse(scene.text()), scene)
+        self.assert_pin(self.after(pickle.loads(pickle.dumps(scene)), 1200), "SPHERE_THROUGH_TURNED_PLIES")
+
+    def test_prescribed_on_two_paths(self):
+        body = {"shape": "cylinder", "radius": 4e-3, "length": 9e-3, "mass": 0.0, "position": [1e-3, -5e-4, -6.2e-3]}
+        body |= {"velocity": [15.0, -10.0, 350.0], "orientation": [0.96, 0.28, 0.0, 0.0]}
+        body |= {"angular_velocity": [800.0, 0.0, -1500.0]}
+        scene = fk.Scene(
+            sheet={"nodes_x": 45, "nodes_y": 38}, seed=0xFEED, drive="prescribed", projectile=body,
+            attachment={"kind": "four_sides", "disc_inset": 2e-3, "disc_radius": 2e-3},
+        )  # fmt: skip
+        simulation = fk.Simulation(scene)
+        for z, speed, orientation, steps in [
+            (-1.9e-3, 250.0, [0.96, 0.28, 0.0, 0.0], 700),
+            (0.6e-3, 200.0, [0.96, 0.2, 0.0, -0.2], 500),
+        ]:
+            rates = [200.0, 100.0, -500.0]
+            simulation.follow([1.2e-3, -6e-4, z], [5.0, 0.0, speed], orientation, rates, path_steps=steps)
+        self.assert_pin(simulation, "PRESCRIBED_CYLINDER_ON_TWO_PATHS")
+
+    def test_saved_and_restored(self):
+        first, second = (self.after(fk.Scene(**SMALL), steps) for steps in (1000, 20))
+        image = first.save()
+        second.restore(image)
+        self.assertEqual(second.step_count, 1000)
+        second.step(2000)
+        self.assert_pin(second, "UNIFORM_SPHERE_THROUGH_FAILURE")
+        with self.assertRaises(fk.Refused) as refused:
+            fk.Simulation(fk.Scene()).restore(image)
+        self.assertEqual(refused.exception.code, "ImageOfAnotherScene")
+
+    def test_threads_beside_each_other(self):
+        simulations = [fk.Simulation(fk.Scene(**SMALL)) for _ in range(4)]
+        threads = [threading.Thread(target=simulation.step, args=(3000,)) for simulation in simulations]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for simulation in simulations:
+            self.assert_pin(simulation, "UNIFORM_SPHERE_THROUGH_FAILURE")
+
+    def test_histories_and_read_outs_change_nothing(self):
+        simulation = fk.Simulation(fk.Scene(**SMALL))
+        rows = fk.history(simulation, until=[], steps=3000, every=100)
+        self.assert_pin(simulation, "UNIFORM_SPHERE_THROUGH_FAILURE")
+        self.assertEqual(list(rows["step"]), list(range(0, 3001, 100)))
+        # Newton's second law over the whole history.
+        momentum = 8.4e-3 * (rows["velocity_z"].iloc[-1] - rows["velocity_z"].iloc[0])
+        impulse = (rows["force_z"] * rows["time"].diff()).sum()
+        self.assertAlmostEqual(momentum / impulse, 1.0, places=10)
+
+    def test_a_motion_that_is_given(self):
+        simulation = fk.Simulation(fk.Scene(**SMALL))
+        positions, velocities = simulation.positions(), simulation.velocities()
+        self.assertEqual(positions.shape, (41, 41, 3))
+        spacing = fk.Scene()["sheet.spacing"]
+        numpy.testing.assert_allclose(positions[3, 7], [(7 - 20) * spacing, (3 - 20) * spacing, 0.0], rtol=1e-12)
+        simulation.set_motion(positions, velocities)
+        velocities[20, 20, 2] = 5.0
+        simulation.set_motion(positions, velocities)
+        self.assertEqual(simulation.velocities()[20, 20, 2], 5.0)
+        self.assertEqual(simulation.stretch().shape, (2 * 40 * 41,))
+        simulation.set_largest_stretch(numpy.full(2 * 40 * 41, 1.05))
+        self.assertLess(simulation.damage().max(), 1.0)
+        # A refused motion names the array.
+        velocities[0, 0, 0] = 1.0
+        with self.assertRaises(fk.Refused) as refused:
+            simulation.set_motion(positions, velocities)
+        self.assertEqual(refused.exception.field, "velocities")
+
+
+if __name__ == "__main__":
+    unittest.main()

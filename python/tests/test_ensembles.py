@@ -1,0 +1,184 @@
+"""Ensembles: one table, bit for bit, whatever the workers, the order and the accidents."""
+
+import functools
+import json
+import math
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import numpy
+import scipy.stats
+
+import fabric_kernel as fk
+
+BASE = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
+SCENES = fk.vary(BASE, 12, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))
+# Those that are killed take a little longer.
+FORTY = fk.vary(BASE, 40, seed=2)
+
+
+@functools.cache
+def forty():
+    """The table of the forty."""
+    return fk.ensemble(FORTY)
+
+
+KILLED = """
+import sys
+import fabric_kernel as fk
+if __name__ == "__main__":
+    scenes = fk.vary(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), 40, seed=2)
+    fk.ensemble(scenes, keep=sys.argv[1], on=2)
+"""
+
+
+def lines(path):
+    return path.read_text().count("\n") if path.exists() else 0
+
+
+def wait_for(done, seconds=120.0):
+    end = time.monotonic() + seconds
+    while not done():
+        if time.monotonic() > end:
+            raise TimeoutError
+        time.sleep(0.01)
+
+
+class Ensembles(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.table = fk.ensemble(SCENES, on=1)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def assert_same(self, table, other):
+        self.assertTrue(table.equals(other))
+        self.assertEqual(list(table.columns), list(other.columns))
+
+    def test_a_row_is_the_run_of_its_scene(self):
+        for index in (0, 7):
+            row = json.loads(json.dumps(fk.fly(SCENES[index])))
+            own = self.table.iloc[index]
+            self.assertEqual({name: own[name] for name in ("digest", "speed", "absorbed", "outcome")}.items() - row.items(), set())
+            self.assertEqual(own["seed"], SCENES[index]["seed"])
+            self.assertEqual(own["projectile.velocity[2]"], SCENES[index]["projectile.velocity"][2])
+        self.assertEqual(self.table["key"].nunique(), len(SCENES))
+        balance = self.table["initial_kinetic"] - self.table["residual_kinetic"] - self.table["absorbed"]
+        self.assertLess(balance.abs().max(), 1e-9)
+
+    def test_workers_order_and_batches(self):
+        for workers, batch in [(2, 1), (5, 5)]:
+            self.assert_same(fk.ensemble(SCENES, on=workers, batch=batch), self.table)
+        order = numpy.random.default_rng(3).permutation(len(SCENES))
+        shuffled = fk.ensemble([SCENES[k] for k in order])
+        self.assert_same(shuffled.iloc[numpy.argsort(order)].reset_index(drop=True), self.table)
+        twice = fk.ensemble([SCENES[0], SCENES[1], SCENES[0]])
+        self.assertEqual(list(twice["digest"]), [self.table["digest"][k] for k in (0, 1, 0)])
+
+    def test_what_is_kept_is_not_run_again(self):
+        keep = self.folder / "runs.jsonl"
+        fk.ensemble(SCENES[:5], keep=keep)
+        # The mark shows where a result comes from; the next line was cut off when the writer was killed.
+        kept = keep.read_text().splitlines(keepends=True)
+        marked = kept[2].replace('"failure": null', '"failure": "kept"')
+        keep.write_text("".join([*kept[:2], marked, kept[3], kept[4][:-20]]))
+        table = fk.ensemble(SCENES, keep=keep, on=2)
+        self.assertEqual(lines(keep), len(SCENES))
+        self.assertEqual(table["failure"].notna().sum(), 1)
+        table["failure"] = None
+        self.assert_same(table.astype(self.table.dtypes), self.table)
+        keep.write_text("something else\n")
+        with self.assertRaisesRegex(ValueError, "line 1 is not a result"):
+            fk.ensemble(SCENES, keep=keep)
+
+    def test_killed_and_resumed(self):
+        keep = self.folder / "runs.jsonl"
+        script = self.folder / "killed.py"
+        script.write_text(KILLED)
+        process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.DEVNULL, start_new_session=True)
+        wait_for(lambda: lines(keep) >= 3)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        before = lines(keep)
+        self.assertLess(before, 40)
+        table = fk.ensemble(FORTY, keep=keep)
+        self.assertEqual(lines(keep), 40)
+        self.assert_same(table, forty())
+
+    def test_a_local_worker_that_dies(self):
+        keep = self.folder / "runs.jsonl"
+        script = self.folder / "killed.py"
+        script.write_text(KILLED)
+        process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.PIPE, text=True)
+        wait_for(lambda: lines(keep) >= 3)
+        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        os.kill(int(children[0]), signal.SIGKILL)
+        _, said = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 0, said)
+        self.assertEqual(lines(keep), 40)
+        self.assert_same(fk.ensemble(FORTY, keep=keep), forty())
+
+    def test_a_scene_that_is_refused_is_shown(self):
+        bad = BASE.replace({"projectile.mass": -1.0})
+        with self.assertRaises(fk.Refused) as refused:
+            fk.ensemble([*SCENES[:2], bad], on=2)
+        self.assertEqual(refused.exception.field, "projectile.mass")
+        self.assertIn("'projectile.mass': -1.0", "".join(refused.exception.__notes__))
+
+    def test_a_run_that_fails_is_a_row(self):
+        table = fk.ensemble([BASE, BASE.replace(contact_capacity=1)])
+        self.assertEqual(list(table["outcome"]), ["exited", "failed"])
+        self.assertEqual(table["failure"][1], "ContactCapacity")
+        self.assertTrue(math.isnan(table["speed"][1]))
+
+    def test_draws(self):
+        longer = fk.vary(BASE, 15, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))
+        self.assertEqual(longer[:12], SCENES)
+        speeds = [math.hypot(*scene["projectile.velocity"]) for scene in longer]
+        self.assertTrue(all(30.0 <= speed <= 90.0 for speed in speeds) and len(set(speeds)) == 15)
+        cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.02})
+        tilted = fk.vary(cylinder, 9, seed=1, tilt=0.3, parameters={"projectile.mass": [0.01, 0.02]})
+        for scene in tilted:
+            w, x, y, z = scene["projectile.orientation"]
+            # The body's axis, turned by 0.3 away from the velocity.
+            self.assertAlmostEqual(1.0 - 2.0 * (x * x + y * y), math.cos(0.3), places=12)
+            self.assertIn(scene["projectile.mass"], (0.01, 0.02))
+        # Axes of bodies in any attitude are spread evenly: their heights are uniform in [-1, 1].
+        random = fk.vary(cylinder, 400, seed=5, attitude="random")
+        heights = [1.0 - 2.0 * (q[1] ** 2 + q[2] ** 2) for q in (scene["projectile.orientation"] for scene in random)]
+        self.assertGreater(scipy.stats.kstest(heights, scipy.stats.uniform(-1.0, 2.0).cdf).pvalue, 0.01)
+
+
+class Fragments(unittest.TestCase):
+    def test_table_and_picture(self):
+        cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.01, "radius": 4e-3, "mass": 4e-3})
+        with tempfile.TemporaryDirectory() as folder:
+            attitudes = {"end on": (1.0, 0.0, 0.0, 0.0), "random": "random"}
+            options = {"velocities": [2.0, 300.0], "attitudes": attitudes, "shots": 3, "steps": 40_000}
+            table = fk.fragment_map(cylinder, keep=pathlib.Path(folder) / "runs.jsonl", **options)
+            fk.draw_map(table, pathlib.Path(folder) / "map.svg")
+            self.assertGreater((pathlib.Path(folder) / "map.svg").stat().st_size, 5000)
+        slow, fast = table[table["velocity"] == 2.0], table[table["velocity"] == 300.0]
+        self.assertEqual((list(slow["perforation"]), list(fast["perforation"])), ([0.0, 0.0], [1.0, 1.0]))
+        # Exact intervals of 0 and 3 of 3, from the binomial distribution: 1 - 0.025^(1/3).
+        numpy.testing.assert_allclose(slow["high"], 1.0 - 0.025 ** (1.0 / 3.0), rtol=1e-9)
+        numpy.testing.assert_allclose(fast["low"], 0.025 ** (1.0 / 3.0), rtol=1e-9)
+        self.assertTrue((fast["residual_speed"] < 300.0).all() and (fast["residual_speed_sd"] > 0.0).all())
+
+    def test_what_is_not_known_widens_the_interval(self):
+        options = {"velocities": [100.0], "attitudes": {"as given": (1.0, 0.0, 0.0, 0.0)}, "shots": 2}
+        table = fk.fragment_map(BASE, steps=10, **options)
+        self.assertEqual((table["unknown"][0], table["low"][0], table["high"][0]), (2, 0.0, 1.0))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,298 @@
+"""Bad input: every case of tests/inputs/cases with its code and field, values of the wrong type, and random arguments."""
+
+import math
+import os
+import pathlib
+import random
+import signal
+import struct
+import unittest
+
+import numpy
+
+import fabric_kernel as fk
+
+FILE = pathlib.Path(__file__).parents[2] / "tests/inputs/cases"
+# Larger sheets would take the memory.
+NODES = 100
+TABLE = {row["name"]: row for row in fk.parameters()}
+# Calls with random arguments; set FABRIC_FUZZ for more.
+CALLS = int(os.environ.get("FABRIC_FUZZ", "20000"))
+
+
+def number(bits):
+    return struct.unpack(">d", bytes.fromhex(bits))[0]
+
+
+def read():
+    """Codes by their number, the changes that make each sound scene, and the cases."""
+    source = (pathlib.Path(__file__).parents[2] / "kernel/src/error.rs").read_text()
+    codes = {0: ""}
+    for line in source.splitlines():
+        name, equals, value = line.strip().rstrip(",").partition(" = -")
+        if equals and name.isidentifier():
+            codes[-int(value)] = name
+    bases, cases = {}, []
+    for line in FILE.read_text().splitlines():
+        kind, *words = line.split()
+        if kind == "set":
+            bases.setdefault(words[0], []).append((words[1], number(words[2])))
+        elif kind == "case":
+            base, name, bits, code, field = words
+            cases.append((base, name, number(bits), codes[int(code)], field))
+    return bases, cases
+
+
+def changed(scene, name, value):
+    """The scene with a number changed as the C structure would have it; None if Python has no such value."""
+    name, *indices = name.replace("]", "").split("[")
+    row = TABLE[name]
+    if row["choices"]:
+        if not (value.is_integer() and 0 <= value < len(row["choices"])):
+            return None
+        value = row["choices"][int(value)]
+    elif isinstance(scene[name], bool):
+        if value not in (0.0, 1.0):
+            return None
+        value = bool(value)
+    elif isinstance(scene[name], int):
+        if not 0 <= value < 2**32:
+            return None
+        value = int(value)
+    if indices:
+        whole = [list(row) if isinstance(row, tuple) else row for row in scene[name]]
+        place = whole
+        for index in indices[:-1]:
+            if int(index) >= len(place):
+                return None
+            place = place[int(index)]
+        place[int(indices[-1])] = value
+        changes = {name: whole}
+        if name == "projectile.faces.planes":
+            changes["projectile.faces.count"] = scene["projectile.faces.count"]
+        return scene.replace(changes)
+    return scene.replace({name: value})
+
+
+class Inputs(unittest.TestCase):
+    def test_every_case_is_answered_exactly(self):
+        bases, cases = read()
+        sound = {}
+        for base, changes in bases.items():
+            scene = fk.Scene()
+            rows = {}
+            for name, value in changes:
+                if name.startswith("projectile.faces.planes["):
+                    row, column = (int(index) for index in name.replace("]", "").split("[")[1:])
+                    rows.setdefault(row, [0.0] * 4)[column] = value
+                else:
+                    scene = changed(scene, name, value)
+            sound[base] = scene.replace({"projectile.faces.planes": list(rows.values())}) if rows else scene
+        tried, names, wrong = 0, set(), []
+        for base, name, value, code, field in cases:
+            scene = changed(sound[base], name, value)
+            if scene is None or (name.startswith("sheet.nodes") and code == "" and value > NODES):
+                continue
+            tried += 1
+            said = ("", "-")
+            try:
+                fk.Simulation(scene).step(3)
+            except fk.Refused as refused:
+                said = (refused.code, refused.field)
+                self.assertTrue(str(refused).startswith(refused.field))
+            except fk.Failed:
+                pass
+            if said != (code, field):
+                wrong.append(f"{base} {name} = {value}: {said}, not {(code, field)}")
+            names.add(name.split("[")[0])
+        print(f"figure 8: {tried} cases in Python, {tried - len(wrong)} exact")
+        self.assertEqual(wrong, [])
+        self.assertEqual(names, set(TABLE))
+
+    def test_a_value_of_the_wrong_type_names_its_field(self):
+        for name, row in TABLE.items():
+            for bad in ["cotton", object(), None, {"a": 1}, [[[1.0]]], [1.0] * 5000, b"1", 2**70, math.nan, 1 + 2j]:
+                own = fk.Scene()[name]
+                if isinstance(own, (float, tuple)) and isinstance(bad, float):
+                    continue
+                for table in ({name: bad}, nested(name, bad)):
+                    with self.subTest(name=name, bad=str(bad)[:20]), self.assertRaises(fk.Refused) as refused:
+                        fk.Scene("sheet_3in_sphere", table)
+                    self.assertTrue(refused.exception.field.startswith(name), refused.exception.field)
+                    self.assertIn(name, str(refused.exception))
+
+    def test_values_of_numpy_are_values(self):
+        scene = fk.Scene(
+            seed=numpy.int64(7),
+            yarn={"stochastic": numpy.bool_(False), "modulus_mean": numpy.float32(1e11)},
+            projectile={"velocity": numpy.array([1.0, 2.0, 3.0]), "mass": numpy.array(0.01)},
+        )
+        self.assertEqual(scene["seed"], 7)
+        self.assertIs(scene["yarn.stochastic"], False)
+        self.assertEqual(scene["projectile.velocity"], (1.0, 2.0, 3.0))
+        self.assertEqual(scene["projectile.mass"], 0.01)
+
+    def test_names_that_there_are_not(self):
+        for given, field in [
+            ({"sheet": {"window": 1.0}}, "sheet.window"),
+            ({"window": 1.0}, "window"),
+            ({"sheet": 1.0}, "sheet"),
+            ({"fabric": {"name": "cotton"}}, ""),
+        ]:
+            with self.assertRaises(fk.Refused) as refused:
+                fk.Scene("sheet_3in_sphere", given)
+            self.assertEqual(refused.exception.field, field)
+        with self.assertRaises(fk.Refused):
+            fk.Scene("sheet_4in_sphere")
+        with self.assertRaises(KeyError):
+            fk.Scene()["window"]
+
+    def test_scenes_are_their_text_their_repr_and_their_values(self):
+        for preset in fk.PRESETS:
+            scene = fk.Scene(preset, seed=7, slack_toe=0.02)
+            self.assertEqual(eval(repr(scene), {"Scene": fk.Scene}), scene)
+            self.assertEqual(fk.Scene.parse(scene.text()), scene)
+            self.assertEqual(fk.Scene("sheet_3in_sphere", scene.values()), scene)
+        unsound = fk.Scene(projectile={"mass": math.nan, "radius": math.inf})
+        self.assertEqual(repr(fk.Scene.parse(unsound.text())), repr(unsound))
+
+    def test_a_named_fabric(self):
+        scene = fk.Scene(fabric={"name": "kevlar_km2_s706"})
+        self.assertEqual(scene["yarn.critical_stretch"], 1.0355)
+
+    def test_aimed(self):
+        scene = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
+        self.assertEqual(scene.aimed(), scene)
+        tumbled = scene.replace(projectile={"shape": "cylinder", "length": 0.02})
+        for orientation in [(0.6, 0.8, 0.0, 0.0), (0.5, 0.5, -0.5, 0.5)]:
+            aimed = tumbled.aimed((1e-3, -2e-3), velocity=(0.0, 0.0, -200.0), orientation=orientation)
+            simulation = fk.Simulation(aimed)
+            self.assertIsNone(simulation.first_contact)
+            # An edge may fall between two nodes: it meets one within a mesh.
+            while simulation.first_contact is None:
+                simulation.step()
+            self.assertLess(simulation.time * 200.0, scene["sheet.spacing"])
+        askew = scene.aimed((1e-3, 0.0), velocity=(50.0, 0.0, 50.0))
+        x, _, z = askew["projectile.position"]
+        self.assertAlmostEqual(x - z, 1e-3, places=15)
+        with self.assertRaises(fk.Refused):
+            scene.aimed(velocity=(1.0, 0.0, 0.0))
+
+    def test_two_that_do_not_go_together(self):
+        with self.assertRaises(fk.Refused) as refused:
+            fk.Scene(slack_toe=0.02, integrator={"kind": "theta"}).check()
+        self.assertEqual((refused.exception.field, refused.exception.other), ("slack_toe", "integrator.kind"))
+
+    def test_no_memory_for_a_sheet(self):
+        with self.assertRaisesRegex(MemoryError, "GB of memory"):
+            fk.Simulation(fk.Scene(sheet={"nodes_x": 65_000, "nodes_y": 65_000}))
+
+    def test_a_failure_is_latched(self):
+        simulation = fk.Simulation(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}, contact_capacity=1))
+        for _ in range(2):
+            with self.assertRaises(fk.Failed) as failed:
+                simulation.step(1000)
+            self.assertEqual(failed.exception.code, "ContactCapacity")
+        self.assertEqual(simulation.failure, "ContactCapacity")
+        simulation.reset()
+        self.assertIsNone(simulation.failure)
+
+    def test_a_signal_ends_a_run_between_two_steps(self):
+        def interrupt(*_):
+            raise InterruptedError
+
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        simulation = small_simulation()
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with self.assertRaises(InterruptedError):
+            simulation.step(2**63)
+        other = small_simulation()
+        other.step(simulation.step_count)
+        self.assertEqual(simulation.digest, other.digest)
+
+    def test_random_arguments(self):
+        """Whatever is handed over, an exception comes or an answer, and the interpreter lives."""
+        source = random.Random(1)
+        methods = sorted(name for name in dir(fk.Simulation) if not name.startswith("_"))
+        raised = answered = 0
+        simulation = small_simulation()
+
+        def interrupt(*_):
+            raise InterruptedError
+
+        # Some calls ask for 2^63 steps.
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        self.addCleanup(signal.setitimer, signal.ITIMER_REAL, 0.0)
+        for call in range(CALLS):
+            signal.setitimer(signal.ITIMER_REAL, 5.0)
+            arguments = [anything(source) for _ in range(source.randrange(4))]
+            keywords = {name: anything(source) for name in source.sample(KEYWORDS, source.choice([0, 0, 1, 2]))}
+            target = source.choice([fk.Scene, fk.Scene().replace, fk.Scene().aimed, fk.Scene.parse, fk.Simulation, "method"])
+            if call % 200 == 0:
+                simulation = small_simulation()
+            try:
+                if target == "method":
+                    target = getattr(simulation, source.choice(methods))
+                    if not callable(target):
+                        continue
+                given = target(*arguments, **keywords)
+                if isinstance(given, fk.Scene) and max(given["sheet.nodes_x"], given["sheet.nodes_y"]) <= NODES:
+                    fk.Simulation(given).step(3)
+                answered += 1
+            except Exception:
+                raised += 1
+        print(f"figure 8: {CALLS} calls of Python with random arguments: {answered} answered, {raised} raised")
+        self.assertGreater(answered, CALLS // 20)
+        self.assertGreater(raised, CALLS // 4)
+
+
+KEYWORDS = ["seed", "sheet", "yarn", "projectile", "steps", "until", "path_steps", "first", "velocity", "orientation", "torque"]
+
+
+def small_simulation():
+    return fk.Simulation(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}))
+
+
+def nested(name, value):
+    group, _, key = name.partition(".")
+    return {group: nested(key, value)} if key else {group: value}
+
+
+def anything(source, depth=0):
+    """A number, text, array, table or object, some of them what a call asks for."""
+    kind = source.randrange(16 if depth < 3 else 9)
+    if kind == 0:
+        return source.choice([0, 1, -1, 3, 40, 2**31, 2**63, 2**64 - 1, 2**64, -(2**200)])
+    if kind == 1:
+        return source.choice([0.0, -0.0, 1e-300, 1.0, 1e300, math.inf, -math.inf, math.nan])
+    if kind == 2:
+        return source.gauss(0.0, 1.0)
+    if kind == 3:
+        return source.choice(["", "arrested", "sheet_3in_sphere", "preset = 'sheet_3in_sphere'", "\0", "\ud800", "weft"])
+    if kind == 4:
+        return source.choice([None, True, False, object(), print, fk.Scene, b"", bytes(64), bytearray(8), memoryview(b"abc")])
+    if kind == 5:
+        return fk.Scene(seed=source.randrange(9))
+    if kind == 6:
+        shape = source.choice([(), (0,), (3,), (41, 41, 3), (2 * 40 * 41,), (2, 2)])
+        return numpy.full(shape, source.choice([0.0, 1.0, math.nan]), dtype=source.choice([float, numpy.float32, bool, object]))
+    if kind == 7:
+        return numpy.zeros((82, 41, 3))[::2]
+    if kind == 8:
+        return small_simulation().save() if source.randrange(8) == 0 else bytes(source.randrange(300))
+    if kind < 13:
+        return [source.gauss(0.0, 1.0) for _ in range(source.choice([3, 3, 3, 4]))]
+    if kind == 13:
+        return [anything(source, depth + 1) for _ in range(source.randrange(4))]
+    if kind == 14:
+        endless = []
+        endless.append(endless)
+        return endless
+    rows = source.sample(sorted(TABLE), source.randrange(4))
+    return {name: source.choice([anything(source, depth + 1), fk.Scene()[name]]) for name in rows}
+
+
+if __name__ == "__main__":
+    unittest.main()

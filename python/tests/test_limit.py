@@ -1,0 +1,383 @@
+"""Statistics of the ballistic limit against answers known from books, in closed form, or by symmetry."""
+
+import json
+import math
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+import scipy.optimize
+import scipy.stats
+
+from fabric_kernel import coverage, designs, limit
+from fabric_kernel.likelihood import LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
+from fabric_kernel.v50 import v50
+
+
+def groups(*rows):
+    """Velocities and results, (1, shots), from (velocity, through, shots)."""
+    velocities = numpy.concatenate([numpy.full(count, float(v)) for v, _, count in rows])
+    through = numpy.concatenate([numpy.arange(count) < hits for _, hits, count in rows])
+    return velocities[None], through[None]
+
+
+def random_test(seed, shots=20, mu=100.0, sigma=5.0):
+    random = numpy.random.default_rng(seed)
+    velocities = mu + 2 * sigma * random.uniform(-1, 1, shots)
+    return velocities, velocities > random.normal(mu, sigma, shots)
+
+
+class Likelihood(unittest.TestCase):
+    def test_a_published_fit(self):
+        # Beetles and carbon disulphide: C. I. Bliss, Ann. Appl. Biol. 22 (1935) 134; fits: A. J. Dobson, An Introduction to Generalized
+        # Linear Models, 2nd edition (2002), section 7.3: intercept and slope -60.72, 34.27 (logit) and -34.94, 19.73 (probit).
+        beetles = groups(
+            (1.6907, 6, 59), (1.7242, 13, 60), (1.7552, 18, 62), (1.7842, 28, 56), (1.8113, 52, 63), (1.8369, 53, 59), (1.8610, 61, 62), (1.8839, 60, 60)
+        )  # fmt: skip
+        for link, intercept, slope in ((LOGIT, -60.72, 34.27), (PROBIT, -34.94, 19.73)):
+            found = maximum(*beetles, link)
+            self.assertAlmostEqual(1 / found.sigma[0], slope, delta=0.005)
+            self.assertAlmostEqual(-found.mu[0] / found.sigma[0], intercept, delta=0.005)
+
+    def test_two_velocities_have_a_closed_form(self):
+        # Two parameters for two shares: each group is fitted alone. Firth's shares for the logit are (hits + 1/2)/(shots + 1).
+        for low, high in (((2, 7), (5, 6)), ((0, 3), (3, 3))):
+            test = groups((90, *low), (110, *high))
+            for link in (LOGIT, PROBIT):
+                shares = []
+                for hits, shots in (low, high):
+                    cost = lambda z: -float(hits * link.log_share(z) + (shots - hits) * link.log_share(-z) + 0.5 * numpy.log(link.information(z)))
+                    z = scipy.optimize.minimize_scalar(cost, bounds=(-9, 9), method="bounded", options={"xatol": 1e-10}).x
+                    if link is LOGIT:
+                        self.assertAlmostEqual(float(link.share(z)), (hits + 0.5) / (shots + 1), 6)
+                    shares.append(z)
+                sigma = 20 / (shares[1] - shares[0])
+                found = firth(*test, link)
+                self.assertAlmostEqual(found.sigma[0], sigma, 4)
+                self.assertAlmostEqual(found.mu[0], 90 - shares[0] * sigma, 4)
+        found = maximum(*groups((90, 2, 7), (110, 5, 6)), LOGIT)
+        sigma = 20 / (math.log(5 / 1) - math.log(2 / 5))
+        self.assertAlmostEqual(found.sigma[0], sigma, 8)
+        self.assertAlmostEqual(found.mu[0], 90 - math.log(2 / 5) * sigma, 6)
+
+    def test_the_profile_of_two_velocities_has_a_closed_form(self):
+        # If the slower of two velocities is that of the share p, the faster group is fitted alone, or has p too.
+        for hits, share, there in ((4, 0.1, 4 / 5), (1, 0.5, 0.5)):
+            test = groups((90, 1, 6), (110, hits, 5))
+            level, _ = held(*test, LOGIT, numpy.array([90.0]), LOGIT.quantile(share), 0.0)
+            expected = math.log(share) + 5 * math.log(1 - share) + hits * math.log(there) + (5 - hits) * math.log(1 - there)
+            self.assertAlmostEqual(level[0], expected, 6)
+
+    def test_results_that_do_not_overlap_are_a_step(self):
+        v, y = groups((90, 0, 2), (100, 0, 1), (104, 1, 1), (110, 2, 2))
+        found = maximum(v, y, PROBIT)
+        self.assertEqual((found.mu[0], found.sigma[0], found.level[0]), (102.0, 0.0, 0.0))
+        at = numpy.array([101.0, 103.9, 99.0])
+        value, sigma = ratio(found.level, numpy.repeat(v, 3, 0), numpy.repeat(y, 3, 0), PROBIT, at, 0.0, 0.0)
+        self.assertEqual((value[0], value[1], sigma[0]), (0.0, 0.0, 0.0))
+        self.assertGreater(value[2], 0.0)
+        # Two results at the velocity of the step.
+        tied = maximum(*groups((90, 0, 2), (100, 1, 3), (110, 2, 2)), PROBIT)
+        self.assertAlmostEqual(tied.level[0], math.log(1 / 3) + 2 * math.log(2 / 3))
+        self.assertEqual(tied.sigma[0], 0.0)
+
+    def test_slower_shots_that_go_through_more_often_give_no_fit(self):
+        test = groups((90, 2, 3), (110, 1, 3))
+        self.assertTrue(math.isnan(maximum(*test, PROBIT).mu[0]))
+        self.assertAlmostEqual(maximum(*test, PROBIT).level[0], 6 * math.log(0.5))
+        self.assertTrue(math.isnan(firth(*test, PROBIT).mu[0]))
+
+    def test_mirrored_shots_give_the_mirrored_fit(self):
+        v, y = random_test(3)
+        for link in LINKS.values():
+            for method in (maximum, firth):
+                one, other = method(v[None], y[None], link), method(200 - v[None], ~y[None], link)
+                self.assertAlmostEqual(one.mu[0], 200 - other.mu[0], 6)
+                self.assertAlmostEqual(one.sigma[0], other.sigma[0], 6)
+
+    def test_the_held_maximum_reaches_the_free_one(self):
+        v, y = random_test(4)
+        for link in LINKS.values():
+            for penalty, method in ((0.0, maximum), (1.0, firth)):
+                best = method(v[None], y[None], link)
+                quantile = float(link.quantile(0.9))
+                value, sigma = ratio(best.level, v[None], y[None], link, best.mu + quantile * best.sigma, quantile, penalty)
+                self.assertLess(value[0], 1e-6)
+                self.assertAlmostEqual(sigma[0] / best.sigma[0], 1.0, 3)
+
+    def test_no_fabric_has_limits_below_zero(self):
+        v, y = random_test(5, mu=100.0)
+        level = possible(v[None], y[None], PROBIT)
+        self.assertEqual(level[0], firth(v[None], y[None], PROBIT).level[0])
+        value, sigma = possible_ratio(numpy.repeat(level, 2), v[None], y[None], PROBIT, numpy.array([-1.0, 30.0]), PROBIT.quantile(0.01))
+        self.assertEqual(value[0], math.inf)
+        mu = 30.0 - PROBIT.quantile(0.01) * sigma[1]
+        self.assertLessEqual(sigma[1], mu / 3 * (1 + 1e-9))
+
+
+class Intervals(unittest.TestCase):
+    def test_the_unit_of_velocity_does_not_matter(self):
+        v, y = random_test(6)
+        one, other = limit.fit(v, y, tests=40), limit.fit(3.28084 * v, y, tests=40)
+        for mine, its in zip((*one.velocities, *sum(one.intervals, ())), (*other.velocities, *sum(other.intervals, ()))):
+            self.assertAlmostEqual(3.28084 * mine / its, 1.0, 5)
+
+    def test_intervals_hold_the_estimate_and_end_where_the_ratio_is_chi_squared(self):
+        v, y = random_test(7, shots=60)
+        found = limit.fit(v, y, tests=0)
+        chi = scipy.stats.chi2.ppf(0.95, 1)
+        for value, interval, profile, share in zip(found.velocities, found.intervals, found.profile, found.shares):
+            self.assertTrue(interval.low < value < interval.high)
+            quantile = PROBIT.quantile(share)
+            best = maximum(v[None], y[None], PROBIT).level
+            for end in profile:
+                self.assertAlmostEqual(ratio(best, v[None], y[None], PROBIT, numpy.array([end]), quantile, 0.0)[0][0], chi, 3)
+            level = possible(v[None], y[None], PROBIT)
+            for end in interval:
+                self.assertAlmostEqual(possible_ratio(level, v[None], y[None], PROBIT, numpy.array([end]), quantile)[0][0], chi, 3)
+
+    def test_a_large_test_agrees_with_the_standard_error(self):
+        # 2000 shots, half at mu - sigma and half at mu + sigma: Fisher's information of mu is known.
+        shots = groups((95, 159, 1000), (105, 841, 1000))
+        found = limit.fit(shots[0][0], shots[1][0], tests=0)
+        error = found.sigma / math.sqrt(2000 * float(PROBIT.information(1.0)))
+        self.assertAlmostEqual(found.mu, 100.0, 6)
+        self.assertAlmostEqual(found.profile[1].high - 100.0, 1.96 * error, delta=0.02 * error)
+        self.assertAlmostEqual(found.intervals[1].high - 100.0, 1.96 * error, delta=0.02 * error)
+
+    def test_the_order_in_which_the_calibration_is_asked_changes_nothing(self):
+        design = designs.Neyer(80, 120, 5)
+        one, other = (limit.Calibration(design, 12, tests=50) for _ in range(2))
+        first = [one.node(0, 0), one.node(1, -1)]
+        second = [other.node(1, -1), other.node(0, 0)][::-1]
+        self.assertTrue((numpy.array(first) == numpy.array(second)).all())
+
+    def test_only_the_error_of_the_guess_matters(self):
+        # Standard deviations of 2 and 5 % of V50, the same random numbers: the same tests, moved.
+        nodes = []
+        for middle in (1250.0, 500.0):
+            calibration = limit.Calibration(designs.Neyer(middle - 100, middle + 100, 25), 20, tests=200)
+            nodes.append([calibration.node(0, 0), calibration.node(1, -1)])
+        self.assertTrue(numpy.allclose(nodes[0], nodes[1], atol=1e-3), nodes)
+
+    def test_an_interval_of_few_shots_is_wider_than_chi_squared_promises(self):
+        design = designs.Neyer(80, 120, 5)
+        calibration = limit.Calibration(design, 12, tests=200)
+        # Where the guess of sigma is far too small most shots are spent on the way.
+        self.assertTrue((calibration.node(0, 4) > 3.84).all())
+
+    def test_coverage(self):
+        # 100 tests with 15 shots: 95 % within what a binomial does in all but 1 of 10 000 cases.
+        case = coverage.Case("Neyer", "probit", 15, "probit")
+        for part, plain in zip(*case.run(1, 1, 100, seed=2)):
+            self.assertGreater(scipy.stats.binomtest(round(100 * part), 100, 0.95).pvalue, 1e-4)
+            self.assertLess(plain, part)
+
+
+class Alike(unittest.TestCase):
+    def test_bounds_of_shots_that_were_all_stopped(self):
+        v = numpy.arange(100.0, 110.0)
+        found = limit.fit(v, numpy.zeros(10, bool))
+        # 0.5^6 < 0.025 < 0.5^5: the sixth fastest; 0.01 < 0.025: the fastest; 0.99^10 is no evidence.
+        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, math.inf), (104.0, math.inf), (109.0, math.inf)])
+        self.assertEqual((found.method, found.through), ("none", 0))
+        self.assertIn("All 10 shots were stopped", found.notes[0])
+
+    def test_bounds_of_shots_that_all_went_through(self):
+        found = limit.fit(numpy.arange(100.0, 110.0), numpy.ones(10, bool))
+        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, 105.0), (-math.inf, math.inf)])
+
+    def test_one_shot(self):
+        found = limit.fit([100.0], [True])
+        self.assertEqual([tuple(x) for x in found.intervals], [(-math.inf, 100.0), (-math.inf, math.inf), (-math.inf, math.inf)])
+        self.assertIn("The one shot", found.notes[0])
+
+    def test_wrong_way_round(self):
+        found = limit.fit([90.0, 100.0, 110.0], [True, True, False])
+        self.assertEqual(set(found.intervals), {(-math.inf, math.inf)})
+        self.assertIn("no fit", found.notes[0])
+
+    def test_no_overlap_says_so_and_bounds_little(self):
+        found = limit.fit([90.0, 100.0, 104.0, 110.0], [False, False, True, True], tests=100)
+        self.assertEqual(found.method, "Firth")
+        self.assertIn("do not overlap", found.notes[0])
+        self.assertTrue(found.intervals[1].low < 100 and found.intervals[1].high > 104)
+        # The upper end of V99 is not known from four shots.
+        self.assertTrue(found.assumed[2])
+        self.assertIn("upper end of V99", found.notes[1])
+        for interval, profile in zip(found.intervals, found.profile):
+            self.assertGreater(interval.high - interval.low, profile.high - profile.low)
+
+    def test_any_few_shots_give_ordered_intervals(self):
+        random = numpy.random.default_rng(11)
+        for _ in range(60):
+            shots = int(random.integers(1, 8))
+            velocities = numpy.round(random.normal(100, 10, shots), int(random.integers(-1, 3)))
+            through = random.random(shots) < 0.5
+            found = limit.fit(velocities, through, str(random.choice(["probit", "logit"])), tests=20 if shots == 5 else 0)
+            for interval in (*found.intervals, *found.profile):
+                self.assertLess(interval.low, interval.high)
+            if found.method != "none":
+                self.assertTrue(all(math.isfinite(value) for value in found.velocities))
+                self.assertGreater(found.sigma, 0.0)
+
+    def test_bad_arguments_are_named(self):
+        for arguments, name in ((([], []), "velocities"), (([1.0, math.nan], [True, False]), "velocities"), (([1.0, 2.0], [True]), "through")):
+            with self.assertRaisesRegex(ValueError, name):
+                limit.fit(*arguments)
+        with self.assertRaisesRegex(ValueError, "link"):
+            limit.fit([1.0, 2.0], [False, True], "cauchy")
+        with self.assertRaisesRegex(ValueError, "confidence"):
+            limit.fit([1.0, 2.0], [False, True], confidence=1.5)
+        with self.assertRaisesRegex(ValueError, "sigma"):
+            designs.Neyer(1, 2, 0)
+        with self.assertRaisesRegex(ValueError, "low"):
+            designs.ThreePhase(2, 1, 1)
+
+
+class Comparisons(unittest.TestCase):
+    def test_the_standard_average(self):
+        v = numpy.array([90.0, 95.0, 97.0, 96.0, 99.0, 105.0])
+        y = numpy.array([False, False, False, True, True, True])
+        # Three of each within 27 m/s.
+        self.assertEqual(limit.standard_average(v, y), limit.Average(97.0, 6, 15.0))
+        # 90, 60 and 99, 130 lie too far apart for two of each.
+        self.assertTrue(math.isnan(limit.standard_average([60.0, 90.0, 99.0, 130.0], [False, False, True, True]).value))
+
+    def test_residual_velocities_that_follow_the_curve(self):
+        v = numpy.array([90.0, 95.0, 101.0, 104.0, 108.0, 115.0, 125.0, 140.0])
+        through = v > 100.0
+        found = limit.residual_fit(v, through, limit.lambert_jonas(v, 100.0, 0.9, 2.5))
+        self.assertAlmostEqual(found.limit, 100.0, 2)
+        self.assertAlmostEqual(found.a, 0.9, 3)
+        self.assertAlmostEqual(found.p, 2.5, 2)
+        few = limit.residual_fit(v[:5], through[:5], limit.lambert_jonas(v[:5], 100.0, 0.9, 2.0))
+        self.assertAlmostEqual(few.limit, 100.0, 2)
+        self.assertEqual(few.p, 2.0)
+        self.assertTrue(math.isnan(limit.residual_fit(v[:3], through[:3], v[:3]).limit))
+
+    def test_a_stopped_shot_above_the_limit_counts(self):
+        v = numpy.array([101.0, 104.0, 108.0, 115.0, 125.0])
+        r = limit.lambert_jonas(v, 100.0, 0.9, 2.0)
+        free = limit.residual_fit(v, numpy.ones(5, bool), r)
+        censored = limit.residual_fit(numpy.append(v, 112.0), numpy.append(numpy.ones(5, bool), False), numpy.append(r, 0.0))
+        self.assertGreater(censored.error, 10 * free.error)
+
+
+class Designs(unittest.TestCase):
+    def test_the_most_informative_velocities_are_those_of_the_books(self):
+        # D-optimal for two parameters: mu +- 1.138 sigma (probit), +- 1.543 sigma (logit).
+        for link, z in ((PROBIT, 1.138), (LOGIT, 1.543)):
+            for side in (-1, 1):
+                shots = numpy.array([[-z, z, -side * z]]) * 4 + 100
+                found = designs.most_informative(shots, numpy.array([100.0]), numpy.array([4.0]), link)
+                self.assertAlmostEqual((found[0] - 100) / 4, side * z, delta=0.026)
+
+    def walk(self, design, results):
+        """The velocities for given results."""
+        design.start(1)
+        velocities = []
+        for k in range(len(results) + 1):
+            velocities.append(float(design.next(numpy.array([velocities]).reshape(1, -1), numpy.array([results[:k]], bool).reshape(1, -1))[0]))
+        return velocities
+
+    def test_neyer_by_hand(self):
+        design = designs.Neyer(80, 120, 5)
+        # Middle; then up as far as half way to the end, two sigma, or the range again.
+        self.assertEqual(self.walk(design, [0, 0, 0]), [100.0, 110.0, 120.0, 140.0])
+        self.assertEqual(self.walk(design, [1, 1, 1]), [100.0, 90.0, 80.0, 60.0])
+        # Halves while the gap is above sigma.
+        self.assertEqual(self.walk(design, [0, 1]), [100.0, 110.0, 105.0])
+
+    def test_neyer_is_symmetric(self):
+        results = [0, 1, 0, 1, 1, 0, 0, 1, 0, 1]
+        one = self.walk(designs.Neyer(80, 120, 5), results)
+        other = self.walk(designs.Neyer(80, 120, 5), [1 - result for result in results])
+        self.assertTrue(numpy.allclose(numpy.array(one) + other, 200.0, atol=1e-6))
+
+    def test_three_phases_by_hand(self):
+        design = designs.ThreePhase(80, 120, 4)
+        self.assertEqual(self.walk(design, [0, 0, 0, 0]), [90.0, 110.0, 126.0, 138.0, 156.0])
+        self.assertEqual(self.walk(design, [1, 1, 1]), [90.0, 110.0, 74.0, 62.0])
+        self.assertEqual(self.walk(design, [1, 0, 0])[2:], [68.0, 132.0])
+        # The gap of 20 is halved down to 5 < 1.5 * 4; then 0.3 * 4 beside it, first where the rarer result lies, then on the other side,
+        # then two thirds of the guess, for which the gap is wide again.
+        path = self.walk(design, [0, 1, 0, 1, 0, 1])
+        self.assertTrue(numpy.allclose(path[2:], [100.0, 105.0, 100 - 1.2, 105 + 1.2, 102.5]))
+        beside = self.walk(design, [0, 1, 0, 0])
+        self.assertEqual(beside[2:], [100.0, 105.0, 111.2])
+        # It was stopped: overlap of 1.2, strengthened half a sigma on both sides of its middle.
+        after = self.walk(design, [0, 1, 0, 0, 0, 1])
+        self.assertTrue(numpy.allclose(after[5:], [112.6, 108.6]))
+
+    def test_the_last_shots_approach_their_share(self):
+        random = numpy.random.default_rng(8)
+        design = designs.ThreePhase(80, 120, 5, aim=0.1, last=25, shots=50)
+        velocities, _ = designs.simulate(design, 50, random.normal(100, 5, (200, 50)))
+        # V10 is 93.6.
+        self.assertAlmostEqual(float(velocities[:, -1].mean()), 100 - 1.2816 * 5, delta=0.5)
+        self.assertLess(velocities[:, -1].std(), 3.0)
+
+    def test_a_test_alone_is_the_same_as_among_others(self):
+        random = numpy.random.default_rng(9)
+        limits = random.normal(100, 5, (6, 25))
+        for design in (designs.Neyer(80, 120, 5), designs.ThreePhase(80, 120, 5, aim=0.01, last=5, shots=25)):
+            together, _ = designs.simulate(design, 25, limits)
+            for k in range(6):
+                self.assertTrue(numpy.allclose(designs.simulate(design, 25, limits[k : k + 1])[0][0], together[k], atol=1e-9))
+
+
+class Report(unittest.TestCase):
+    limits = numpy.random.default_rng(10).normal(100, 4, 40)
+
+    def shoot(self, velocity, shot):
+        own = self.limits[shot]
+        return velocity <= own, 0.9 * math.sqrt(max(velocity**2 - own**2, 0.0))
+
+    def test_a_test_from_the_first_shot_to_the_page(self):
+        lines = []
+        test = v50(self.shoot, designs.Neyer(80, 120, 5), 20, tests=100, say=lines.append, title="A < B")
+        self.assertEqual((len(lines), len(test.shots)), (20, 20))
+        self.assertTrue(test.fit.intervals[1].low < 100 < test.fit.intervals[1].high)
+        text = test.text()
+        for words in ("Neyer", "seed 1", "V01", "V50", "V99", "95 % interval", "MIL-STD-662F", "Lambert"):
+            self.assertIn(words, text)
+        self.assertEqual(sum(line.strip().startswith(f"{k} ") for k, line in zip(range(1, 21), text.splitlines()[-20:])), 20)
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            test.write(folder / "one")
+            test.write(folder / "two")
+            page = (folder / "one/report.html").read_text()
+            self.assertIn("A &lt; B", page)
+            self.assertNotIn('src="plot', page)
+            self.assertEqual(page, (folder / "two/report.html").read_text())
+            self.assertEqual(len((folder / "one/shots.csv").read_text().splitlines()), 21)
+            self.assertAlmostEqual(json.loads((folder / "one/test.json").read_text())["fit"]["mu"], test.fit.mu)
+
+    def test_every_degenerate_test_has_a_report(self):
+        with tempfile.TemporaryDirectory() as name:
+            for number, (shoot, shots) in enumerate((
+                (lambda v, k: (True, 0.0), 1), (lambda v, k: (True, 0.0), 8), (lambda v, k: (False, v), 2), (lambda v, k: (v > 101, v), 3),
+                (lambda v, k: (v < 101, 0.5 * v), 5),
+            )):  # fmt: skip
+                test = v50(shoot, designs.Neyer(80, 120, 5), shots, tests=20)
+                self.assertTrue(test.fit.notes)
+                test.write(pathlib.Path(name) / str(number))
+                json.loads((pathlib.Path(name) / str(number) / "test.json").read_text())
+
+    def test_a_design_that_asks_for_no_velocity_ends_the_test(self):
+        test = v50(lambda v, k: (False, v), designs.Neyer(60, 140, 5), 12, tests=20)
+        self.assertEqual([shot.velocity for shot in test.shots], [100.0, 80.0, 60.0, 20.0])
+        self.assertIn("cannot be shot", test.notes[0])
+
+    def test_a_plan_is_shot_as_it_stands(self):
+        plan = [90.0, 110.0, 95.0, 105.0]
+        test = v50(self.shoot, designs.Plan(plan), 4, tests=20)
+        self.assertEqual([shot.velocity for shot in test.shots], plan)
+        with self.assertRaisesRegex(ValueError, "shots"):
+            v50(self.shoot, designs.Plan(plan), 5)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,70 @@
+"""The ballistic limit of a scene: shots that can be repeated, kept shots, and the command."""
+
+import contextlib
+import importlib.util
+import io
+import json
+import pathlib
+import tempfile
+import unittest
+
+from fabric_kernel.v50 import main, shooter
+
+# The statistics need no kernel, this does.
+BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
+
+
+@unittest.skipUnless(BUILT, "the kernel is not built")
+class OfAScene(unittest.TestCase):
+    def scene(self):
+        from fabric_kernel import Scene
+
+        return Scene("sheet_3in_sphere", sheet={"nodes_x": 41, "nodes_y": 41}, projectile={"velocity": [0.0, 0.0, 50.0]})
+
+    def test_a_shot_is_that_of_its_number(self):
+        from fabric_kernel import fly, vary
+
+        shoot = shooter(self.scene(), seed=3, point=None)
+        stopped, residual = shoot(70.0, 2)
+        row = fly(vary(self.scene(), 3, seed=3, speed=70.0)[2], steps=1_000_000)
+        self.assertEqual((stopped, residual), (row["stopped"], row["speed"]))
+        # Within a mesh about the middle: another point, the same for each call.
+        about = shooter(self.scene(), seed=3)
+        self.assertEqual(about(70.0, 2), about(70.0, 2))
+        self.assertNotEqual(about(70.0, 2), about(70.0, 1))
+
+    def test_too_few_steps_are_an_error_that_names_the_shot(self):
+        with self.assertRaisesRegex(RuntimeError, "shot 1 at 70 m/s: timeout after 10 steps"):
+            shooter(self.scene(), steps=10)(70.0, 0)
+
+    def test_the_command_goes_on_where_it_was(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "scene.toml").write_text(self.scene().text())
+            words = [str(folder / "scene.toml"), "--low", "20", "--high", "60", "--deviation", "2", "--tests", "0", "--out", str(folder / "out")]
+            with contextlib.redirect_stdout(io.StringIO()) as first:
+                main([*words, "--shots", "4"])
+            kept = (folder / "out/runs.jsonl").read_text()
+            with contextlib.redirect_stdout(io.StringIO()) as second:
+                main([*words, "--shots", "6"])
+            # The four shots are not shot again, and two are new.
+            again = (folder / "out/runs.jsonl").read_text()
+            self.assertTrue(again.startswith(kept))
+            self.assertEqual([len(kept.splitlines()), len(again.splitlines())], [4, 6])
+            self.assertEqual(first.getvalue().replace("of 4:", "of 6:").splitlines()[:4], second.getvalue().splitlines()[:4])
+            self.assertEqual(len(json.loads((folder / "out/test.json").read_text())["shots"]), 6)
+
+    def test_a_bad_argument_is_told_in_one_line(self):
+        with tempfile.TemporaryDirectory() as name:
+            path = pathlib.Path(name) / "scene.toml"
+            path.write_text(self.scene().text())
+            for words, told in ((["--low", "60", "--high", "20"], "low"), (["--design", "plan"], "velocities"), (["--shots", "0"], "shots")):
+                with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit) as left:
+                    main([str(path), *words, "--out", name])
+                self.assertEqual(left.exception.code, 1)
+                self.assertIn(told, errors.getvalue())
+                self.assertEqual(len(errors.getvalue().splitlines()), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

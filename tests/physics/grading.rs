@@ -1,0 +1,396 @@
+//! Graded networks: bars that stand for several yarns and crossings carry the mass, the tension and the waves of what they replace.
+
+use fabric::{AttachmentKind, Code, Drive, Grading, InstructionSet, Integrator, Scene, Shape, Sim, Symmetry};
+use fabric_tests::{Buffers, close, damage, positions, small_sheet, velocities, without_projectile};
+
+/// Fine within `half` spacings of the middle, then `run` bars of 2, 4 ... up to `largest` yarns.
+fn graded(mut scene: Scene, half: f64, largest: u32, run: u32) -> Scene {
+    let half_width = scene.spacings().map(|h| half * h);
+    scene.sheet.grading = Grading { largest, run, half_width, ..scene.sheet.grading };
+    scene
+}
+
+/// Drawn yarn under the sphere, through failure.
+fn struck(nodes: u32) -> Scene {
+    let mut scene = small_sheet(nodes, 150.0);
+    scene.yarn.stochastic = true;
+    scene
+}
+
+/// Positions, velocities and damage: all that nodes and segments are.
+fn state(sim: &Sim<'_>) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
+    (positions(sim), velocities(sim), damage(sim))
+}
+
+fn state_after(scene: &Scene, steps: u64) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<f64>) {
+    let mut buffers = Buffers::of(scene);
+    let mut sim = buffers.sim(scene);
+    sim.advance(steps).unwrap();
+    state(&sim)
+}
+
+/// No grading, bars of one yarn, and a fine part as large as the sheet are the fabric, to the bit.
+#[test]
+fn a_network_of_single_yarns_is_the_fabric_to_the_bit() {
+    let mut scenes = [struck(41); 5];
+    scenes[1].slack_toe = 0.02;
+    (scenes[2].sheet.spacing_y, scenes[2].sheet.crimp) = (9e-4, [0.0, 0.004]);
+    scenes[3].yarn.strength_draw = fabric::StrengthDraw::Weibull;
+    (scenes[4].integrator, scenes[4].projectile.velocity[2]) = (Integrator::THETA, 600.0);
+    for (k, scene) in scenes.into_iter().enumerate() {
+        let steps = if k == 4 { 400 } else { 2000 };
+        let whole = state_after(&scene, steps);
+        assert!(whole.2.iter().any(|alpha| *alpha < 1.0), "{k}");
+        for grading in [graded(scene, 3.0, 1, 4), graded(scene, 20.0, 4, 4)] {
+            assert!(state_after(&grading, steps) == whole, "{k} {:?}", grading.sheet.grading);
+        }
+    }
+}
+
+/// Nodes hold the mass of the fabric and bars its section: a sheet that moves as a whole has its kinetic energy, one that is stretched
+/// evenly its strain energy, and no force on the nodes inside.
+#[test]
+fn mass_and_section_are_those_of_the_fabric() {
+    for (nodes, half, largest, run, centre) in [
+        (60, 5.0, 8, 2, 0.0),
+        (61, 0.0, 64, 1, 0.0),
+        (45, 3.0, 4, 1, 8.3e-3),
+        (33, 40.0, 2, 1, 0.0),
+        (50, 0.2, 2, 3, -1.0),
+    ] {
+        let mut whole = without_projectile(small_sheet(nodes, 0.0));
+        (whole.sheet.nodes_y, whole.sheet.spacing_y) = (nodes + 7, 8e-4);
+        whole.attachment.kind = AttachmentKind::Free;
+        let mut part = graded(whole, half, largest, run);
+        part.sheet.grading.centre = [centre, -0.5 * centre];
+        let kinetic = |scene: &Scene| {
+            let mut buffers = Buffers::of(scene);
+            let mut sim = buffers.sim(scene);
+            let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+            sim.set_motion(&x, &[3.0, -4.0, 5.0].repeat(x.len() / 3)).unwrap();
+            sim.energy().unwrap().fabric_kinetic
+        };
+        let mass = whole.sheet.node_mass * f64::from(nodes * (nodes + 7));
+        close(kinetic(&whole), 25.0 * mass, 1e-12);
+        close(kinetic(&part), 25.0 * mass, 1e-12);
+        let strain = |scene: Scene| {
+            let scene = Scene { integrator: Integrator::THETA, ..scene };
+            let mut buffers = Buffers::of(&scene);
+            stretched(&mut buffers, &scene).energy().unwrap().strain
+        };
+        close(strain(part), strain(whole), 1e-12);
+        let mut buffers = Buffers::of(&part);
+        let mut sim = stretched(&mut buffers, &part);
+        sim.step().unwrap();
+        let (nx, ny) = (sim.layout().nodes_x, sim.layout().nodes_y);
+        assert!(nx < nodes as usize || half == 40.0);
+        let v = velocities(&sim);
+        for k in (2..ny - 2).flat_map(|j| (2..nx - 2).map(move |i| j * nx + i)) {
+            assert!(v[k].iter().all(|v| v.abs() < 1e-9), "{:?}", v[k]);
+        }
+    }
+}
+
+/// The sheet at rest, 1 % longer along x and 2 % along y.
+fn stretched<'a>(buffers: &'a mut Buffers, scene: &Scene) -> Sim<'a> {
+    let mut sim = buffers.sim(scene);
+    let x: Vec<f64> = positions(&sim).iter().flat_map(|x| [1.01 * x[0], 1.02 * x[1], x[2]]).collect();
+    sim.set_motion(&x, &vec![0.0; x.len()]).unwrap();
+    sim
+}
+
+/// A graded network under a sphere, struck through: balances close, and the energy's error falls with the square of the step.
+#[test]
+fn momentum_and_energy_balance() {
+    let mut scene = graded(small_sheet(61, 0.0), 12.0, 8, 2);
+    scene.projectile.velocity = [4.0, -3.0, 40.0];
+    let residual = |fraction: f64, scene: &Scene| {
+        let mut scene = *scene;
+        scene.time_step = fabric::TimeStep::fraction(fraction);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        let mut worst: f64 = 0.0;
+        while sim.time() < 30e-6 {
+            sim.advance(10).unwrap();
+            worst = worst.max(sim.energy().unwrap().residual.abs());
+        }
+        let open = sim.momentum_residual().unwrap();
+        assert!(open.iter().all(|p| p.abs() < 1e-12 * 8.4e-3 * 40.0), "{open:?}");
+        let energy = sim.energy().unwrap();
+        assert!(energy.strain > 1e-3 && energy.contact_work > 1e-2, "{energy:?}");
+        worst
+    };
+    let [coarse, fine] = [0.4, 0.1].map(|fraction| residual(fraction, &scene));
+    println!("residual {coarse:e} J at 0.4 dt_crit, {fine:e} J at 0.1");
+    assert!(coarse < 1e-3 * 6.7 && fine < coarse / 8.0);
+    // Through failure, of drawn yarn held by its sides, hit beside the middle.
+    let mut torn = graded(struck(61), 10.0, 4, 2);
+    torn.attachment.kind = AttachmentKind::TwoSides;
+    torn.sheet.grading.centre = [3e-3, -2e-3];
+    torn.projectile.position = [3e-3, -2e-3, -6.35e-3];
+    torn.projectile.velocity = [0.0, 0.0, 200.0];
+    let mut buffers = Buffers::of(&torn);
+    let mut sim = buffers.sim(&torn);
+    sim.advance(6000).unwrap();
+    let energy = sim.energy().unwrap();
+    assert!(sim.counters().failed_segments > 50 && energy.dissipated > 0.1);
+    assert!(energy.residual.abs() < 0.01 * 168.0, "{energy:?}");
+    let open = sim.momentum_residual().unwrap();
+    assert!(open.iter().all(|p| p.abs() < 1e-11 * 8.4e-3 * 200.0), "{open:?}");
+    assert_eq!(sim.counters().beyond_fine, 0);
+}
+
+/// Bands, instruction sets, images, and the theta rule at its start know the same network.
+#[test]
+fn every_way_of_stepping_has_the_same_bits() {
+    let mut scene = graded(struck(58), 11.0, 8, 2);
+    (scene.sheet.nodes_y, scene.sheet.grading.centre) = (51, [2e-3, -4e-3]);
+    scene.slack_toe = 0.02;
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    sim.advance(1200).unwrap();
+    let mut image = vec![0; sim.snapshot_bytes()];
+    sim.save(&mut image).unwrap();
+    sim.advance(800).unwrap();
+    assert!(sim.counters().failed_segments > 20);
+    let (digest, last) = (sim.digest(), state(&sim));
+    for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.use_instructions(set).unwrap();
+        sim.advance(2000).unwrap();
+        assert_eq!(sim.digest(), digest, "{set:?}");
+    }
+    let mut other = Buffers::of(&scene);
+    let mut sim = other.sim(&scene);
+    sim.load(&image).unwrap();
+    sim.advance(800).unwrap();
+    assert!(sim.digest() == digest && state(&sim) == last);
+    for of in [2, 3, 7] {
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
+        let bands = sim.bands(&mut scratch, of).unwrap();
+        while bands.steps() < 2000 {
+            for band in 0..of {
+                bands.pass(band).unwrap();
+            }
+        }
+        drop(bands);
+        assert_eq!(sim.digest(), digest, "{of} bands");
+    }
+    // An image of another network does not fit.
+    for change in [[2e-3, -4.1e-3], [2.1e-3, -4e-3]] {
+        let mut moved = scene;
+        moved.sheet.grading.centre = change;
+        let mut buffers = Buffers::of(&moved);
+        assert!(buffers.sim(&moved).load(&image).is_err());
+    }
+}
+
+/// Before the first failure the theta rule and velocity Verlet agree, on a graded network as on any.
+#[test]
+fn the_theta_rule_agrees() {
+    let scene = graded(small_sheet(45, 30.0), 9.0, 4, 1);
+    let at = |integrator| {
+        let mut scene = Scene { integrator, ..scene };
+        scene.time_step = fabric::TimeStep::seconds(5e-9);
+        state_after(&scene, 2000).0
+    };
+    let h = scene.sheet.spacing;
+    for (a, b) in at(Integrator::VERLET).into_iter().zip(at(Integrator::THETA)) {
+        assert!((0..3).all(|k| (a[k] - b[k]).abs() < 2e-4 * h), "{a:?} {b:?}");
+    }
+}
+
+/// Half and quarter models of a graded sheet move as the whole, of even and odd numbers of crossings.
+#[test]
+fn mirror_planes_halve_a_graded_sheet() {
+    for nodes in [60, 61] {
+        let scene = graded(small_sheet(nodes, 25.0), 10.0, 4, 2);
+        for symmetry in [(true, false), (false, true), (true, true)] {
+            let part = Scene { symmetry: Symmetry { mirror_x: symmetry.0, mirror_y: symmetry.1 }, ..scene };
+            let (mut buffers, mut part_buffers) = (Buffers::of(&scene), Buffers::of(&part));
+            let (mut whole, mut half) = (buffers.sim(&scene), part_buffers.sim(&part));
+            whole.advance(400).unwrap();
+            half.advance(400).unwrap();
+            let (nx, columns) = (whole.layout().nodes_x, half.layout().nodes_x);
+            let all = positions(&whole);
+            for (k, x) in positions(&half).into_iter().enumerate() {
+                let of = all[k / columns * nx + k % columns];
+                assert!((0..3).all(|axis| (x[axis] - of[axis]).abs() < 1e-10 * scene.sheet.spacing));
+            }
+            let (a, b) = (half.energy().unwrap(), whole.energy().unwrap());
+            close(a.fabric_kinetic, b.fabric_kinetic, 1e-9);
+            close(a.strain, b.strain, 1e-9);
+            close(half.contact().unwrap().work, whole.contact().unwrap().work, 1e-9);
+        }
+        let mut askew = Scene { symmetry: Symmetry { mirror_x: true, mirror_y: false }, ..scene };
+        askew.sheet.grading.centre = [1e-4, 1e-3];
+        let error = askew.check().unwrap_err();
+        assert_eq!((error.code, error.field), (Code::NotSymmetric, "sheet.grading.centre"));
+    }
+}
+
+/// A strip held taut, along which a Gaussian wave with the standard deviation sigma, spacings, runs to the right from x = -150 h:
+/// longitudinal (axis 0) or across the sheet (2). Place and displacement of its middle row after `time` s, spacings.
+fn wave(scene: &Scene, sigma: f64, axis: usize, time: f64) -> Vec<(f64, f64)> {
+    let (h, mut buffers) = (scene.sheet.spacing, Buffers::of(scene));
+    let mut sim = buffers.sim(scene);
+    let rest: Vec<[f64; 3]> = positions(&sim);
+    let columns = sim.layout().nodes_x;
+    let middle = (sim.layout().nodes_y / 2) * columns;
+    let speed = wave_speed(scene, axis);
+    let shape = |x: f64| 1e-3 * (-0.5 * ((x / h + 150.0) / sigma).powi(2)).exp();
+    let slope = |x: f64| -(x / h + 150.0) / (sigma * sigma) * shape(x);
+    let (mut x, mut v) = (Vec::new(), Vec::new());
+    for place in &rest {
+        let mut moved = *place;
+        moved[axis] += shape(place[0]) * h;
+        let mut velocity = [0.0; 3];
+        velocity[axis] = -speed * slope(place[0]);
+        x.extend(moved);
+        v.extend(velocity);
+    }
+    // Held ends do not move.
+    for (k, velocity) in v.chunks_mut(3).enumerate() {
+        if k % columns == 0 || k % columns == columns - 1 {
+            velocity.fill(0.0);
+        }
+    }
+    sim.set_motion(&x, &v).unwrap();
+    sim.advance((time / sim.step_limits().dt).round() as u64).unwrap();
+    let now = positions(&sim);
+    (0..columns).map(|i| (rest[middle + i][0] / h, (now[middle + i][axis] - rest[middle + i][axis]) / h)).collect()
+}
+
+/// Speed of small waves in yarns held at the strain p: c sqrt((3 U^2 - 1)/2) along them, c sqrt((U^2 - 1)/2) across, per rest length.
+fn wave_speed(scene: &Scene, axis: usize) -> f64 {
+    let sheet = &scene.sheet;
+    let stretch = 1.0 + sheet.pre_strain[0];
+    // Natural length h/U, so k = E A U/h; the flat sheet's spacing is h.
+    let stiffness = scene.yarn.modulus_mean * sheet.yarn_area * stretch / sheet.spacing;
+    let square = stretch * stretch;
+    let tangent = if axis == 0 { 0.5 * (3.0 * square - 1.0) } else { 0.5 * (square - 1.0) };
+    sheet.spacing * (stiffness * tangent / sheet.node_mass).sqrt()
+}
+
+/// A wave that runs from single yarns into bars of two goes on at its speed; what comes back is 0.2 % of its height if its standard
+/// deviation is 10 spacings, and falls with the square of the spacing over its length.
+#[test]
+fn waves_run_through_a_grading_step() {
+    let mut scene = without_projectile(small_sheet(601, 0.0));
+    (scene.sheet.nodes_y, scene.attachment.kind) = (5, AttachmentKind::TwoSides);
+    scene.sheet.pre_strain = [0.01, 0.0];
+    scene.yarn.critical_stretch = 1.05;
+    let h = scene.sheet.spacing;
+    for axis in [0, 2] {
+        let time = 300.0 * h / wave_speed(&scene, axis);
+        let mut echoes = Vec::new();
+        for sigma in [10.0, 20.0] {
+            let measure = |largest: u32| {
+                let mut scene = graded(scene, 0.0, largest, 1_000_000);
+                if largest > 1 {
+                    // Fine to the left of x = 0, the wave's start with it.
+                    scene.sheet.grading.centre[0] = -150.0 * h;
+                    scene.sheet.grading.half_width = [150.0 * h, 1e-2];
+                }
+                let line = wave(&scene, sigma, axis, time);
+                let peak = line.iter().copied().fold((0.0, 0.0), |a: (f64, f64), b| if b.1 > a.1 { b } else { a });
+                // The echo lies about -150 h again.
+                let echo = line.iter().filter(|(x, _)| *x < -60.0).fold(0.0, |a: f64, (_, u)| a.max(u.abs()));
+                (peak, echo / 1e-3)
+            };
+            let ((_, _), none) = measure(1);
+            let ((place, height), echo) = measure(2);
+            println!(
+                "axis {axis}, sigma {sigma} h: arrives at {place} with {height:e}, echo {echo:e}, without step {none:e}"
+            );
+            assert!((place - 150.0).abs() <= 2.0 && (height / 1e-3 - 1.0).abs() < 6e-3, "{place} {height:e}");
+            assert!(none < 4e-4);
+            echoes.push(echo);
+        }
+        assert!(echoes[0] < 2.5e-3 && echoes[1] < echoes[0] / 3.5, "{echoes:?}");
+    }
+}
+
+/// A smooth motion of a taut sheet: the error against the fabric falls with the square of the bars.
+#[test]
+fn a_graded_sheet_converges_to_the_fabric() {
+    let mut scene = without_projectile(small_sheet(129, 0.0));
+    scene.sheet.pre_strain = [0.01, 0.01];
+    scene.yarn.critical_stretch = 1.05;
+    let half = scene.half_size()[0];
+    let centre = |scene: &Scene| {
+        let mut buffers = Buffers::of(scene);
+        let mut sim = buffers.sim(scene);
+        let rest = positions(&sim);
+        let wave = |x: f64| (0.5 * std::f64::consts::PI * x / half).cos();
+        let v: Vec<f64> = rest.iter().flat_map(|x| [0.0, 0.0, 2.0 * wave(x[0]) * wave(x[1])]).collect();
+        let edge = |x: &[f64; 3]| x[0].abs().max(x[1].abs()) > half * (1.0 - 1e-9);
+        let v: Vec<f64> =
+            v.chunks(3).zip(&rest).flat_map(|(v, x)| if edge(x) { [0.0; 3] } else { [v[0], v[1], v[2]] }).collect();
+        sim.set_motion(&rest.iter().flatten().copied().collect::<Vec<f64>>(), &v).unwrap();
+        sim.advance(4000).unwrap();
+        let now = positions(&sim);
+        // The node in the middle.
+        let k = rest.iter().position(|x| x[0].abs() + x[1].abs() < 1e-9).unwrap();
+        now[k][2]
+    };
+    let fabric = centre(&scene);
+    let errors = [2, 4, 8].map(|largest| (centre(&graded(scene, 0.0, largest, 1)) / fabric - 1.0).abs());
+    println!("{fabric:e} m, errors {errors:?}");
+    assert!(errors[2] < 1e-2 && errors[0] < errors[1] / 3.0 && errors[1] < errors[2] / 3.0, "{errors:?}");
+}
+
+/// Bars of no size are refused by name, and a hit beside the fine part is told. What does not go with them stands in `refusals.rs`.
+#[test]
+fn refusals_and_a_hit_beside_the_fine_part() {
+    let scene = graded(small_sheet(61, 100.0), 10.0, 8, 1);
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene;
+        change(&mut scene);
+        let error = scene.check().unwrap_err();
+        (error.code, error.field)
+    };
+    assert_eq!(refused(&|s| s.sheet.grading.largest = 3), (Code::OutOfRange, "sheet.grading.largest"));
+    assert_eq!(refused(&|s| s.sheet.grading.largest = 128), (Code::OutOfRange, "sheet.grading.largest"));
+    assert_eq!(refused(&|s| s.sheet.grading.run = 0), (Code::OutOfRange, "sheet.grading.run"));
+    assert_eq!(refused(&|s| s.sheet.grading.half_width[1] = -1.0).1, "sheet.grading.half_width");
+    for (x, beside) in [(0.0, false), (4e-3, true), (0.018, true)] {
+        let mut scene = scene;
+        scene.projectile.position[0] = x;
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        sim.advance(2000).unwrap();
+        assert_eq!(sim.counters().beyond_fine > 0, beside, "{x}");
+    }
+}
+
+/// Bars of 64 yarns, and a fine part of a single segment: the largest accepted step is stable, with a body that a host moves.
+#[test]
+fn the_step_limit_is_that_of_the_fabric() {
+    for (half, largest, run) in [(10.0, 64, 1), (0.3, 64, 1), (0.3, 2, 1), (4.0, 16, 2)] {
+        let mut scene = graded(without_projectile(small_sheet(200, 0.0)), half, largest, run);
+        let fabric = Scene {
+            sheet: fabric::Sheet { grading: Grading { largest: 0, ..scene.sheet.grading }, ..scene.sheet },
+            ..scene
+        };
+        assert_eq!(scene.step_limits().unwrap(), fabric.step_limits().unwrap());
+        scene.sheet.pre_strain = [0.02, 0.02];
+        scene.time_step = fabric::TimeStep::fraction(0.5);
+        (scene.drive, scene.projectile.shape) = (Drive::Prescribed, Shape::Sphere);
+        let mut buffers = Buffers::of(&scene);
+        let mut sim = buffers.sim(&scene);
+        let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+        let mut v = vec![0.0; x.len()];
+        let nx = sim.layout().nodes_x;
+        let middle = 3 * ((sim.layout().nodes_y / 2) * nx + nx / 2);
+        v[middle + 2] = 1.0;
+        sim.set_motion(&x, &v).unwrap();
+        let first = sim.energy().unwrap();
+        sim.advance(5000).unwrap();
+        let last = sim.energy().unwrap();
+        assert!(last.residual.abs() < 1e-2 * first.fabric_kinetic, "{half} {largest}: {last:?} {first:?}");
+    }
+}

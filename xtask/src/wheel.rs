@@ -1,0 +1,74 @@
+//! `cargo xtask wheel`: the Python package as wheels, and its tests in an environment that has nothing else.
+
+use crate::platforms::{compiler_for, own};
+use crate::tools::{Outcome, emptied, finish, found, python_with, run as command, target, top};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Where wheels can be built: the platform's name in Rust, and what links for it on others (Debian's name is that of the package).
+const PLATFORMS: [[&str; 2]; 2] =
+    [["x86_64-unknown-linux-gnu", "x86_64-linux-gnu-gcc"], ["aarch64-unknown-linux-gnu", "aarch64-linux-gnu-gcc"]];
+
+/// Options of `cargo xtask wheel`.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Only for the platform that this runs on.
+    #[arg(long)]
+    host: bool,
+}
+
+/// Builds the wheels into target/wheels.
+pub fn run(options: &Options) -> Outcome {
+    let folder = emptied(target().join("wheels"))?;
+    build(&folder, None)?;
+    for [triple, linker] in
+        PLATFORMS.iter().filter(|[triple, _]| !options.host && !triple.starts_with(std::env::consts::ARCH))
+    {
+        if !found(linker, triple) {
+            continue;
+        }
+        match compiler_for(triple) {
+            Ok(_) => build(&folder, Some([triple, linker]))?,
+            Err(reason) => println!("  {triple}: skipped, {reason}"),
+        }
+    }
+    for entry in std::fs::read_dir(&folder).map_err(|error| error.to_string())?.flatten() {
+        let bytes = entry.metadata().map_or(0, |data| data.len());
+        println!("  {} ({bytes} bytes)", entry.path().display());
+    }
+    Ok(())
+}
+
+/// One wheel, for this platform or another one.
+fn build(folder: &Path, other: Option<[&str; 2]>) -> Outcome {
+    let python = python_with("python/requirements.txt")?;
+    let mut maturin = Command::new(python.with_file_name("maturin"));
+    if let Some([triple, linker]) = other {
+        maturin = compiler_for(triple)?.lent_to(maturin);
+        maturin.args(["build", "--quiet", "--target", triple]).arg("--target-dir").arg(target().join("cross"));
+        maturin.env(format!("CARGO_TARGET_{}_LINKER", triple.to_uppercase().replace('-', "_")), linker);
+    } else {
+        maturin = own().lent_to(maturin);
+        maturin.args(["build", "--quiet", "--interpreter"]).arg(&python).arg("--target-dir").arg(target());
+    }
+    maturin.arg("--out").arg(folder).current_dir(top().join("python"));
+    finish(&mut maturin)
+}
+
+/// Installs the wheel in an empty environment and runs the tests there, those with a Dask cluster included.
+pub fn test() -> Outcome {
+    let top_folder = emptied(target().join("wheel-test"))?;
+    build(&top_folder, None)?;
+    let wheel = only_file(&top_folder)?;
+    let venv = top_folder.join("venv");
+    command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
+    let python = venv.join("bin/python");
+    let with_tests = format!("{}[test]", wheel.display());
+    command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &with_tests])?;
+    command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
+}
+
+fn only_file(folder: &Path) -> Result<PathBuf, String> {
+    let mut entries = std::fs::read_dir(folder).map_err(|error| error.to_string())?.flatten();
+    entries.next().map(|entry| entry.path()).ok_or(format!("no wheel in {}", folder.display()))
+}
