@@ -197,6 +197,15 @@ impl<'s> Search<'s> {
         }
     }
 
+    /// Gap of any point, m.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub fn gap(&self, x: &Vector) -> f64 {
+        let r = x - self.body.position;
+        let turns = self.solid.feels_torque();
+        let r = if turns { pose::into_body(&self.body.orientation, &r) } else { r };
+        self.solid.gap(&r).distance
+    }
+
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
