@@ -143,11 +143,10 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         let plies = bytes.choose(&[1, 1, 2, 5]);
         let gap = h * bytes.choose(&[0.0, 0.3, 1.5]);
         scene.stack = Stack { plies, gap, turned: scene.sheet.spacing_y == 0.0 && plies == 5 };
-        if plies == 5 {
-            let (node_mass, weibull_shape) =
-                (bytes.choose(&[1.0, 0.3, 2.0]) * scene.sheet.node_mass, bytes.choose(&[0.0, 5.0]));
-            let weibull_shape = if scene.slack_toe == 0.0 { weibull_shape } else { 0.0 };
-            scene.back = Back { plies: bytes.choose(&[0, 2]), node_mass, weibull_shape, ..scene.back };
+        // Of no bytes of its own, so that the corpora mean what they meant.
+        if plies == 5 && gap > h {
+            let weibull_shape = if scene.slack_toe == 0.0 { 5.0 } else { 0.0 };
+            scene.back = Back { plies: 2, node_mass: 0.3 * scene.sheet.node_mass, weibull_shape, ..scene.back };
         }
     }
     let explicit = scene.integrator.kind == IntegratorKind::Verlet;
