@@ -327,6 +327,39 @@ typedef struct fk_scene_stack {
     uint64_t turned;
 } fk_scene_stack;
 
+// Another fabric of the last plies, in the same grid of nodes. The numbers are read if back.plies is not 0: a part of
+// fk_scene.
+typedef struct fk_scene_back {
+    // The last so many plies, less than stack.plies, are of this fabric; 0: none. 0 to 1000. Default 0.
+    uint64_t plies;
+    // Mass of a node of a ply (M7). In kg, > 0. Default 6.52e-8.
+    double node_mass;
+    // Cross-section A_0 of a bar along x (M4). In m2, > 0. Default 1.075e-7.
+    double yarn_area;
+    // Cross-section of a bar along y; 0: as along x. In m2, >= 0. Default 0.
+    double yarn_area_y;
+    // Crimp of the yarns along x and along y. 0 to 1. Default 0 each.
+    double crimp[2];
+    // Mean Young's modulus E of a segment (M3). In Pa, > 0. Default 1.4021e11.
+    double modulus_mean;
+    // Standard deviation of the modulus. Modulus and damage rate are drawn if this or back.damage_sd is not 0. In Pa,
+    // >= 0. Default 2.04e9.
+    double modulus_sd;
+    // Slope of the damage rate over the modulus (M6). In 1/Pa. Default 7.91e-9.
+    double damage_slope;
+    // Damage rate at zero modulus (M6); the mean rate must be at least 3. Default -878.46.
+    double damage_intercept;
+    // Standard deviation of the damage rate about the line. >= 0. Default 8.35.
+    double damage_sd;
+    // Critical stretch U_c at which damage begins (M5). > 1 and <= 2. Default 1.03.
+    double critical_stretch;
+    // Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not drawn. 0 to 1000. Default 0.
+    double weibull_shape;
+    // Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts
+    // for drawn strength only. In m, >= 0. Default 0.
+    double weibull_gauge_length;
+} fk_scene_back;
+
 // How the sheet is held: a part of fk_scene.
 typedef struct fk_scene_attachment {
     // Which nodes are held. One of FK_ATTACHMENT_TWO_SIDES, FK_ATTACHMENT_FOUR_SIDES, FK_ATTACHMENT_FOUR_CORNERS and
@@ -509,6 +542,8 @@ typedef struct fk_scene {
     fk_scene_sheet sheet;
     // Separate plies one behind the other.
     fk_scene_stack stack;
+    // Another fabric of the last plies, in the same grid of nodes. The numbers are read if back.plies is not 0.
+    fk_scene_back back;
     // How the sheet is held.
     fk_scene_attachment attachment;
     // The yarn law and its scatter.
@@ -847,6 +882,15 @@ int32_t fk_scene_set_textile(fk_scene *scene,
                              uint64_t textile_size,
                              struct fk_fault *fault,
                              uint64_t fault_size);
+
+// Makes the group `back` of `scene`, but for back.plies, the fabric of a textile's data sheet in the scene's own grid of nodes, and
+// yarn.viscosity_quadratic that of the textile of the two that takes less; all else stays (docs/model.md, "Two fabrics").
+// Sizes, fault, threads, time and errors: as for fk_scene_set_textile. Touches: `scene`; on an error only `fault`.
+int32_t fk_scene_set_back_textile(fk_scene *scene,
+                                  const struct fk_textile *textile,
+                                  uint64_t textile_size,
+                                  struct fk_fault *fault,
+                                  uint64_t fault_size);
 
 // Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
 // expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`

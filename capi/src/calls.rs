@@ -131,6 +131,24 @@ pub unsafe extern "C" fn fk_scene_set_textile(
     telling(fault, fault_size, set)
 }
 
+/// Makes the group `back` of `scene`, but for back.plies, the fabric of a textile's data sheet in the scene's own grid of nodes, and
+/// yarn.viscosity_quadratic that of the textile of the two that takes less; all else stays (docs/model.md, "Two fabrics").
+/// Sizes, fault, threads, time and errors: as for fk_scene_set_textile. Touches: `scene`; on an error only `fault`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_scene_set_back_textile(
+    mut scene: Output<fk_scene>,
+    textile: Input<fk_textile>,
+    textile_size: u64,
+    fault: Output<fk_fault>,
+    fault_size: u64,
+) -> i32 {
+    let set = || {
+        let textile = read(&textile, textile_size)?;
+        change_scene(&mut scene, |scene| in_our_environment(|| scene.set_back_textile(&textile)))
+    };
+    telling(fault, fault_size, set)
+}
+
 /// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
 /// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
 /// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.

@@ -197,6 +197,15 @@ impl<'s> Search<'s> {
         }
     }
 
+    /// Gap of any point, m.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub fn gap(&self, x: &Vector) -> f64 {
+        let r = x - self.body.position;
+        let turns = self.solid.feels_torque();
+        let r = if turns { pose::into_body(&self.body.orientation, &r) } else { r };
+        self.solid.gap(&r).distance
+    }
+
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
@@ -517,7 +526,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
     let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
-    let (rise, pile) = (system.directions.vertical.rest.spacing, system.model.gap);
+    let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
@@ -715,10 +724,11 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         let (impulse, normal) = (candidate.impulse, candidate.normal);
         let (i, j) = system.layout.column_and_row(node as usize);
         let (reached, free) = system.node(i, j);
-        let mut push = normal * (impulse / system.model.unit_impulse);
+        let share = system.mass_share_of_row(j);
+        let mut push = normal * (impulse / (system.model.unit_impulse * share));
         let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
         if let Some(t) = &rubbing {
-            push += t.push(t.impulse) * (1.0 / system.model.unit_impulse);
+            push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
             impulse_sum -= t.push(t.impulse) * candidate.images();
             arm_sum -= t.twist(t.impulse) * candidate.images();
             let done = t.work(t.surface_speed(&mean_velocity, &mean_rate)) * candidate.images();
@@ -736,7 +746,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         work += given * body_speed;
         touched += 1;
         if candidate.is_fixed() {
-            system.load_support(i, j, &push);
+            system.load_support(i, j, &(push * share));
             loss += given * body_speed;
             continue;
         }
@@ -763,7 +773,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
             let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
             let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
-            system.state.sums.viscous -= crossed * system.model.unit_energy;
+            system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
         }
     }
     system.state.sums.contacts = touched;

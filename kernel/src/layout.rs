@@ -19,9 +19,9 @@ pub const CANDIDATE_REALS: usize = 14;
 pub const TANGENTIAL_REALS: usize = 19;
 
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 11;
+pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const TOUCH_REALS: usize = 5;
+pub(crate) const TOUCH_REALS: usize = 6;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -128,6 +128,11 @@ impl Layout {
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
+        Layout::of_sound(scene)
+    }
+
+    /// Sizes for a scene that has been checked.
+    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
         // Nodes are numbered by u32 where contact and detachment note them.
         let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
         Layout::compute(scene).filter(numbered).ok_or(Error::new(
@@ -147,9 +152,9 @@ impl Layout {
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let graded = scene.is_graded();
-        let stochastic = scene.yarn.stochastic || graded;
-        let strength = scene.yarn.strength_draw != StrengthDraw::None;
+        let (graded, back) = (scene.is_graded(), scene.back.plies > 0);
+        let stochastic = scene.yarn.stochastic || graded || back && scene.back.is_drawn();
+        let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
         let halving = scene.step_after_failure == StepAfterFailure::Half;

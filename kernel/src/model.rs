@@ -24,8 +24,10 @@ pub(crate) struct Model {
     pub inertia: Inertia,
     /// Toe of segments that have been slack.
     pub toe: Toe,
-    /// Mass of a node, all plies, kg.
+    /// Mass of a node of the front fabric, all bonded plies, kg.
     pub node_mass: f64,
+    /// Mass of a node of the back fabric over that.
+    pub back_share: f64,
     /// h/dt, m/s.
     pub unit_speed: f64,
     /// Distance of neighbouring plies where they rest, spacings.
@@ -34,7 +36,7 @@ pub(crate) struct Model {
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
     pub unit_energy: f64,
-    /// Volume of a horizontal segment, A_0 l, all plies, m^3.
+    /// Volume of a horizontal segment of the front fabric, A_0 l, all bonded plies, m^3.
     pub segment_volume: f64,
     /// Steps in a force window.
     pub window_steps: u64,
@@ -50,6 +52,7 @@ impl Model {
         inertia: Inertia::NOTHING,
         toe: Toe::NONE,
         node_mass: 0.0,
+        back_share: 1.0,
         unit_speed: 0.0,
         gap: 0.0,
         unit_impulse: 0.0,
@@ -80,6 +83,7 @@ impl Model {
         }
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
+        self.back_share = if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 };
         self.unit_speed = h / dt;
         self.gap = if scene.stack.plies > 1 { scene.stack.gap / h } else { 0.0 };
         self.unit_impulse = node_mass * h / dt;

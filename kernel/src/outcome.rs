@@ -332,7 +332,7 @@ fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose
             loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
         if flagged || overtaken() {
-            let node_mass = system.share(i, j) * system.model.node_mass;
+            let node_mass = system.share(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
             mass += node_mass;
             energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
         }

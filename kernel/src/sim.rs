@@ -179,7 +179,7 @@ impl<'a> Sim<'a> {
 
     #[inline(never)] // As above.
     fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.system.layout = Layout::of(scene)?;
+        self.system.layout = Layout::of_sound(scene)?;
         Ok(())
     }
 

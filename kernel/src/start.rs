@@ -60,10 +60,10 @@ fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error
         }
         let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);
         for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let mut x = Vector::new(columns.offset(i) * h_x, y, 0.0);
+            let x = columns.offset(i) * h_x;
             for ply in 0..scene.stack.plies {
-                x.z = f64::from(ply) * scene.stack.gap;
-                if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
+                let gap = search.gap(&Vector::new(x, y, f64::from(ply) * scene.stack.gap));
+                if model.overlaps(gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
                 }
             }

@@ -387,6 +387,12 @@ static void textiles(void)
     CHECK(scene.sheet.nodes_x == before.sheet.nodes_x && fk_scene_check(&scene, NULL, 0) == FK_OK);
 
     fk_fault fault;
+    /* Behind it lies a fabric of its own in the same grid, of the same wave speed. */
+    CHECK(fk_scene_set_back_textile(&scene, &textile, sizeof textile, NULL, 0) == FK_OK);
+    CHECK(scene.back.plies == 0 && scene.back.node_mass == scene.sheet.node_mass && scene.back.yarn_area == scene.sheet.yarn_area);
+    CHECK(scene.back.modulus_mean == 84.62e9 && scene.back.critical_stretch == 1.0355 && scene.back.crimp[1] == 0.01);
+    CHECK(fk_scene_set_back_textile(&scene, NULL, sizeof textile, NULL, 0) == FK_NULL_POINTER);
+    before = scene;
     textile.warp.count = 0.0;
     scene = before;
     CHECK(fk_scene_set_textile(&scene, &textile, sizeof textile, &fault, sizeof fault) == FK_NOT_POSITIVE);

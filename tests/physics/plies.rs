@@ -459,3 +459,240 @@ fn what_a_stack_cannot_be_is_refused_by_name() {
     let error = sim.set_motion(&x, &rest).unwrap_err();
     assert_eq!((error.code, error.field, error.value), (Code::InitialOverlap, "positions", 181.0));
 }
+
+/// The scene's own fabric in the last plies, but for what `change` makes of it.
+fn with_back(mut scene: Scene, plies: u32, change: impl Fn(&mut fabric::Back)) -> Scene {
+    let (sheet, yarn) = (scene.sheet, scene.yarn);
+    scene.back = fabric::Back {
+        plies,
+        node_mass: sheet.node_mass,
+        yarn_area: sheet.yarn_area,
+        yarn_area_y: sheet.yarn_area_y,
+        crimp: sheet.crimp,
+        modulus_mean: yarn.modulus_mean,
+        modulus_sd: if yarn.stochastic { yarn.modulus_sd } else { 0.0 },
+        damage_slope: yarn.damage_slope,
+        damage_intercept: yarn.damage_intercept,
+        damage_sd: if yarn.stochastic { yarn.damage_sd } else { 0.0 },
+        critical_stretch: yarn.critical_stretch,
+        weibull_shape: if yarn.strength_draw == fabric::StrengthDraw::None { 0.0 } else { yarn.weibull_shape },
+        weibull_gauge_length: yarn.weibull_gauge_length,
+    };
+    change(&mut scene.back);
+    scene
+}
+
+/// A lighter, softer and more extensible fabric.
+fn another(back: &mut fabric::Back) {
+    (back.node_mass, back.yarn_area, back.modulus_mean) = (4.1e-8, 0.7e-7, 80e9);
+    (back.damage_slope, back.damage_intercept, back.critical_stretch) = (0.0, 400.0, 1.035);
+}
+
+/// A back fabric that is the front one changes no bit, whatever is drawn and torn.
+#[test]
+fn a_back_fabric_like_the_front_one_gives_the_same_bits() {
+    let (uniform, mut drawn) = (small_sheet(31, 250.0), small_sheet(31, 250.0));
+    drawn.yarn.stochastic = true;
+    let (mut strength, mut viscous) = (drawn, uniform);
+    (strength.yarn.strength_draw, strength.yarn.weibull_shape) = (fabric::StrengthDraw::Weibull, 6.0);
+    (viscous.yarn.viscosity_linear, viscous.yarn.viscosity_quadratic, viscous.yarn.viscosity_bending) =
+        (0.06, 1.5, 0.06);
+    (viscous.sheet.yarn_area_y, viscous.sheet.crimp) = (0.9e-7, [0.002, 0.001]);
+    for scene in [uniform, drawn, strength, viscous] {
+        let one = Scene { time_step: TimeStep::seconds(1.5e-8), ..stacked(scene, 4, 2.5e-4) };
+        let two = with_back(one, 2, |_| ());
+        // The stiffest and the strongest segment need not be of one fabric.
+        let [limit, own] = [&one, &two].map(|scene| scene.step_limits().unwrap().dt_crit);
+        assert!(own >= limit && own < 1.01 * limit, "{own} {limit}");
+        let (mut a, mut b) = (Buffers::of(&one), Buffers::of(&two));
+        let (mut one, mut two) = (a.sim(&one), b.sim(&two));
+        for _ in 0..8 {
+            one.advance(100).unwrap();
+            two.advance(100).unwrap();
+            assert_eq!(positions(&one), positions(&two));
+            assert_eq!((one.energy().unwrap(), one.counters()), (two.energy().unwrap(), two.counters()));
+            assert_eq!(
+                (one.contact().unwrap(), one.support().unwrap()),
+                (two.contact().unwrap(), two.support().unwrap())
+            );
+        }
+        assert!(one.counters().failed_segments > 10);
+    }
+}
+
+/// Far apart a ply of another fabric is a shield of that fabric.
+#[test]
+fn a_ply_of_another_fabric_far_behind_is_a_shield_of_it() {
+    for stochastic in [false, true] {
+        let mut scene = small_sheet(31, 90.0);
+        (scene.yarn.stochastic, scene.time_step) = (stochastic, TimeStep::seconds(1.5e-8));
+        let gap = 0.05;
+        let mut stack = with_back(stacked(scene, 2, gap), 1, another);
+        stack.projectile.position[2] = gap - scene.projectile.radius;
+        let mut alone = Scene { stack: scene.stack, ..stack.all_of_back() };
+        (alone.seed, alone.sheet.position[2]) = (scene.ply_seed(1), gap);
+        let (mut a, mut b) = (Buffers::of(&stack), Buffers::of(&alone));
+        let (mut both, mut alone) = (a.sim(&stack), b.sim(&alone));
+        while alone.counters().failed_segments == 0 {
+            both.advance(10).unwrap();
+            alone.advance(10).unwrap();
+        }
+        let deflection = alone.fabric().unwrap().max_deflection;
+        assert!(apart(&of_ply(&both, 1), &positions(&alone)) < 1e-7 * deflection);
+        let (ply, energy) = (both.ply(1).unwrap(), alone.energy().unwrap());
+        close(ply.kinetic, energy.fabric_kinetic, 1e-7);
+        close(ply.strain, energy.strain, 1e-7);
+        close(ply.dissipated, energy.dissipated, 1e-5);
+        close(both.contact().unwrap().work, alone.contact().unwrap().work, 1e-9);
+        close(both.support().unwrap().total[2], alone.support().unwrap().total[2], 1e-6);
+        assert_eq!(both.ply(0).unwrap().kinetic, 0.0);
+    }
+}
+
+/// The second of two shields in series is hit by what the first has left, though it is of another fabric.
+#[test]
+fn two_fabrics_are_two_shields_in_series() {
+    let mut scene = small_sheet(31, 200.0);
+    scene.time_step = TimeStep::seconds(1.5e-8);
+    let hybrid = with_back(stacked(scene, 2, 0.03), 1, another);
+    let run = |scene: &Scene| {
+        let mut buffers = Buffers::of(scene);
+        let mut sim = buffers.sim(scene);
+        sim.advance_until(Outcome::Exited, 30_000).unwrap();
+        assert!(sim.outcomes().mask.has(Outcome::Exited));
+        sim.projectile().unwrap().velocity[2]
+    };
+    let after_first = run(&scene);
+    let mut next = Scene { stack: scene.stack, ..hybrid.all_of_back() };
+    next.projectile.velocity[2] = after_first;
+    let (after_second, through) = (run(&next), run(&hybrid));
+    println!("{after_first} then {after_second}, through both {through}");
+    close(200.0 - through, 200.0 - after_second, 0.05);
+}
+
+/// A pull on a yarn runs along it at sqrt(E A_0/mu), with the mass mu that it drags along: in each ply with its own numbers.
+#[test]
+fn the_wave_in_each_ply_has_its_own_speed() {
+    let mut scene = without_projectile(small_sheet(161, 0.0));
+    scene.time_step = TimeStep::fraction(0.1);
+    let stack = with_back(stacked(scene, 2, 0.01), 1, another);
+    let mut buffers = Buffers::of(&stack);
+    let mut sim = buffers.sim(&stack);
+    // All columns to the left of the middle move away from the right ones at a speed that damages nothing.
+    let x: Vec<f64> = positions(&sim).into_iter().flatten().collect();
+    let v: Vec<f64> = (0..2 * 161 * 161)
+        .flat_map(|k| {
+            let (i, j) = (k % 161, k / 161 % 161);
+            [if i == 0 || i > 80 || j == 0 || j == 160 { 0.0 } else { -20.0 }, 0.0, 0.0]
+        })
+        .collect();
+    sim.set_motion(&x, &v).unwrap();
+    // Where a node of the middle row has half the speed behind the front: the front has gone c t from the middle.
+    let front = |sim: &Sim<'_>, ply: usize| {
+        let all = velocities(sim);
+        let row = &all[ply * 161 * 161 + 80 * 161..][..161];
+        let behind = 0.5 * -20.0 * 0.5;
+        let k = (81..160).find(|&k| row[k][0] > behind).unwrap();
+        let [a, b] = [row[k - 1][0], row[k][0]];
+        (k as f64 - 1.0 + (behind - a) / (b - a) - 80.5) * stack.sheet.spacing
+    };
+    let mut at = |time: f64| {
+        sim.advance((time / sim.step_limits().dt) as u64 - sim.step_count()).unwrap();
+        (sim.time(), [front(&sim, 0), front(&sim, 1)])
+    };
+    let (first, last) = (at(1.2e-6), at(3.2e-6));
+    for (ply, fabric) in [stack, stack.all_of_back()].into_iter().enumerate() {
+        let speed = (last.1[ply] - first.1[ply]) / (last.0 - first.0);
+        let mass_per_length = fabric.sheet.node_mass / fabric.sheet.spacing;
+        let expected = (fabric.yarn.modulus_mean * fabric.sheet.yarn_area / mass_per_length).sqrt();
+        println!("ply {ply}: {speed} m/s, {expected} m/s in theory");
+        close(speed, expected, 0.03);
+    }
+    assert_eq!(sim.counters().failed_segments, 0);
+}
+
+/// Free plies of two masses: what falls on what goes on at the common speed of momentum, and the ledger has what is lost.
+#[test]
+fn plies_of_two_masses_share_their_momentum() {
+    let (gap, speed) = (1e-4, 30.0);
+    let scene = with_back(free_plies(3, gap), 1, |back| back.node_mass *= 3.0);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    set_off(&mut sim, &[speed, 0.0, 0.0]);
+    let (dt, mass) = (sim.step_limits().dt, 81.0 * scene.sheet.node_mass);
+    close(sim.energy().unwrap().fabric_kinetic, 0.5 * mass * speed * speed, 1e-12);
+    let steps = |seconds: f64| (seconds / dt).ceil() as u64;
+    sim.advance(steps(gap / speed) + 1).unwrap();
+    sim.advance(steps(gap / (0.5 * speed)) + 2).unwrap();
+    // One of mass 1 has taken along one of mass 1 and one of mass 3.
+    let common = speed / 5.0;
+    for v in velocities(&sim) {
+        assert!((v[2] - common).abs() < 1e-9 * speed, "{}", v[2]);
+    }
+    let energy = sim.energy().unwrap();
+    close(energy.fabric_kinetic, 0.5 * mass * speed * common, 1e-9);
+    close(energy.ply_loss, 0.5 * mass * speed * (speed - common), 1e-9);
+    assert!(energy.residual.abs() < 1e-9 * mass * speed * speed);
+    assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * mass * speed);
+    close(sim.ply(2).unwrap().kinetic, 3.0 * sim.ply(1).unwrap().kinetic, 1e-9);
+}
+
+/// Balances of a hybrid pack that is torn: momentum to rounding, energy within 1 %; and bands give the same bits.
+#[test]
+fn balances_of_a_hybrid_pack() {
+    let mut scene = with_back(stacked(small_sheet(31, 250.0), 5, 2.5e-4), 3, another);
+    (scene.yarn.stochastic, scene.track_support) = (true, true);
+    (scene.yarn.viscosity_linear, scene.yarn.viscosity_quadratic, scene.yarn.viscosity_bending) = (0.06, 1.5, 0.06);
+    (scene.back.modulus_sd, scene.back.crimp) = (1e9, [0.003, 0.001]);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    let (first, mut worst) = (0.5 * scene.projectile.mass * 250.0 * 250.0, 0.0_f64);
+    for _ in 0..40 {
+        sim.advance(20).unwrap();
+        let energy = sim.energy().unwrap();
+        worst = worst.max(energy.residual.abs() / first);
+        assert!(length(sim.momentum_residual().unwrap()) < 1e-10 * scene.projectile.mass * 250.0);
+        let kinetic: f64 = (0..5).map(|ply| sim.ply(ply).unwrap().kinetic).sum();
+        close(kinetic, energy.fabric_kinetic, 1e-12);
+    }
+    println!("hybrid pack: residual at most {worst:e} of the impact energy");
+    assert!(worst < 1e-2 && sim.ply(4).unwrap().failed_segments > 20, "{:?}", sim.counters());
+    assert!(sim.energy().unwrap().viscous > 0.0);
+}
+
+/// The step is that of the fabric that allows less.
+#[test]
+fn the_step_is_that_of_the_stricter_fabric() {
+    let scene = stacked(small_sheet(11, 50.0), 3, 1e-4);
+    let scene = Scene { time_step: TimeStep::fraction(0.4), ..scene };
+    for change in [another as fn(&mut fabric::Back), |back| back.modulus_mean *= 2.0, |back| back.node_mass *= 0.5] {
+        let hybrid = with_back(scene, 1, change);
+        let [front, back] = [scene, hybrid.all_of_back()].map(|scene| scene.step_limits().unwrap());
+        let both = hybrid.step_limits().unwrap();
+        assert_eq!((both.dt_crit, both.step_max), (front.dt_crit.min(back.dt_crit), front.step_max.min(back.step_max)));
+    }
+}
+
+#[test]
+fn what_a_back_fabric_cannot_be_is_refused_by_name() {
+    let scene = with_back(stacked(small_sheet(11, 50.0), 3, 1e-4), 1, |_| ());
+    let named = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene;
+        change(&mut scene);
+        let error = scene.step_limits().unwrap_err();
+        (error.code, error.field)
+    };
+    assert_eq!(named(&|s| s.back.plies = 3), (Code::OutOfRange, "back.plies"));
+    assert_eq!(named(&|s| s.stack.plies = 1), (Code::OutOfRange, "back.plies"));
+    assert_eq!(named(&|s| s.back.node_mass = 0.0), (Code::NotPositive, "back.node_mass"));
+    assert_eq!(named(&|s| s.back.critical_stretch = 1.0), (Code::OutOfRange, "back.critical_stretch"));
+    assert_eq!(named(&|s| s.back.damage_intercept = -1200.0), (Code::DamageRateTooSmall, "back.damage_intercept"));
+    assert_eq!(named(&|s| s.back.weibull_shape = 0.5), (Code::OutOfRange, "back.weibull_shape"));
+    assert_eq!(named(&|s| s.sheet.pre_strain = [0.0301, 0.0]), (Code::OutOfRange, "sheet.pre_strain"));
+    let strained = |s: &mut Scene| (s.sheet.pre_strain, s.back.crimp) = ([0.01, 0.0], [0.01, 0.0]);
+    assert_eq!(named(&strained), (Code::DoesNotGoWith, "back.crimp"));
+    let soft = |s: &mut Scene| (s.back.critical_stretch, s.slack_toe) = (1.01, 0.02);
+    assert_eq!(named(&soft), (Code::OutOfRange, "slack_toe"));
+    let heavy = |s: &mut Scene| s.back.node_mass = 1e-2;
+    assert_eq!(named(&heavy), (Code::ProjectileTooLight, "projectile.mass"));
+}
