@@ -152,6 +152,9 @@
 // An option that does not go with another one, each of which is good by itself. The fault's text names both.
 #define FK_DOES_NOT_GO_WITH -37
 
+// Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
+#define FK_PLIES_OVERLAP -38
+
 // A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
 #define FK_NON_FINITE -50
 
@@ -1037,7 +1040,7 @@ int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const doub
 // Threads: changes. Time: two passes over the sheet. Touches: the block.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 // moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
-// FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
+// FK_PLIES_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_motion(struct fk_sim *sim,
                       const double *positions,
                       const double *velocities,

@@ -518,7 +518,7 @@ pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, 
 /// Threads: changes. Time: two passes over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 /// moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
-/// FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
+/// FK_PLIES_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities: Input<f64>, n: u64) -> i32 {
     change(sim, |sim| sim.set_motion(array(&positions, n, "positions")?, array(&velocities, n, "velocities")?))

@@ -525,7 +525,7 @@ pub(crate) struct Gathered {
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
-    let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
+    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
     let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
@@ -618,12 +618,12 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
 pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
-    if !system.model.solid.feels_torque() {
+    if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
-    let passage = Passage::new(&system.model.solid, body, system.model.pass_dt);
+    let passage = Passage::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
         let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
@@ -664,7 +664,7 @@ pub(crate) fn solve_contact(
             return (solved, kept);
         }
         let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
-        let passage = Passage::new(&system.model.solid, &body, system.model.pass_dt);
+        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
         let alone = kept;
         for c in alone..count {
             let [_, y] = free_way(system, c);

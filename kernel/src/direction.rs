@@ -99,19 +99,16 @@ impl Directions {
     pub(crate) const NOTHING: Directions =
         Directions { front: Fabric::NOTHING, back: Fabric::NOTHING, plies: Arrangement::SINGLE };
 
-    /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller.
-    pub(crate) fn derive(&mut self, scene: &Scene, dt: f64) {
+    /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller. `of_back`:
+    /// the same scene, of which that of the back fabric is made.
+    pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
         let unit = volume_of(scene, Axis::Horizontal);
         self.plies = scene.arrangement();
         self.front.derive(scene, dt, unit);
         if scene.back.plies > 0 {
-            self.derive_back(scene, dt, unit);
+            of_back.become_back();
+            self.back.derive(of_back, dt, unit);
         }
-    }
-
-    #[inline(never)] // Its scene must not add to the stack of a single fabric.
-    fn derive_back(&mut self, scene: &Scene, dt: f64, unit: f64) {
-        self.back.derive(&scene.all_of_back(), dt, unit);
     }
 
     /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.

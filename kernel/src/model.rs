@@ -20,7 +20,8 @@ pub(crate) struct Model {
     /// Time step of one pass, s: dt, or half of it. The units below are those of a pass.
     pub pass_dt: f64,
     pub pose: Pose,
-    pub solid: Solid,
+    /// Distance of the projectile's farthest surface point from its centre of mass, m.
+    pub reach: f64,
     pub inertia: Inertia,
     /// Toe of segments that have been slack.
     pub toe: Toe,
@@ -48,7 +49,7 @@ impl Model {
         limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
         pass_dt: 0.0,
         pose: Pose::IDENTITY,
-        solid: Solid::NOTHING,
+        reach: 0.0,
         inertia: Inertia::NOTHING,
         toe: Toe::NONE,
         node_mass: 0.0,
@@ -61,23 +62,17 @@ impl Model {
         window_steps: 1,
     };
 
-    /// Derives the constants, where they are: a copy would take a kilobyte of stack.
-    #[inline(always)] // One after the other: their stacks must not add up.
-    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits) {
-        self.solid.set(&scene.projectile);
-        self.derive_constants(scene, limits);
-    }
-
-    /// All constants but the solid.
-    #[inline(never)]
-    fn derive_constants(&mut self, scene: &Scene, limits: StepLimits) {
+    /// Derives the constants, where they are. `solid`: the projectile's.
+    #[inline(never)] // What it needs must not add to the stack of the caller.
+    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits, solid: &Solid) {
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let window = math::round(scene.force_window / dt);
         self.limits = limits;
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
-        self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
+        self.reach = solid.reach();
+        self.inertia = Inertia::of(solid, scene.projectile.mass, scene.drive == Drive::Free);
         if scene.contact.friction > 0.0 {
             self.inertia.feel_friction();
         }
@@ -99,11 +94,6 @@ impl Model {
         self.unit_speed /= factor;
         self.unit_impulse /= factor;
         self.unit_energy /= factor * factor;
-    }
-
-    /// Rounding aside, a node deeper than a billionth of the spacing is inside.
-    pub(crate) fn overlaps(&self, gap: f64) -> bool {
-        gap < -1e-9 * self.unit_speed * self.pass_dt
     }
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
@@ -132,7 +122,7 @@ impl Model {
     fn surface_speed(&self, speed: f64, rate: f64) -> f64 {
         // A body that does not turn may be of any size: 0 times an infinite reach is no number.
         let turns = self.inertia.turns && rate != 0.0;
-        speed + if turns { rate * self.solid.reach() } else { 0.0 }
+        speed + if turns { rate * self.reach } else { 0.0 }
     }
 
     /// Whether the body's kinetic energy at this rate and any accepted speed is too large for a number.

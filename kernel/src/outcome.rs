@@ -182,7 +182,7 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
 fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
     let (watch, sums, position) = (&mut system.state.watch, &system.state.sums, system.state.body.position);
     let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
-    if travel < system.model.solid.radius() {
+    if travel < system.solid.radius() {
         return None;
     }
     let change = sums.work - watch.checkpoint_work;
@@ -239,7 +239,7 @@ fn complete(system: &System<'_>, region: &mut Region) {
 }
 
 fn flight(system: &System<'_>) -> Flight {
-    let (body, solid) = (&system.state.body, &system.model.solid);
+    let (body, solid) = (&system.state.body, &system.solid);
     let free = system.scene.drive == Drive::Free;
     Flight {
         position: body.position,

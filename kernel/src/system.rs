@@ -19,6 +19,7 @@ use crate::projectile::Body;
 use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
+use crate::shape::Solid;
 use crate::state::State;
 use crate::sweep;
 use crate::toe::NO_TOE;
@@ -30,6 +31,7 @@ pub(crate) struct System<'a> {
     pub scene: Scene,
     pub layout: Layout,
     pub model: Model,
+    pub solid: Solid,
     pub directions: Directions,
     pub state: State,
     pub blocks: Blocks<'a>,
@@ -47,6 +49,7 @@ impl<'a> System<'a> {
         scene: Scene::sheet_3in_sphere(),
         layout: Layout::NOTHING,
         model: Model::NOTHING,
+        solid: Solid::NOTHING,
         directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
         blocks: Blocks::nothing(),

@@ -116,7 +116,7 @@ fn crossing() -> Case {
         positions[middle] += 0.002e-4;
         let accepted = sim.set_motion(&positions, &velocities).is_ok();
         let named = refused.is_some_and(|error| {
-            error.code == Code::InitialOverlap && error.field == "positions" && error.value == (middle / 3) as f64
+            error.code == Code::PliesOverlap && error.field == "positions" && error.value == (middle / 3) as f64
         });
         let text = refused.map_or("accepted".to_string(), |error| error.to_string());
         let happened =
