@@ -284,6 +284,9 @@ struct Meeting {
     velocities: Vec<f64>,
 }
 
+/// Mass of a body as a logarithm, whether it is round, its velocity and how fast it turns.
+type Moving = (f64, bool, [f64; 3], [f64; 3]);
+
 fn meetings(coefficient: std::ops::Range<f64>, share: std::ops::Range<f64>) -> impl Strategy<Value = Meeting> {
     let nodes = 6 * 5 * 4;
     let body = (share, any::<bool>(), [-1.0..1.0, -1.0..1.0, -1.0..1.0], [-1.0..1.0, -1.0..1.0, -1.0..1.0]);
@@ -291,7 +294,7 @@ fn meetings(coefficient: std::ops::Range<f64>, share: std::ops::Range<f64>) -> i
         prop::collection::vec(([-0.05..0.05, -0.05..0.05], 0.0..0.1, [-1.0..1.0, -1.0..1.0, -1.0..1.0]), nodes);
     let gap = prop_oneof![Just(0.0), 1e-5..3e-4];
     (coefficient, body, of_nodes, gap, 0.0..1.0).prop_map(
-        |(mu, (share, round, v, w), of_nodes, gap, quiet): (f64, (f64, bool, [f64; 3], [f64; 3]), _, f64, f64)| {
+        |(mu, (share, round, v, w), of_nodes, gap, quiet): (f64, Moving, _, f64, f64)| {
             let mut scene = stacked(small_sheet(5, 0.0), 4, gap);
             (scene.sheet.nodes_y, scene.attachment.kind, scene.contact.friction) = (6, AttachmentKind::Free, mu);
             let h = scene.sheet.spacing;
