@@ -2,7 +2,6 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
-use crate::friction::TANGENTIAL_REALS;
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
 use crate::places::Places;
@@ -16,11 +15,13 @@ use crate::symmetry::Line;
 
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
+/// Numbers kept per contact candidate for friction.
+pub const TANGENTIAL_REALS: usize = 19;
 
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 6;
+pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const POOLED_REALS: usize = 4;
+pub(crate) const TOUCH_REALS: usize = 6;
 
 /// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
 /// what the cores of a server share in their third level.
@@ -131,6 +132,11 @@ impl Layout {
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
+        Layout::of_sound(scene)
+    }
+
+    /// Sizes for a scene that has been checked.
+    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
         // Nodes are numbered by u32 where contact and detachment note them.
         let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
         Layout::compute(scene).filter(numbered).ok_or(Error::new(
@@ -150,9 +156,9 @@ impl Layout {
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let graded = scene.is_graded();
-        let stochastic = scene.yarn.stochastic || graded;
-        let strength = scene.yarn.strength_draw != StrengthDraw::None;
+        let (graded, back) = (scene.is_graded(), scene.back.plies > 0);
+        let stochastic = scene.yarn.stochastic || graded || back && scene.back.is_drawn();
+        let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
         let halving = scene.step_after_failure == StepAfterFailure::Half;
@@ -183,7 +189,7 @@ impl Layout {
         let scratch = scratch
             .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
             .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
-            .checked_add(stack(candidates.checked_mul(POOLED_REALS)?))?;
+            .checked_add(stack(candidates.checked_mul(TOUCH_REALS)?))?;
         let segments =
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
