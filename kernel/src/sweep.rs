@@ -149,7 +149,7 @@ const TOE: u8 = 1;
 /// That of the rate.
 const RATE: u8 = 2;
 
-/// How many chunks a row is fetched ahead: 4 KiB, some 50 ns of work.
+/// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
 const AHEAD: usize = 8;
 
 /// Marks of no toe.
