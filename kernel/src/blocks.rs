@@ -57,8 +57,9 @@ pub(crate) struct Blocks<'a> {
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
-    /// Least and greatest y displacement of each row.
-    pub ranges: &'a mut [[f64; 2]],
+    /// Least and greatest displacement of each row, along y and then along x; that along x only where contact asks for it
+    /// (`NOT_KEPT` in `contact.rs`).
+    pub ranges: &'a mut [[f64; 4]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
     /// The candidates' tangential parts, where there is friction.
     pub tangential: &'a mut [[f64; TANGENTIAL_REALS]],
@@ -133,7 +134,7 @@ impl<'a> Blocks<'a> {
                 lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
-                ranges: reals.take(2 * ny)?.as_chunks_mut().0,
+                ranges: reals.take(4 * ny)?.as_chunks_mut().0,
                 taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 before: reals.take(stack(ny * row))?.as_chunks_mut().0,

@@ -177,23 +177,15 @@ impl<'s> Search<'s> {
         })
     }
 
-    /// The first chunk of a row, from number `from` on, with a node in the body's box. `columns`: those of a graded network;
-    /// `first`: rest place of the row's first node in spacings `h`, m.
-    pub fn next_near(
-        &self,
-        row: &[Chunk<HOT_PLANES>],
-        columns: &[Chunk<LINE_PLANES>],
-        from: usize,
-        first: [f64; 3],
-        h: f64,
-    ) -> Option<usize> {
-        let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
-        let across = if columns.is_empty() { centre.x - first[0] } else { centre.x };
-        let centre = [across, centre.y - first[1], centre.z - first[2]];
-        if columns.is_empty() {
-            lanes::dispatch(self.instructions, Near::<false> { row, columns, from, centre, half })
-        } else {
-            lanes::dispatch(self.instructions, Near::<true> { row, columns, from, centre, half })
+    /// What many nodes are tested against at once, in spacings `h`, m.
+    fn neighbourhood(&self, h: f64) -> Neighbourhood {
+        // In spacings rounding is another: a little more again.
+        let slack = 1.0 + 1e-9;
+        Neighbourhood {
+            centre: [0, 1, 2].map(|k| self.body.position[k] / h),
+            half: self.half.map(|half| half / h * slack),
+            reach2: self.reach2 / (h * h) * slack,
+            instructions: self.instructions,
         }
     }
 
@@ -217,45 +209,118 @@ impl<'s> Search<'s> {
     }
 }
 
-/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
+/// The body's box and the ball about it, in spacings.
+struct Neighbourhood {
+    centre: [f64; 3],
+    half: [f64; 3],
+    /// Square of the ball's radius.
+    reach2: f64,
+    instructions: InstructionSet,
+}
+
+impl Neighbourhood {
+    /// Chunks [first, end) of a row outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
+    /// lies in `range`.
+    fn chunks(&self, x0: f64, [low, high]: [f64; 2]) -> [usize; 2] {
+        let ([x, ..], [half, ..]) = (self.centre, self.half);
+        let chunk = |column: f64| (column / CHUNK as f64) as usize;
+        // What lies before the first column becomes 0.
+        [chunk(x - half - x0 - high), chunk(x + half - x0 - low) + 1]
+    }
+
+    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and how far each of its nodes is beyond them,
+    /// not above 0 inside. `columns`: those of a graded network; `first`: rest place of the row's first node.
+    fn next(
+        &self,
+        row: &[Chunk<HOT_PLANES>],
+        columns: &[Chunk<LINE_PLANES>],
+        chunks: [usize; 2],
+        first: [f64; 3],
+    ) -> Option<(usize, [f64; CHUNK])> {
+        let Neighbourhood { centre: [x, y, z], half, reach2, instructions } = *self;
+        let across = if columns.is_empty() { x - first[0] } else { x };
+        let centre = [across, y - first[1], z - first[2]];
+        if columns.is_empty() {
+            lanes::dispatch(instructions, Near::<false> { row, columns, chunks, centre, half, reach2 })
+        } else {
+            lanes::dispatch(instructions, Near::<true> { row, columns, chunks, centre, half, reach2 })
+        }
+    }
+}
+
+/// [`Neighbourhood::next`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
 struct Near<'a, const GRADED: bool> {
     columns: &'a [Chunk<LINE_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
-    from: usize,
+    chunks: [usize; 2],
     centre: [f64; 3],
     half: [f64; 3],
+    reach2: f64,
 }
 
 impl<const GRADED: bool> Job for Near<'_, GRADED> {
-    type Output = Option<usize>;
+    type Output = Option<(usize, [f64; CHUNK])>;
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> Option<usize> {
+    fn run<L: Lane>(self) -> Self::Output {
         const COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         let [cx, cy, cz] = self.centre.map(L::splat);
         let [hx, hy, hz] = self.half.map(L::splat);
-        let zero = L::splat(0.0);
-        for (c, [x, y, z, ..]) in self.row.iter().enumerate().skip(self.from) {
+        let (zero, reach2) = (L::splat(0.0), L::splat(self.reach2));
+        let [from, end] = self.chunks;
+        let mut distances = [0.0; CHUNK];
+        for (c, [x, y, z, ..]) in self.row.iter().enumerate().take(end).skip(from) {
             let (columns, column) = if GRADED {
                 (self.columns.get(c).map_or(&COLUMNS, |columns| &columns[PLACE]), zero.sub(cx))
             } else {
                 (&COLUMNS, L::splat((c * CHUNK) as f64).sub(cx))
             };
             let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(columns));
-            for (((x, y), z), columns) in groups {
+            let mut near = false;
+            for ((((x, y), z), columns), distances) in groups.zip(L::groups_mut(&mut distances)) {
                 let rx = L::load(columns).add(L::load(x)).add(column);
                 let (ry, rz) = (L::load(y).sub(cy), L::load(z).sub(cz));
-                // Distance beyond the box along each axis; none above zero: inside.
+                // Distance beyond the box along each axis, and of squares beyond the ball; none above zero: inside.
                 let beyond_x = rx.max(zero.sub(rx)).sub(hx);
                 let beyond_y = ry.max(zero.sub(ry)).sub(hy);
                 let beyond_z = rz.max(zero.sub(rz)).sub(hz);
-                let beyond = beyond_x.max(beyond_y).max(beyond_z);
-                if zero.sub(beyond).any_not_below(zero) {
-                    return Some(c);
-                }
+                let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
+                let beyond = beyond_x.max(beyond_y).max(beyond_z).max(beyond_ball);
+                beyond.store(distances);
+                near |= zero.sub(beyond).any_not_below(zero);
+            }
+            if near {
+                return Some((c, distances));
             }
         }
         None
+    }
+}
+
+/// Least and greatest displacement along x of a row, or 0.
+#[inline(never)] // It must not add to the stack of the sweep.
+pub(crate) fn spread(row: &[Chunk<HOT_PLANES>], instructions: InstructionSet) -> [f64; 2] {
+    lanes::dispatch(instructions, Spread(row))
+}
+
+/// [`spread`] as a job for the lanes.
+struct Spread<'a>(&'a [Chunk<HOT_PLANES>]);
+
+impl Job for Spread<'_> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> [f64; 2] {
+        let (mut low, mut high) = ([0.0; CHUNK], [0.0; CHUNK]);
+        for [x, ..] in self.0 {
+            let bounds = L::groups_mut(&mut low).iter_mut().zip(L::groups_mut(&mut high));
+            for (x, (low, high)) in L::groups(x).iter().zip(bounds) {
+                let x = L::load(x);
+                x.min(L::load(low)).store(low);
+                x.max(L::load(high)).store(high);
+            }
+        }
+        [low.iter().fold(0.0, |a, &b| math::min(b, a)), high.iter().fold(0.0, |a, &b| math::max(b, a))]
     }
 }
 
@@ -529,6 +594,9 @@ pub(crate) struct Gathered {
     pub is_beyond_fine: bool,
 }
 
+/// In place of a row's least and greatest displacement along x: contact does not ask for them, and the sweep need not find them.
+pub(crate) const NOT_KEPT: [f64; 2] = [f64::NAN; 2];
+
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone.
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
@@ -543,6 +611,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let body = &system.state.body;
     let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
+    let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let mut count = 0;
     let mut deepest = 0.0;
@@ -553,24 +622,36 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         let y0 = rest_offset(row_of_ply, nodes_y) * rise;
         let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
         let z0 = ply as f64 * pile;
-        let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
-        if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
+        let Some([low, high, left, right]) = ranges.get_mut(j) else { break };
+        if !search.meets_row((y0 + *low) * h, (y0 + *high) * h) {
+            [*left, *right] = NOT_KEPT;
             continue;
         }
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
-        let mut from = 0;
-        while let Some(near) = search.next_near(row, net.columns, from, first, h) {
-            from = near + 1;
-            let Some(chunk) = row.get(near) else { break };
-            let places = match net.columns.get(near) {
+        let [mut from, end] = if layout.graded {
+            [0, chunks]
+        } else {
+            if left.is_nan() {
+                // From here on the sweep keeps it.
+                [*left, *right] = spread(row, system.instructions);
+            }
+            near.chunks(x0, [*left, *right])
+        };
+        while let Some((c, beyond)) = near.next(row, net.columns, [from, end], first) {
+            from = c + 1;
+            let Some(chunk) = row.get(c) else { break };
+            let places = match net.columns.get(c) {
                 Some(columns) => columns[PLACE],
-                None => core::array::from_fn(|lane| x0 + (near * CHUNK + lane) as f64),
+                None => core::array::from_fn(|lane| x0 + (c * CHUNK + lane) as f64),
             };
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
-                let i = near * CHUNK + lane;
+                if beyond[lane] > 0.0 {
+                    continue;
+                }
+                let i = c * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
                 let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
@@ -763,7 +844,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         // The theta rule has put the node in its place already.
         let u = if system.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
         system.set_node(i, j, u, v);
-        widen(system, j, u[1]);
+        widen(system, j, u);
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
         let speed_after = if system.layout.implicit {
             candidate.speed_before + normal.dot(&push) * system.model.unit_speed
@@ -806,12 +887,16 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.friction += rubbed;
 }
 
-/// Notes that a row holds a moving node with this y displacement.
-fn widen(system: &mut System<'_>, j: usize, y: f64) {
+/// Notes that a row holds a moving node with this displacement.
+fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
     system.wake(j);
-    if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
+    if let Some([low, high, left, right]) = system.blocks.ranges.get_mut(j) {
         *low = math::min(y, *low);
         *high = math::max(y, *high);
+        if !left.is_nan() {
+            *left = math::min(x, *left);
+            *right = math::max(x, *right);
+        }
     }
 }
 

@@ -171,7 +171,7 @@ impl Layout {
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
+            .checked_add(nodes_y.checked_mul(4 + usize::from(viscous || rate))?)?
             .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.

@@ -260,7 +260,8 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
         if let Some(range) = system.blocks.ranges.get_mut(j) {
-            *range = [low, high];
+            let [left, right] = contact::NOT_KEPT;
+            *range = [low, high, left, right];
         }
     }
     system.awake = [0, system.layout.nodes_y];
