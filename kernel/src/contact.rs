@@ -190,6 +190,7 @@ impl<'s> Search<'s> {
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
+    #[inline(always)] // Most of its time would be the way of its answer through memory.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
         let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
@@ -268,8 +269,9 @@ impl<const GRADED: bool> Job for Near<'_, GRADED> {
         let [hx, hy, hz] = self.half.map(L::splat);
         let (zero, reach2) = (L::splat(0.0), L::splat(self.reach2));
         let [from, end] = self.chunks;
+        let part = self.row.get(from..end.min(self.row.len())).unwrap_or(&[]);
         let mut distances = [0.0; CHUNK];
-        for (c, [x, y, z, ..]) in self.row.iter().enumerate().take(end).skip(from) {
+        for (c, [x, y, z, ..]) in (from..).zip(part) {
             let (columns, column) = if GRADED {
                 (self.columns.get(c).map_or(&COLUMNS, |columns| &columns[PLACE]), zero.sub(cx))
             } else {
@@ -439,12 +441,13 @@ fn sweeps<const FRICTION: bool>(
     let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
         if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
     };
-    let (mut fastest, mut farthest, mut supported) = (0.0, 0.0, false);
+    let (mut fastest, mut farthest, mut most_images, mut supported) = (0.0, 0.0, 0.0, false);
     for (k, slot) in candidates.iter_mut().enumerate() {
         let c = Candidate::read(slot);
         let [.., effective_mass, impulse] = slot;
         (*effective_mass, *impulse) = (plain_mass, 0.0);
         supported |= c.is_fixed();
+        most_images = math::max(c.images(), most_images);
         if turns || !whole || c.weight != 1.0 {
             let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
             let moving = if whole { c.images() } else { c.normal.dot(&push(&c)) };
@@ -479,10 +482,18 @@ fn sweeps<const FRICTION: bool>(
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
     let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
-    let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
+    // A node whose gap grows faster than the body's surface can follow takes no impulse: it is left out, as long as what all
+    // changes of the impulses together can do to the body, however they add up, leaves its surface below twice the speed.
+    let follows = most_images * (inertia.inverse_mass + farthest * inertia.inverse_moments.max());
+    let mut out_of_reach = if FRICTION { f64::INFINITY } else { 2.0 * moving };
+    let (mut sweeps, mut most, mut converged, mut changes) = (0, MAX_SWEEPS, false, 0.0);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
+            let [.., approach, _, _] = slot;
+            if *approach > out_of_reach {
+                continue;
+            }
             let mut c = Candidate::read(slot);
             if c.impulse > 0.0 {
                 c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
@@ -499,6 +510,7 @@ fn sweeps<const FRICTION: bool>(
                 let [.., place] = slot;
                 *place = impulse;
                 let mut size = math::abs(change);
+                changes += size;
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
@@ -529,6 +541,12 @@ fn sweeps<const FRICTION: bool>(
         }
         sweeps += 1;
         converged = largest_change <= tolerance;
+        if out_of_reach < f64::INFINITY && !(changes * follows < 0.9 * moving) {
+            // Once more from the start, with all of them.
+            (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
+            (velocity, rate) = (body.velocity, body.angular_velocity);
+            candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
+        }
     }
     Solved { sweeps, converged, velocity, angular_velocity: rate }
 }
@@ -693,14 +711,23 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
-    for c in 0..count {
-        let Some(node) = system.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
-        let (i, j) = system.layout.column_and_row(node);
-        let (_, v) = system.node(i, j);
-        let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
-        Found::read(slot).with_velocity(&Vector::from(v), system.model.unit_speed).write(slot);
-        if let Some(place) = system.blocks.tangential.get_mut(c) {
-            Tangential::read(place).with_velocity(&(Vector::from(v) * system.model.unit_speed)).write(place);
+    let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
+    let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
+    // They come row by row: one division for each row is enough.
+    let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
+    for (c, (slot, &node)) in candidates.iter_mut().zip(candidate_nodes.iter()).take(count).enumerate() {
+        let node = node as usize;
+        if node < start || node >= start + nx {
+            let (_, j) = system.layout.column_and_row(node);
+            (start, row) = (j * nx, planes::row(hot, chunks, j));
+        }
+        let i = node - start;
+        let lane = i % CHUNK;
+        let Some(chunk) = row.get(i / CHUNK) else { break };
+        let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+        Found::read(slot).with_velocity(&v, unit_speed).write(slot);
+        if let Some(place) = tangential.get_mut(c) {
+            Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
         }
     }
 }

@@ -164,9 +164,9 @@ impl System<'_> {
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
-        let row = planes::row(self.blocks.hot, self.layout.chunks, j);
+        let chunk = planes::row(self.blocks.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
         let at = |plane: usize, turn: bool| {
-            let value = planes::get(row, plane, i).unwrap_or(0.0);
+            let value = chunk[plane][i % CHUNK];
             if turn { -value } else { value }
         };
         ([at(0, turn_x), at(1, turn_y), at(2, false)], [at(3, turn_x), at(4, turn_y), at(5, false)])
@@ -174,10 +174,11 @@ impl System<'_> {
 
     pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
         let row = planes::row_mut(self.blocks.hot, self.layout.chunks, j);
-        for (plane, value) in u.into_iter().chain(v).enumerate() {
-            if let Some(slot) = planes::get_mut(row, plane, i) {
-                *slot = value;
-            }
+        let Some(chunk) = row.get_mut(i / CHUNK) else { return };
+        let lane = i % CHUNK;
+        for k in 0..3 {
+            chunk[k][lane] = u[k];
+            chunk[3 + k][lane] = v[k];
         }
     }
 
