@@ -1,7 +1,7 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 use crate::blocks::Blocks;
-use crate::contact;
+use crate::contact::{self, NOT_KEPT};
 use crate::direction::Directions;
 use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
@@ -94,7 +94,7 @@ pub(crate) struct Rows<'r> {
     /// Velocities along z before the sweep; empty for a single sheet.
     pub before: &'r mut [[f64; CHUNK]],
     /// Least and greatest displacement along y and x, one entry a row.
-    pub ranges: &'r mut [[f64; 4]],
+    pub ranges: &'r mut [[u32; 4]],
     /// Fixed nodes, one entry a row.
     pub runs: &'r [[u32; 4]],
     /// Bars and widths of a graded network.
@@ -199,10 +199,10 @@ impl Rows<'_> {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
             let [low, high, left, right] = range;
-            [*low, *high] = reach;
-            if !left.is_nan() {
+            [*low, *high] = reach.map(contact::end_of_range);
+            if *left != NOT_KEPT {
                 // While the row is at hand.
-                [*left, *right] = contact::spread(row, terms.instructions);
+                [*left, *right] = contact::spread(row, terms.instructions).map(contact::end_of_range);
             }
             book(j, pulls);
             if let Some(taken) = taken {

@@ -2,7 +2,7 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
-use crate::contact;
+use crate::contact::{NOT_KEPT, end_of_range};
 use crate::direction::{Along, Direction, Directions};
 use crate::error::{Error, Failure};
 use crate::grading::{self, Net, PLACE};
@@ -422,8 +422,8 @@ impl System<'_> {
         }
         if let Some(range) = self.blocks.ranges.get_mut(j) {
             let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
-            let [left, right] = contact::NOT_KEPT;
-            *range = [least, high.iter().fold(0.0, |greatest, &y| math::max(y, greatest)), left, right];
+            let greatest = high.iter().fold(0.0, |greatest, &y| math::max(y, greatest));
+            *range = [end_of_range(least), end_of_range(greatest), NOT_KEPT, NOT_KEPT];
         }
         moved
     }
