@@ -71,13 +71,9 @@ pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
         "viscous" => sheets::viscous(SIZE),
         "rate" => sheets::rate(SIZE),
         "plies" => sheets::plies(SIZE),
-        "p3" => sheets::Case{name:"p3",scene:fabric::Scene::sheet_3in_sphere(),start:sheets::nothing,before:0},
-        "p10" => sheets::Case{name:"p10",scene:fabric::Scene::sheet_10in_cylinder(),start:sheets::nothing,before:0},
-        "run350" => sheets::whole_run(350),
-        "run700" => sheets::whole_run(700),
         _ => sheets::sweep(SIZE),
     };
-    case.before = std::env::var("BEFORE").map_or(BEFORE,|b|b.parse().unwrap());
+    case.before = BEFORE;
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, _) = sheets::prepare(&case, &mut buffers)?;
     sheets::advance(&mut sim, sheets::Way { instructions: set, threads: 1 }, steps)
