@@ -117,6 +117,7 @@ struct Plan {
     layout: Layout,
     toe: Toe,
     rates: Rates,
+    fetches: bool,
     instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -383,6 +384,7 @@ impl Plan {
             layout: system.layout,
             toe: system.model.toe,
             rates: step::rates(system),
+            fetches: system.fetches,
             instructions: system.instructions,
             marked,
             track_support,
@@ -420,8 +422,9 @@ impl Plan {
 
     /// Constants of the sweep.
     fn terms(&self) -> Terms<'_> {
-        let Plan { layout, toe, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, instructions: *instructions }
+        let Plan { layout, toe, rates, fetches, instructions, .. } = self;
+        let directions = self.directions();
+        Terms { layout, directions, toe: *toe, rates: *rates, fetches: *fetches, instructions: *instructions }
     }
 
     /// Copies what a band needs of its neighbours' rows, before any row is swept.

@@ -23,6 +23,10 @@ pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const TOUCH_REALS: usize = 6;
 
+/// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
+/// what the cores of a server share in their third level.
+const CACHED_REALS: usize = (12 << 20) / 8;
+
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
 
@@ -305,6 +309,11 @@ impl Layout {
         self.nodes_y + usize::from(self.y.mirrored)
     }
 
+    /// Whether the hot rows are too large for the caches, so that a pass has to fetch them from memory.
+    pub(crate) fn exceeds_caches(&self) -> bool {
+        self.nodes_y * self.chunks * CHUNK * HOT_PLANES > CACHED_REALS
+    }
+
     /// Whether there are several plies.
     pub fn is_stack(&self) -> bool {
         self.plies > 1
@@ -377,6 +386,16 @@ mod tests {
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
         scene.yarn.stochastic = true;
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
+    }
+
+    #[test]
+    fn sheets_that_exceed_the_caches() {
+        let mut scene = Scene::sheet_3in_sphere();
+        // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
+        for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
+            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches(), exceeds);
+        }
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.

@@ -25,6 +25,8 @@ pub(crate) struct Terms<'t> {
     pub toe: Toe,
     /// Dependence on the rate of strain.
     pub rates: Rates,
+    /// Whether rows are fetched from memory ahead of their turn.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
@@ -38,6 +40,7 @@ impl<'t> Terms<'t> {
             toe: self.toe,
             net,
             rates: &self.rates,
+            fetches: self.fetches,
             instructions: self.instructions,
         }
     }
@@ -341,6 +344,7 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
 
 #[cfg(test)]
 mod tests {
+    use crate::lanes::InstructionSet;
     use crate::{Failure, Layout, Scene, Sim};
 
     #[test]
@@ -373,6 +377,27 @@ mod tests {
         };
         for toe in [0.0, 0.02] {
             assert_eq!(run(toe, true), run(toe, false));
+        }
+    }
+
+    /// The path of sheets beyond the caches gives a small one the bits of its own.
+    #[test]
+    fn rows_fetched_from_memory_move_as_others_do() {
+        let run = |exceeds: bool, set: InstructionSet| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(!sim.system.fetches);
+            sim.system.fetches = exceeds;
+            sim.use_instructions(set).unwrap();
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            assert_eq!(run(true, set), run(false, set));
         }
     }
 }

@@ -41,6 +41,8 @@ pub(crate) struct System<'a> {
     /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
     pub awake: [usize; 2],
     pub skip_rest: bool,
+    /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
@@ -58,6 +60,7 @@ impl<'a> System<'a> {
         failure: None,
         awake: [0, 0],
         skip_rest: true,
+        fetches: false,
         instructions: InstructionSet::Scalar,
     };
 }
