@@ -141,7 +141,7 @@ struct Pointers {
     lines: *const Chunk<LINE_PLANES>,
     before: *mut [f64; CHUNK],
     awake: *const [u32; 2],
-    ranges: *mut [f64; 2],
+    ranges: *mut [u32; 4],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
     scratch: *mut f64,

@@ -181,7 +181,7 @@ impl Layout {
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
+            .checked_add(if viscous || rate { nodes_y } else { 0 })?
             .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
@@ -195,7 +195,7 @@ impl Layout {
         let reals = rows.checked_add(scratch)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
-        let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
+        let words = nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(candidates)?;
         let columns = nodes_x.checked_mul(y.modelled())?;
         let words = words
             .checked_add(stack(plies.checked_mul(2)?))?
@@ -411,11 +411,11 @@ mod tests {
         let layout = Layout::of(&tiny()).unwrap();
         // Segments: 8 in each of 5 rows, 4 in each of 9 columns.
         assert_eq!((layout.nodes(), layout.segments(), layout.chunks), (45, 40 + 36, 2));
-        // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column and two a
-        // row; the candidates.
-        let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 5;
-        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 4 * 5 + 10));
-        assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 2);
+        // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column;
+        // the candidates. Words: eight a row.
+        let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
+        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 8 * 5 + 10));
+        assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 4);
         assert_eq!(layout.bytes(), 64 * layout.lines());
         let frame = frame_words(layout.parts());
         assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
@@ -466,7 +466,7 @@ mod tests {
         let layout = Layout::of(&scene).unwrap();
         // Rows 0 to 2 and the image of row 1; the columns have a segment from each of the three.
         assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
-        let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 3;
+        let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
         assert_eq!(layout.reals, rows + 10 * CANDIDATE_REALS);
     }
 

@@ -1,6 +1,7 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 use crate::blocks::Blocks;
+use crate::contact::{self, NOT_KEPT};
 use crate::direction::Directions;
 use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
@@ -95,8 +96,8 @@ pub(crate) struct Rows<'r> {
     pub taken: &'r mut [f64],
     /// Velocities along z before the sweep; empty for a single sheet.
     pub before: &'r mut [[f64; CHUNK]],
-    /// Least and greatest y displacement, one entry a row.
-    pub ranges: &'r mut [[f64; 2]],
+    /// Least and greatest displacement along y and x, one entry a row.
+    pub ranges: &'r mut [[u32; 4]],
     /// Fixed nodes, one entry a row.
     pub runs: &'r [[u32; 4]],
     /// Bars and widths of a graded network.
@@ -195,12 +196,17 @@ impl Rows<'_> {
             let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
             let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
             report = report.merged(met);
-            *range = reach;
             let pulls = if weighed {
                 restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
             } else {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
+            let [low, high, left, right] = range;
+            [*low, *high] = reach.map(contact::end_of_range);
+            if *left != NOT_KEPT {
+                // While the row is at hand.
+                [*left, *right] = contact::spread(row, terms.instructions).map(contact::end_of_range);
+            }
             book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);

@@ -13,7 +13,7 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate, Found};
+use crate::contact::{self, Candidate, Found, NOT_KEPT};
 use crate::error::Failure;
 use crate::grading::Net;
 use crate::math;
@@ -260,7 +260,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
         if let Some(range) = system.blocks.ranges.get_mut(j) {
-            *range = [low, high];
+            *range = [contact::end_of_range(low), contact::end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
     system.awake = [0, system.layout.nodes_y];
