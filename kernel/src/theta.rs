@@ -13,7 +13,7 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate, Found};
+use crate::contact::{self, Candidate, Found, NOT_KEPT};
 use crate::error::Failure;
 use crate::grading::Net;
 use crate::math;
@@ -169,8 +169,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let chunks = system.layout.chunks;
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let directions = &system.directions;
-    let uniform = Constants::Uniform(directions.of_ply(false));
+    let directions = system.directions.of_ply(0);
+    let uniform = Constants::Uniform(directions);
     let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
     if system.layout.x.mirrored {
@@ -260,7 +260,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
         if let Some(range) = system.blocks.ranges.get_mut(j) {
-            *range = [low, high];
+            *range = [contact::end_of_range(low), contact::end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
     system.awake = [0, system.layout.nodes_y];
@@ -277,7 +277,7 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                if !system.directions.along(axis).law.is_damaging(q, segment.history) {
+                if !system.direction(axis, j).law.is_damaging(q, segment.history) {
                     continue;
                 }
                 let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
