@@ -62,21 +62,21 @@ let view: View | undefined;
 const plots = element("plots", HTMLElement);
 const atTime = (seconds: number): void => goTo(Math.round(seconds / (ROW * dt)));
 const PLOTS = [
-  new Plot(plots, "Velocity of the fragment, normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
-  new Plot(plots, "Force on the fragment, normal to the sheet", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
+  new Plot(plots, "Velocity normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
+  new Plot(plots, "Force normal to the sheet", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
   new Plot(plots, "Energy absorbed", "J", [
     { name: "all", colour: "--a", of: (row) => row.contact_work_j },
     { name: "strain", colour: "--b", of: (row) => row.strain_j },
     { name: "kinetic", colour: "--c", of: (row) => row.fabric_kinetic_j },
     { name: "rupture", colour: "--d", of: (row) => row.dissipated_j },
-    { name: "contact loss", colour: "--e", of: (row) => row.contact_loss_j },
+    { name: "contact loss and friction", colour: "--e", of: (row) => row.contact_loss_j + row.friction_j },
     { name: "viscous", colour: "--f", of: (row) => row.viscous_j },
   ], atTime),
   new Plot(plots, "Energy balance: what does not close", "% of the impact", [{ name: "residual", colour: "--d", of: (row) => (100 * row.energy_residual_j) / Math.max(history[0]?.projectile_kinetic_j ?? 1, 1e-12) }], atTime),
 ];
 
 const VALUES = {
-  time: "Time", velocity: "Velocity of the fragment, normal to the sheet", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
+  time: "Time", velocity: "Velocity normal to the sheet", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
   balance: "Energy balance", outcomes: "Outcomes", digest: "Digest here", native: "Digest, native library", same: "Same bits", speed: "Speed of the steps", slower: "Slower than reality",
 };
 const values = Object.fromEntries(
