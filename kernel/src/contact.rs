@@ -11,7 +11,7 @@
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
-use crate::blocks::Blocks;
+use crate::blocks::{Blocks, NOT_KEPT, end_of_range, range_of};
 use crate::error::Failure;
 use crate::friction::{self, Tangential};
 use crate::grading::{LINE_PLANES, Net, PLACE};
@@ -601,19 +601,6 @@ pub(crate) struct Gathered {
     pub deepest: f64,
     /// Whether the body meets the sheet beyond the fine part of a graded network.
     pub is_beyond_fine: bool,
-}
-
-/// In place of a row's range along x: contact does not ask for it, and the sweep need not find it.
-pub(crate) const NOT_KEPT: u32 = u32::MAX;
-
-/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number of half the length.
-pub(crate) fn end_of_range(end: f64) -> u32 {
-    (end as f32).to_bits()
-}
-
-/// The range of a row from its ends as they are kept: no narrower than it was.
-fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
-    [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such

@@ -1,7 +1,7 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
-use crate::blocks::Blocks;
-use crate::contact::{self, NOT_KEPT};
+use crate::blocks::{Blocks, NOT_KEPT, end_of_range};
+use crate::contact;
 use crate::direction::Directions;
 use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
@@ -202,10 +202,10 @@ impl Rows<'_> {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
             let [low, high, left, right] = range;
-            [*low, *high] = reach.map(contact::end_of_range);
+            [*low, *high] = reach.map(end_of_range);
             if *left != NOT_KEPT {
                 // While the row is at hand.
-                [*left, *right] = contact::spread(row, terms.instructions).map(contact::end_of_range);
+                [*left, *right] = contact::spread(row, terms.instructions).map(end_of_range);
             }
             book(j, pulls);
             if let Some(taken) = taken {

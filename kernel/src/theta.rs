@@ -11,9 +11,9 @@
 //! constant is twice Verlet's. Without convergence the step fails with the state kept at t_n.
 //! Reference: Powell and Zohdi (2009), their temporal discretisation and adaptive iteration.
 
-use crate::blocks::Blocks;
+use crate::blocks::{Blocks, NOT_KEPT, end_of_range};
 use crate::body;
-use crate::contact::{self, Candidate, Found, NOT_KEPT};
+use crate::contact::{self, Candidate, Found};
 use crate::error::Failure;
 use crate::grading::Net;
 use crate::math;
@@ -260,7 +260,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
         if let Some(range) = system.blocks.ranges.get_mut(j) {
-            *range = [contact::end_of_range(low), contact::end_of_range(high), NOT_KEPT, NOT_KEPT];
+            *range = [end_of_range(low), end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
     system.awake = [0, system.layout.nodes_y];
