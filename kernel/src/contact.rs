@@ -229,12 +229,12 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    /// Chunks [first, end) of a row outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
+    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
     /// lies in `range`.
-    fn chunks(&self, x0: f64, [low, high]: [f64; 2]) -> [usize; 2] {
+    fn chunks(&self, x0: f64, [low, high]: [f64; 2], count: usize) -> [usize; 2] {
         let ([x, ..], [half, ..]) = (self.centre, self.half);
-        let chunk = |column: f64| (column / CHUNK as f64) as usize;
         // What lies before the first column becomes 0.
+        let chunk = |column: f64| ((column / CHUNK as f64) as usize).min(count);
         [chunk(x - half - x0 - high), chunk(x + half - x0 - low) + 1]
     }
 
@@ -542,7 +542,8 @@ fn sweeps<const FRICTION: bool>(
         }
         sweeps += 1;
         converged = largest_change <= tolerance;
-        if out_of_reach < f64::INFINITY && !(changes * follows < 0.9 * moving) {
+        let followed = changes * follows < 0.9 * moving;
+        if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
             (velocity, rate) = (body.velocity, body.angular_velocity);
@@ -644,7 +645,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 // From here on the sweep keeps it.
                 [*left, *right] = spread(row, system.instructions).map(end_of_range);
             }
-            near.chunks(x0, range_of([*left, *right]))
+            near.chunks(x0, range_of([*left, *right]), chunks)
         };
         while let Some((c, beyond)) = near.next(row, net.columns, [from, end], first) {
             from = c + 1;
@@ -1101,7 +1102,7 @@ mod tests {
             };
             let set = InstructionSet::Scalar;
             let range = spread(&row, set);
-            let [start, end] = Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], range);
+            let [start, end] = Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], range, row.len());
             for c in (0..10).filter(|c| !(start..end).contains(c)) {
                 left_out += 1;
                 assert_eq!(inside(c), [false; CHUNK]);
