@@ -9,19 +9,6 @@ use crate::planes::{
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 
-/// In place of a row's range along x: contact does not ask for it, and the sweep need not find it.
-pub(crate) const NOT_KEPT: u32 = u32::MAX;
-
-/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number of half the length.
-pub(crate) fn end_of_range(end: f64) -> u32 {
-    (end as f32).to_bits()
-}
-
-/// The range of a row from its ends as they are kept: no narrower than it was.
-pub(crate) fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
-    [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
-}
-
 /// Refuses memory that is too short for a scene of these sizes.
 pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> {
     let (have, need) = (memory.len(), layout.lines());

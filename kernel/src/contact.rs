@@ -11,7 +11,7 @@
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
-use crate::blocks::{Blocks, NOT_KEPT, end_of_range, range_of};
+use crate::blocks::Blocks;
 use crate::error::Failure;
 use crate::friction::{self, Tangential};
 use crate::grading::{LINE_PLANES, Net, PLACE};
@@ -22,6 +22,7 @@ use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
+use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
@@ -305,33 +306,6 @@ impl<const GRADED: bool> Job for Near<'_, GRADED> {
             }
         }
         None
-    }
-}
-
-/// Least and greatest displacement along x of a row, or 0.
-#[inline(never)] // It must not add to the stack of the sweep.
-pub(crate) fn spread(row: &[Chunk<HOT_PLANES>], instructions: InstructionSet) -> [f64; 2] {
-    lanes::dispatch(instructions, Spread(row))
-}
-
-/// [`spread`] as a job for the lanes.
-struct Spread<'a>(&'a [Chunk<HOT_PLANES>]);
-
-impl Job for Spread<'_> {
-    type Output = [f64; 2];
-
-    #[inline(always)]
-    fn run<L: Lane>(self) -> [f64; 2] {
-        let (mut low, mut high) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for [x, ..] in self.0 {
-            let bounds = L::groups_mut(&mut low).iter_mut().zip(L::groups_mut(&mut high));
-            for (x, (low, high)) in L::groups(x).iter().zip(bounds) {
-                let x = L::load(x);
-                x.min(L::load(low)).store(low);
-                x.max(L::load(high)).store(high);
-            }
-        }
-        [low.iter().fold(0.0, |a, &b| math::min(b, a)), high.iter().fold(0.0, |a, &b| math::max(b, a))]
     }
 }
 

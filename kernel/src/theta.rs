@@ -11,7 +11,7 @@
 //! constant is twice Verlet's. Without convergence the step fails with the state kept at t_n.
 //! Reference: Powell and Zohdi (2009), their temporal discretisation and adaptive iteration.
 
-use crate::blocks::{Blocks, NOT_KEPT, end_of_range};
+use crate::blocks::Blocks;
 use crate::body;
 use crate::contact::{self, Candidate, Found};
 use crate::error::Failure;
@@ -22,6 +22,7 @@ use crate::planes::{
 };
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::ranges::{NOT_KEPT, end_of_range};
 use crate::rows::{place_image_column, place_image_row};
 use crate::scene::Integrator;
 use crate::state::COUNT_MAX;
