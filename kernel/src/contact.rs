@@ -22,6 +22,7 @@ use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
+use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
@@ -229,12 +230,12 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    /// Chunks [first, end) of a row outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
+    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
     /// lies in `range`.
-    fn chunks(&self, x0: f64, [low, high]: [f64; 2]) -> [usize; 2] {
+    fn chunks(&self, x0: f64, [low, high]: [f64; 2], count: usize) -> [usize; 2] {
         let ([x, ..], [half, ..]) = (self.centre, self.half);
-        let chunk = |column: f64| (column / CHUNK as f64) as usize;
         // What lies before the first column becomes 0.
+        let chunk = |column: f64| ((column / CHUNK as f64) as usize).min(count);
         [chunk(x - half - x0 - high), chunk(x + half - x0 - low) + 1]
     }
 
@@ -305,33 +306,6 @@ impl<const GRADED: bool> Job for Near<'_, GRADED> {
             }
         }
         None
-    }
-}
-
-/// Least and greatest displacement along x of a row, or 0.
-#[inline(never)] // It must not add to the stack of the sweep.
-pub(crate) fn spread(row: &[Chunk<HOT_PLANES>], instructions: InstructionSet) -> [f64; 2] {
-    lanes::dispatch(instructions, Spread(row))
-}
-
-/// [`spread`] as a job for the lanes.
-struct Spread<'a>(&'a [Chunk<HOT_PLANES>]);
-
-impl Job for Spread<'_> {
-    type Output = [f64; 2];
-
-    #[inline(always)]
-    fn run<L: Lane>(self) -> [f64; 2] {
-        let (mut low, mut high) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for [x, ..] in self.0 {
-            let bounds = L::groups_mut(&mut low).iter_mut().zip(L::groups_mut(&mut high));
-            for (x, (low, high)) in L::groups(x).iter().zip(bounds) {
-                let x = L::load(x);
-                x.min(L::load(low)).store(low);
-                x.max(L::load(high)).store(high);
-            }
-        }
-        [low.iter().fold(0.0, |a, &b| math::min(b, a)), high.iter().fold(0.0, |a, &b| math::max(b, a))]
     }
 }
 
@@ -542,7 +516,8 @@ fn sweeps<const FRICTION: bool>(
         }
         sweeps += 1;
         converged = largest_change <= tolerance;
-        if out_of_reach < f64::INFINITY && !(changes * follows < 0.9 * moving) {
+        let followed = changes * follows < 0.9 * moving;
+        if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
             (velocity, rate) = (body.velocity, body.angular_velocity);
@@ -603,19 +578,6 @@ pub(crate) struct Gathered {
     pub is_beyond_fine: bool,
 }
 
-/// In place of a row's range along x: contact does not ask for it, and the sweep need not find it.
-pub(crate) const NOT_KEPT: u32 = u32::MAX;
-
-/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number of half the length.
-pub(crate) fn end_of_range(end: f64) -> u32 {
-    (end as f32).to_bits()
-}
-
-/// The range of a row from its ends as they are kept: no narrower than it was.
-fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
-    [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
-}
-
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone.
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
@@ -657,7 +619,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 // From here on the sweep keeps it.
                 [*left, *right] = spread(row, system.instructions).map(end_of_range);
             }
-            near.chunks(x0, range_of([*left, *right]))
+            near.chunks(x0, range_of([*left, *right]), chunks)
         };
         while let Some((c, beyond)) = near.next(row, net.columns, [from, end], first) {
             from = c + 1;
@@ -1114,7 +1076,7 @@ mod tests {
             };
             let set = InstructionSet::Scalar;
             let range = spread(&row, set);
-            let [start, end] = Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], range);
+            let [start, end] = Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], range, row.len());
             for c in (0..10).filter(|c| !(start..end).contains(c)) {
                 left_out += 1;
                 assert_eq!(inside(c), [false; CHUNK]);

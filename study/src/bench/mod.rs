@@ -77,8 +77,8 @@ enum Group {
     Fmu,
     States,
     Instructions,
-    Preset(&'static str, fn() -> Scene),
-    Answer(&'static str, fn() -> Scene),
+    Preset(&'static str, Preset),
+    Answer(&'static str, Preset),
     V50,
 }
 
@@ -139,15 +139,20 @@ fn groups(options: &Options) -> Vec<Group> {
     groups.extend([105, 350, 700].map(Group::Contact));
     groups.extend([105, 350].map(Group::Ledger));
     groups.extend([Group::Memory, Group::Fmu, Group::States, Group::Instructions]);
-    let presets: [(&str, fn() -> Scene); 2] =
-        [("3 in sheet, sphere", Scene::sheet_3in_sphere), ("10 in sheet, cylinder", Scene::sheet_10in_cylinder)];
-    groups.extend(presets.map(|(name, scene)| Group::Preset(name, scene)));
+    let [(small, sphere), (large, cylinder)] = PRESETS;
+    groups.extend([Group::Preset(small, sphere), Group::Preset(large, cylinder)]);
     if !options.quick {
-        groups.extend(presets.map(|(name, scene)| Group::Answer(name, scene)));
-        groups.push(Group::V50);
+        groups.extend([Group::Answer(small, sphere), Group::Answer(large, cylinder), Group::V50]);
     }
     groups
 }
+
+/// Makes a scene.
+type Preset = fn() -> Scene;
+
+/// The presets.
+const PRESETS: [(&str, Preset); 2] =
+    [("3 in sheet, sphere", Scene::sheet_3in_sphere), ("10 in sheet, cylinder", Scene::sheet_10in_cylinder)];
 
 /// Simulated time of the presets, s.
 const PRESET_SECONDS: f64 = 0.5e-3;
