@@ -22,6 +22,7 @@ use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
+use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread, widen_range};
 use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
@@ -296,33 +297,6 @@ impl<const GRADED: bool> Job for Near<'_, GRADED> {
             }
         }
         None
-    }
-}
-
-/// Least and greatest displacement along x of a row, or 0.
-#[inline(never)] // It must not add to the stack of the sweep.
-pub(crate) fn spread(row: &[Chunk<HOT_PLANES>], instructions: InstructionSet) -> [f64; 2] {
-    lanes::dispatch(instructions, Spread(row))
-}
-
-/// [`spread`] as a job for the lanes.
-struct Spread<'a>(&'a [Chunk<HOT_PLANES>]);
-
-impl Job for Spread<'_> {
-    type Output = [f64; 2];
-
-    #[inline(always)]
-    fn run<L: Lane>(self) -> [f64; 2] {
-        let (mut low, mut high) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for [x, ..] in self.0 {
-            let bounds = L::groups_mut(&mut low).iter_mut().zip(L::groups_mut(&mut high));
-            for (x, (low, high)) in L::groups(x).iter().zip(bounds) {
-                let x = L::load(x);
-                x.min(L::load(low)).store(low);
-                x.max(L::load(high)).store(high);
-            }
-        }
-        [low.iter().fold(0.0, |a, &b| math::min(b, a)), high.iter().fold(0.0, |a, &b| math::max(b, a))]
     }
 }
 
@@ -611,19 +585,6 @@ pub(crate) struct Gathered {
     pub deepest: f64,
     /// Whether the body meets the sheet beyond the fine part of a graded network.
     pub is_beyond_fine: bool,
-}
-
-/// In place of a row's range along x: contact does not ask for it, and the sweep need not find it.
-pub(crate) const NOT_KEPT: u32 = u32::MAX;
-
-/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number of half the length.
-pub(crate) fn end_of_range(end: f64) -> u32 {
-    (end as f32).to_bits()
-}
-
-/// The range of a row from its ends as they are kept: no narrower than it was.
-fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
-    [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
@@ -934,15 +895,6 @@ fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
         if *left != NOT_KEPT {
             widen_range([left, right], x);
         }
-    }
-}
-
-fn widen_range([low, high]: [&mut u32; 2], displacement: f64) {
-    let end = end_of_range(displacement);
-    if f32::from_bits(end) < f32::from_bits(*low) {
-        *low = end;
-    } else if f32::from_bits(end) > f32::from_bits(*high) {
-        *high = end;
     }
 }
 

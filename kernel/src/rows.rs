@@ -1,7 +1,6 @@
 //! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
 
 use crate::blocks::Blocks;
-use crate::contact::{self, NOT_KEPT};
 use crate::direction::Directions;
 use crate::grading::Net;
 use crate::lanes::{self, InstructionSet, Job, Lane};
@@ -11,6 +10,7 @@ use crate::planes::{
     STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::ranges::{self, NOT_KEPT};
 use crate::rate::Rates;
 use crate::sweep::{Constants, Pass, Report, Row, YarnRow};
 use crate::symmetry::Line;
@@ -199,10 +199,10 @@ impl Rows<'_> {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
             let [low, high, left, right] = range;
-            [*low, *high] = reach.map(contact::end_of_range);
+            [*low, *high] = reach.map(ranges::end_of_range);
             if *left != NOT_KEPT {
                 // While the row is at hand.
-                [*left, *right] = contact::spread(row, terms.instructions).map(contact::end_of_range);
+                [*left, *right] = ranges::spread(row, terms.instructions).map(ranges::end_of_range);
             }
             book(j, pulls);
             if let Some(taken) = taken {

@@ -2,7 +2,6 @@
 //! segments. What steps it and reads it out are functions of it, on the floors above.
 
 use crate::blocks::Blocks;
-use crate::contact::{NOT_KEPT, end_of_range};
 use crate::direction::{Along, Direction, Directions};
 use crate::error::{Error, Failure};
 use crate::grading::{self, Net, PLACE};
@@ -17,6 +16,7 @@ use crate::planes::{
 };
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::ranges::{NOT_KEPT, end_of_range};
 use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
