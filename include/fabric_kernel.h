@@ -152,6 +152,9 @@
 // An option that does not go with another one, each of which is good by itself. The fault's text names both.
 #define FK_DOES_NOT_GO_WITH -37
 
+// Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
+#define FK_PLIES_OVERLAP -38
+
 // A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
 #define FK_NON_FINITE -50
 
@@ -316,8 +319,8 @@ typedef struct fk_scene_sheet {
 // Separate plies one behind the other: a part of fk_scene.
 typedef struct fk_scene_stack {
     // Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity
-    // Verlet only; not with mirror planes, friction, a dependence on the rate of strain or a graded network. 1 to 1000.
-    // Default 1.
+    // Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network. 1 to 1000. Default
+    // 1.
     uint64_t plies;
     // Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read
     // for more than one ply only. In m, >= 0. Default 0.
@@ -326,6 +329,39 @@ typedef struct fk_scene_stack {
     // more than one ply only. 0 or 1. Default 0.
     uint64_t turned;
 } fk_scene_stack;
+
+// Another fabric of the last plies, in the same grid of nodes. The numbers are read if back.plies is not 0: a part of
+// fk_scene.
+typedef struct fk_scene_back {
+    // The last so many plies, less than stack.plies, are of this fabric; 0: none. 0 to 1000. Default 0.
+    uint64_t plies;
+    // Mass of a node of a ply (M7). In kg, > 0. Default 6.52e-8.
+    double node_mass;
+    // Cross-section A_0 of a bar along x (M4). In m2, > 0. Default 1.075e-7.
+    double yarn_area;
+    // Cross-section of a bar along y; 0: as along x. In m2, >= 0. Default 0.
+    double yarn_area_y;
+    // Crimp of the yarns along x and along y. 0 to 1. Default 0 each.
+    double crimp[2];
+    // Mean Young's modulus E of a segment (M3). In Pa, > 0. Default 1.4021e11.
+    double modulus_mean;
+    // Standard deviation of the modulus. Modulus and damage rate are drawn if this or back.damage_sd is not 0. In Pa,
+    // >= 0. Default 2.04e9.
+    double modulus_sd;
+    // Slope of the damage rate over the modulus (M6). In 1/Pa. Default 7.91e-9.
+    double damage_slope;
+    // Damage rate at zero modulus (M6); the mean rate must be at least 3. Default -878.46.
+    double damage_intercept;
+    // Standard deviation of the damage rate about the line. >= 0. Default 8.35.
+    double damage_sd;
+    // Critical stretch U_c at which damage begins (M5). > 1 and <= 2. Default 1.03.
+    double critical_stretch;
+    // Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not drawn. 0 to 1000. Default 0.
+    double weibull_shape;
+    // Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts
+    // for drawn strength only. In m, >= 0. Default 0.
+    double weibull_gauge_length;
+} fk_scene_back;
 
 // How the sheet is held: a part of fk_scene.
 typedef struct fk_scene_attachment {
@@ -455,7 +491,7 @@ typedef struct fk_scene_projectile {
 // Contact of yarn and projectile: a part of fk_scene.
 typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
-    // Velocity Verlet only; not with separate plies or a graded network. 0 to 10. Default 0.
+    // Velocity Verlet only; not with a graded network. 0 to 10. Default 0.
     double friction;
 } fk_scene_contact;
 
@@ -509,6 +545,8 @@ typedef struct fk_scene {
     fk_scene_sheet sheet;
     // Separate plies one behind the other.
     fk_scene_stack stack;
+    // Another fabric of the last plies, in the same grid of nodes. The numbers are read if back.plies is not 0.
+    fk_scene_back back;
     // How the sheet is held.
     fk_scene_attachment attachment;
     // The yarn law and its scatter.
@@ -848,6 +886,15 @@ int32_t fk_scene_set_textile(fk_scene *scene,
                              struct fk_fault *fault,
                              uint64_t fault_size);
 
+// Makes the group `back` of `scene`, but for back.plies, the fabric of a textile's data sheet in the scene's own grid of nodes, and
+// yarn.viscosity_quadratic that of the textile of the two that takes less; all else stays (docs/model.md, "Two fabrics").
+// Sizes, fault, threads, time and errors: as for fk_scene_set_textile. Touches: `scene`; on an error only `fault`.
+int32_t fk_scene_set_back_textile(fk_scene *scene,
+                                  const struct fk_textile *textile,
+                                  uint64_t textile_size,
+                                  struct fk_fault *fault,
+                                  uint64_t fault_size);
+
 // Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
 // expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
 // may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
@@ -993,7 +1040,7 @@ int32_t fk_set_external_load(struct fk_sim *sim, const double *force, const doub
 // Threads: changes. Time: two passes over the sheet. Touches: the block.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 // moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
-// FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
+// FK_PLIES_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 int32_t fk_set_motion(struct fk_sim *sim,
                       const double *positions,
                       const double *velocities,

@@ -175,6 +175,14 @@ inline Fault set_textile(fk_scene &scene, const fk_textile &textile) noexcept
     return fault;
 }
 
+// Makes the fabric of the last plies that of a textile. fk_scene_set_back_textile
+inline Fault set_back_textile(fk_scene &scene, const fk_textile &textile) noexcept
+{
+    Fault fault;
+    fk_scene_set_back_textile(&scene, &textile, sizeof textile, fault.raw(), sizeof(fk_fault));
+    return fault;
+}
+
 // Chooses a graded network for an error wanted. fk_scene_set_grading
 inline Fault set_grading(fk_scene &scene, double error) noexcept
 {

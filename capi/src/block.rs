@@ -102,16 +102,23 @@ impl Lent {
     }
 }
 
+/// Bytes of the block of a scene, and lines of its simulation. Not inlined: the layout must not add to the stack of making it.
+#[inline(never)]
+fn room(scene: &Scene) -> Result<(usize, usize), Error> {
+    let layout = Layout::of(scene)?;
+    Ok((bytes(&layout)?, layout.lines()))
+}
+
 /// Makes a simulation at the start of a block. On an error nothing has been written.
 pub(crate) fn init(memory: Lent, length: u64, scene: &Scene) -> Result<*mut fk_sim, Error> {
-    let layout = Layout::of(scene)?;
-    let memory = memory.start(length, bytes(&layout)?, "memory")?;
+    let (bytes, lines) = room(scene)?;
+    let memory = memory.start(length, bytes, "memory")?;
     let handle = memory.cast::<fk_sim>();
     // SAFETY: from here on the block has room for the handle and the simulation's lines in this order, both at a multiple of 64 bytes;
     // nothing else uses the block. The host need not have initialised it: any bits are a line, and the kernel reads nothing of one
     // before it has written it. The simulation is made where it stays; then the other fields are written, which drop nothing.
     unsafe {
-        let lines = core::slice::from_raw_parts_mut(memory.add(HANDLE_BYTES).cast::<CacheLine>(), layout.lines());
+        let lines = core::slice::from_raw_parts_mut(memory.add(HANDLE_BYTES).cast::<CacheLine>(), lines);
         let place = (&raw mut (*handle).sim).cast::<MaybeUninit<Sim<'static>>>();
         Sim::new_in(&mut *place, scene, lines)?;
         (*handle).magic = MAGIC;

@@ -131,6 +131,24 @@ pub unsafe extern "C" fn fk_scene_set_textile(
     telling(fault, fault_size, set)
 }
 
+/// Makes the group `back` of `scene`, but for back.plies, the fabric of a textile's data sheet in the scene's own grid of nodes, and
+/// yarn.viscosity_quadratic that of the textile of the two that takes less; all else stays (docs/model.md, "Two fabrics").
+/// Sizes, fault, threads, time and errors: as for fk_scene_set_textile. Touches: `scene`; on an error only `fault`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fk_scene_set_back_textile(
+    mut scene: Output<fk_scene>,
+    textile: Input<fk_textile>,
+    textile_size: u64,
+    fault: Output<fk_fault>,
+    fault_size: u64,
+) -> i32 {
+    let set = || {
+        let textile = read(&textile, textile_size)?;
+        change_scene(&mut scene, |scene| in_our_environment(|| scene.set_back_textile(&textile)))
+    };
+    telling(fault, fault_size, set)
+}
+
 /// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
 /// expected to be wrong by at most `error`, a part of them in [0.005, 0.1]; all else stays (docs/model.md, "Graded networks"). `fault`
 /// may be null; on an error it receives the number, the first bad field, its value and the limit. `fault_size` is its sizeof.
@@ -500,7 +518,7 @@ pub unsafe extern "C" fn fk_set_external_load(sim: ToChange, force: Input<f64>, 
 /// Threads: changes. Time: two passes over the sheet. Touches: the block.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_WRONG_LENGTH, FK_NOT_FINITE, FK_OUT_OF_RANGE (a fixed node that
 /// moves; a position beyond 1e30 spacings, a velocity beyond 1e30 spacings a step), FK_INITIAL_OVERLAP,
-/// FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
+/// FK_PLIES_OVERLAP, FK_NOT_SYMMETRIC, FK_ALREADY_STARTED, FK_MOVED_BLOCK, a latched failure.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_set_motion(sim: ToChange, positions: Input<f64>, velocities: Input<f64>, n: u64) -> i32 {
     change(sim, |sim| sim.set_motion(array(&positions, n, "positions")?, array(&velocities, n, "velocities")?))

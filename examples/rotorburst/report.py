@@ -62,7 +62,7 @@ def parameter_rows(results):
     if body["shape"] == "cylinder":
         size += f", {1e3 * body['length']:.1f} mm long, flat ends"
     return [
-        ("Sheet", f"{width}, {results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
+        ("Sheet", f"{width}, {'' if results['plies'] == 1 else str(results['plies']) + ' separate plies of '}{results['nodes']} x {results['nodes']} nodes, {results['segments']} yarn "
          f"segments, held at {options['attachment'].replace('_', ' ')}, stochastic yarn, seed {options['seed']}"),
         ("Fragment", f"{body['shape']}, {1e3 * body['mass']:.1f} g, {size}"),
         ("Flight", f"{options['speed']:g} m/s at {options['standoff']:g} m before the sheet; gravity, quadratic drag (coefficient "
@@ -134,6 +134,10 @@ def main():
             "segment fails next, so they differ as two runs of the same set-up differ:</p>",
             comparison(results, snapshots),
         ]  # fmt: skip
+    if results["plies"] > 1:
+        names = ["ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated"]
+        rows = [[k, *(f"{results['outputs'][name][k]:.4g}" for name in names)] for k in range(min(results["plies"], 8))]
+        parts += ["<h2>Each ply at the end</h2>", table(rows, numbers=(1, 2, 3, 4), header=("ply", "failed segments", "kinetic, J", "strain, J", "dissipated, J"))]
     entries = results["balances"].items()
     balances = [(name, entry["unit"], f"{entry['ours']:.6g}", f"{entry['theirs']:.6g}", f"{entry['difference']:.2e}",
               f"{entry['relative']:.1e}", entry["scale"]) for name, entry in entries]  # fmt: skip

@@ -25,12 +25,13 @@ PARAMETERS = pathlib.Path(__file__).parent.parent / "parameters"
 
 # The sheet and the fragment that strikes it: width of the sheet in inches, its usual attachment, the fragment. A third of a small
 # turbine disc (drag of a cube: S. F. Hoerner, Fluid-Dynamic Drag, 1965) on the paper's 10 in sheet, the same at half the size on the
-# paper's 3 in sheet, and the two sheets with the paper's projectiles.
+# paper's 3 in sheet, the two sheets with the paper's projectiles, and three separate plies of the 3 in sheet.
 CASES = {
     "disc": (10, "four_sides", DiscSector(0.015, 0.04, 2.0 * math.pi / 3.0, 0.01, 0.118, 1.05)),
     "small": (3, "four_sides", DiscSector(0.0075, 0.02, 2.0 * math.pi / 3.0, 0.005, 0.01475, 1.05)),
     "10in": (10, "two_sides", Body("cylinder", 6.35e-3, 38.1e-3, 0.037, 0.9)),
     "3in": (3, "four_sides", Body("sphere", 6.35e-3, 12.7e-3, 0.0084, 0.47)),
+    "plies": (3, "four_sides", Body("sphere", 6.35e-3, 12.7e-3, 0.0084, 0.47)),
 }
 SECTOR = ["inner_radius", "outer_radius", "angle", "thickness"]
 NODES = {10: 350, 3: 105}  # along a side
@@ -115,7 +116,8 @@ def write_history(path, rows):
 
 def scene_of(arguments, width, body):
     """The shield's parameters, as far as they are not its start values."""
-    parameters = read_parameters(PARAMETERS / "sheet_3in_sphere.ssv") if width == 3 else {}
+    name = "three_plies" if arguments.case == "plies" else "sheet_3in_sphere"
+    parameters = read_parameters(PARAMETERS / f"{name}.ssv") if width == 3 else {}
     if isinstance(body, DiscSector):
         sizes = {name: getattr(body, name) for name in SECTOR}
         parameters |= {"projectile.shape": DISC_SECTOR, **{f"projectile.sector.{name}": value for name, value in sizes.items()}}
@@ -175,7 +177,9 @@ def main():
     width, _, body = CASES[arguments.case]
     nodes = NODES[width]
     fragment = Fragment.launched(body, arguments.standoff, arguments.speed, arguments.spin, np.radians(arguments.tilt))
-    shield = Shield(arguments.fmu, scene_of(arguments, width, body))
+    parameters = scene_of(arguments, width, body)
+    plies, gap = parameters.get("stack.plies", 1), parameters.get("stack.gap", 0.0)
+    shield = Shield(arguments.fmu, parameters)
     began = time.perf_counter()
     ledger, rows = balances.Ledger(fragment), []
     start = fly(fragment, ledger, rows)
@@ -189,11 +193,13 @@ def main():
     write_history(arguments.out / "history.csv", rows)
     impact["pictures"] = joined(picture_times(rows, start, seen))
     impact["end"] = repr(arguments.limit)
+    impact["stack"] = f"{plies} {gap!r}"
     (arguments.out / "impact.txt").write_text("".join(f"{name} {value}\n" for name, value in impact.items()))
     results = {
         "options": {name: value for name, value in vars(arguments).items() if name not in ("fmu", "out")},
         "nodes": nodes,
-        "segments": 2 * nodes * (nodes - 1),
+        "plies": plies,
+        "segments": 2 * nodes * (nodes - 1) * plies,
         "body": {**vars(body), **({"corners": body.corners.tolist()} if isinstance(body, DiscSector) else {})},
         "start": start,
         "impact_speed": impact_speed,

@@ -18,7 +18,8 @@ REAL_OUTPUTS = [
     "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
     "contact.work", "support.impulse", "support.attachment_impulse", "energy.kinetic", "energy.strain",
     "energy.dissipated", "energy.contact_loss", "energy.residual", "momentum.residual", "fabric.max_deflection",
-    "fabric.max_stretch", "fabric.failed_segments", "contact.unconverged", "outcome.first_contact_time", "outcome.detached_time",
+    "fabric.max_stretch", "fabric.failed_segments", "contact.unconverged", "ply.failed_segments", "ply.kinetic",
+    "ply.strain", "ply.dissipated", "outcome.first_contact_time", "outcome.detached_time",
 ]  # fmt: skip
 # Each stays true once it has happened; it has its time beside it.
 BOOLEAN_OUTPUTS = [f"outcome.{name}" for name in ("first_contact", "arrested", "detached", "exited", "passed")]

@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use fabric::{
-    AttachmentKind, Draw, Drive, Faces, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape, Stack,
+    AttachmentKind, Back, Draw, Drive, Faces, Integrator, IntegratorKind, RotationRule, Scene, Sector, Shape, Stack,
     StepAfterFailure, StepCheck, StrengthDraw, Symmetry, TimeStep, Weft,
 };
 
@@ -143,6 +143,11 @@ pub fn scene(bytes: &mut Bytes) -> Scene {
         let plies = bytes.choose(&[1, 1, 2, 5]);
         let gap = h * bytes.choose(&[0.0, 0.3, 1.5]);
         scene.stack = Stack { plies, gap, turned: scene.sheet.spacing_y == 0.0 && plies == 5 };
+        // Of no bytes of its own, so that the corpora mean what they meant.
+        if plies == 5 && gap > h {
+            let weibull_shape = if scene.slack_toe == 0.0 { 5.0 } else { 0.0 };
+            scene.back = Back { plies: 2, node_mass: 0.3 * scene.sheet.node_mass, weibull_shape, ..scene.back };
+        }
     }
     let explicit = scene.integrator.kind == IntegratorKind::Verlet;
     match bytes.below(4) {

@@ -4,13 +4,13 @@
 //! cargo run --release -p fabric-kernel --example snapshots -- IMPACT OUT
 //! ```
 //! IMPACT is a text of lines `name value...` as examples/rotorburst writes it: which sheet; a disc sector's dimensions and mass, if it
-//! is not the paper's projectile; its motion when it comes near the sheet; the times of the pictures and the latest end, s. OUT is a
+//! is not the paper's projectile; number and gap of separate plies; its motion when it comes near the sheet; the times of the pictures and the latest end, s. OUT is a
 //! file of little-endian f64 numbers: nodes along x and y, number of pictures; then for each picture: its time, position (3) and
 //! orientation (4) of the projectile, positions of the nodes (3 each) and alpha of the segments (1 whole, 0 failed); then how it
 //! ended: outcome (0 arrested, 2 exited, 3 passed, -1 none of these), velocity (3) and absorbed energy then, and the number of failed
 //! segments.
 
-use fabric::{AttachmentKind, CacheLine, Layout, Outcome, Scene, Sector, Shape, Sim, TimeStep};
+use fabric::{AttachmentKind, CacheLine, Layout, Outcome, Scene, Sector, Shape, Sim, Stack, TimeStep};
 use std::collections::HashMap;
 use std::error::Error;
 
@@ -42,8 +42,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (mut positions, mut alpha) = (vec![0.0; 3 * layout.nodes()], vec![0.0; layout.segments()]);
         sim.copy_positions(&mut positions)?;
         sim.copy_damage(&mut alpha)?;
-        values.extend(positions);
-        values.extend(alpha);
+        // Of a stack the last ply, which the projectile leaves by.
+        values.extend(&positions[positions.len() - positions.len() / layout.plies..]);
+        values.extend(&alpha[alpha.len() - alpha.len() / layout.plies..]);
     }
     watch(&mut sim, fabric::math::round(end / dt) as u64, &mut ending)?;
     values.extend(ending.unwrap_or(ending_of(&sim, -1.0)?));
@@ -105,6 +106,10 @@ fn scene_of(lines: &Lines) -> Result<Scene, Box<dyn Error>> {
         "four_corners" => AttachmentKind::FourCorners,
         other => return Err(format!("attachment {other} is unknown").into()),
     };
+    if lines.contains_key("stack") {
+        let [plies, gap] = numbers(lines, "stack")?;
+        scene.stack = Stack { plies: plies as u32, gap, turned: false };
+    }
     scene.seed = word(lines, "seed")?.parse()?;
     let [dt] = numbers(lines, "dt")?;
     scene.time_step = TimeStep::seconds(dt);

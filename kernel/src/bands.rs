@@ -114,12 +114,10 @@ struct Plan {
     pushing: bool,
     /// Whether rows at rest are swept.
     all: bool,
-    /// Whether every other ply is turned.
-    turned: bool,
     layout: Layout,
-    directions: Directions,
     toe: Toe,
     rates: Rates,
+    fetches: bool,
     instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -130,6 +128,7 @@ struct Plan {
 /// Where the rows are: from the simulation's blocks, taken anew for every pass.
 #[derive(Clone, Copy)]
 struct Pointers {
+    directions: *const Directions,
     hot: *mut Chunk<HOT_PLANES>,
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
@@ -355,6 +354,7 @@ impl Plan {
             ..
         } = &mut system.blocks;
         let memory = Pointers {
+            directions: &raw const system.directions,
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
@@ -372,7 +372,7 @@ impl Plan {
             scratch,
         };
         let track_support = system.scene.track_support;
-        let (all, turned) = (system.steps_all(), system.scene.is_turned(1));
+        let all = system.steps_all();
         Plan {
             end,
             second_half,
@@ -381,11 +381,10 @@ impl Plan {
             rows,
             pushing,
             all,
-            turned,
             layout: system.layout,
-            directions: system.directions,
             toe: system.model.toe,
             rates: step::rates(system),
+            fetches: system.fetches,
             instructions: system.instructions,
             marked,
             track_support,
@@ -415,15 +414,17 @@ impl Plan {
         system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
     }
 
-    /// Constants of the sweep.
-    fn terms(&self) -> Terms<'_> {
-        let Plan { layout, directions, toe, rates, instructions, .. } = self;
-        Terms { layout, directions, toe: *toe, rates: *rates, instructions: *instructions }
+    /// What the segments have in common. A copy would add to the stack.
+    fn directions(&self) -> &Directions {
+        // SAFETY: those of the simulation, which is lent as long as there are bands; they change between plans only.
+        unsafe { &*self.memory.directions }
     }
 
-    /// Whether a ply is turned.
-    fn is_turned(&self, ply: usize) -> bool {
-        self.turned && ply % 2 == 1
+    /// Constants of the sweep.
+    fn terms(&self) -> Terms<'_> {
+        let Plan { layout, toe, rates, fetches, instructions, .. } = self;
+        let directions = self.directions();
+        Terms { layout, directions, toe: *toe, rates: *rates, fetches: *fetches, instructions: *instructions }
     }
 
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
@@ -459,10 +460,9 @@ impl Plan {
                 let history = rows(memory.history, chunks, first - 1, 1);
                 let here = rows(memory.hot, chunks, first, 1);
                 let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let turned = self.is_turned(lowest);
                 let terms = self.terms();
-                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, turned);
-                terms.pass(&self.net(), turned).lift(first - 1, below, history, here, carry, &yarn, marks);
+                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, lowest);
+                terms.pass(&self.net(), lowest).lift(first - 1, below, history, here, carry, &yarn, marks);
             } else {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
             }
@@ -491,7 +491,7 @@ impl Plan {
                 }
                 let pushing = viscosity::Pushing {
                     layout,
-                    directions: self.directions.of_ply(self.is_turned(ply)),
+                    directions: self.directions().of_ply(ply),
                     toe: &self.toe,
                     instructions: self.instructions,
                     all: [low, top],
@@ -547,7 +547,7 @@ impl Plan {
                 let pulls = self.pulls(of);
                 let mut rows = Rows {
                     first: start,
-                    turned: self.is_turned(ply),
+                    ply,
                     hot: rows_mut(memory.hot, chunks, start, count),
                     above,
                     history: rows_mut(memory.history, chunks, start, count),
@@ -587,16 +587,16 @@ impl Plan {
                 continue;
             }
             system.set_awake(ply, [first, end]);
-            step::book_taken(system, [first, end]);
+            step::book_taken(system, ply, [first, end]);
             if !self.track_support {
                 continue;
             }
-            let [bottom, _] = system.layout.rows_of(ply);
+            let ([bottom, _], share) = (system.layout.rows_of(ply), system.mass_share(ply));
             for j in first..end {
                 // SAFETY: the sweep of row j has written its pulls.
                 let pulls = unsafe { self.pulls(of).add(j).read() };
                 let pulls = pulls.map(Vector::from);
-                step::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j - bottom, &pulls);
+                step::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j - bottom, &pulls, share);
             }
         }
         step::close_pass(system, self.end, &gathered, report)?;

@@ -1,10 +1,9 @@
 //! The caller's memory, carved into blocks, and the access to nodes and segments in them.
 
 use crate::error::{Code, Error};
-use crate::friction::TANGENTIAL_REALS;
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
-use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, POOLED_REALS};
+use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, TANGENTIAL_REALS, TOUCH_REALS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
@@ -48,12 +47,12 @@ pub(crate) struct Blocks<'a> {
     /// A column of facing nodes.
     pub column: &'a mut [[f64; COLUMN_REALS]],
     /// What the plies do to each candidate.
-    pub pooled: &'a mut [[f64; POOLED_REALS]],
+    pub touches: &'a mut [[f64; TOUCH_REALS]],
     /// Awake rows [first, end) of each ply.
     pub awake: &'a mut [[u32; 2]],
     /// The last candidate found so far in each column.
     pub last: &'a mut [u32],
-    /// Of each candidate: the next one in its column, and the candidate that keeps the numbers of its pool.
+    /// Of each candidate: the next one in its column, and whether it leads the column.
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
@@ -90,7 +89,7 @@ impl<'a> Blocks<'a> {
             lines: &mut [],
             before: &mut [],
             column: &mut [],
-            pooled: &mut [],
+            touches: &mut [],
             awake: &mut [],
             last: &mut [],
             links: &mut [],
@@ -138,7 +137,7 @@ impl<'a> Blocks<'a> {
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 before: reals.take(stack(ny * row))?.as_chunks_mut().0,
                 column: reals.take(stack(layout.plies * COLUMN_REALS))?.as_chunks_mut().0,
-                pooled: reals.take(stack(layout.candidates * POOLED_REALS))?.as_chunks_mut().0,
+                touches: reals.take(stack(layout.candidates * TOUCH_REALS))?.as_chunks_mut().0,
                 tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,

@@ -9,10 +9,11 @@ use crate::planes::{AT_REST, Axis};
 use crate::scene::{
     AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind, STEP_MAX_FRACTION,
     STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
-    TOE_RANGE, TimeStep,
+    TOE_RANGE, TimeStep, WEIBULL_SHAPES,
 };
 use crate::shape;
 use crate::weave;
+use core::ops::Range;
 
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
 const SLOWEST_MOTION: f64 = 1e-30;
@@ -25,30 +26,28 @@ const LARGEST_SPACING_RATIO: f64 = 10.0;
 
 impl Scene {
     /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
-    /// strongest.
+    /// strongest. Of two fabrics the one that allows less counts.
     ///
     /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane net at U_c, where the
     /// tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first bracket takes its k and U_c from one, the
     /// second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        let moduli = self.stiffest()?;
-        let strongest = self.strongest()?;
-        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest));
-        if !dt_crit.is_normal() {
-            return Err(Error::new(Code::StepLimitUnusable, "sheet.node_mass", self.sheet.node_mass, 0.0));
-        }
-        let step_max = self.largest_fraction(moduli, strongest)? * dt_crit;
+        let front = self.bounds(false)?;
+        let back = if self.back.plies > 0 { self.bounds(true)? } else { front };
+        let dt_crit = math::min(front.dt_crit, back.dt_crit);
+        let step_max = math::min(front.step_max, back.step_max);
         let TimeStep { fraction, seconds } = self.time_step;
         let dt = if seconds != 0.0 { seconds } else { fraction * dt_crit };
         if self.step_check == StepCheck::Refuse && dt > step_max {
             return Err(Error::new(Code::StepTooLarge, "time_step.seconds", dt, step_max));
         }
         let speed = self.sheet.spacing / dt;
-        let units = [self.lumped_mass(), self.lumped_mass() * speed, self.lumped_mass() * speed * speed];
-        let stiffnesses = self.stiffnesses(moduli).map(|k| dt * dt * k / self.sheet.node_mass);
+        let mass = self.largest_mass();
+        let units = [mass, mass * speed, mass * speed * speed];
+        let stiffnesses = [front.per_mass, back.per_mass].map(|per_mass| per_mass.map(|k| dt * dt * k));
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
-            && stiffnesses.iter().all(|stiffness| stiffness.is_normal() && *stiffness <= LARGEST_STIFFNESS)
+            && stiffnesses.as_flattened().iter().all(|k| k.is_normal() && *k <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
         if !usable {
             return Err(Error::new(Code::StepLimitUnusable, "time_step.seconds", dt, step_max));
@@ -56,11 +55,24 @@ impl Scene {
         Ok(StepLimits { dt, dt_crit, step_max })
     }
 
+    /// What the front or the back fabric allows.
+    #[inline(never)] // Once on the stack, not twice.
+    fn bounds(&self, back: bool) -> Result<Bounds, Error> {
+        let (moduli, strongest, mass) = (self.stiffest(back)?, self.strongest(back)?, self.node_mass(back));
+        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back));
+        if !dt_crit.is_normal() {
+            let field = if back { "back.node_mass" } else { "sheet.node_mass" };
+            return Err(Error::new(Code::StepLimitUnusable, field, mass, 0.0));
+        }
+        let step_max = self.largest_fraction(moduli, strongest, back)? * dt_crit;
+        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli, back).map(|k| k / mass) })
+    }
+
     /// k = E A_0/l of segments along x and along y with these moduli, N/m.
-    fn stiffnesses(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn stiffnesses(&self, [x, y]: [f64; 2], back: bool) -> [f64; 2] {
         [(Axis::Horizontal, x), (Axis::Vertical, y)].map(|(axis, modulus)| {
-            let length = self.spacing(axis) / self.rest_stretch(axis);
-            modulus * self.yarn_area(axis) / length
+            let length = self.spacing(axis) / self.stretch_at_rest(axis, back);
+            modulus * self.area_of(axis, back) / length
         })
     }
 
@@ -70,9 +82,9 @@ impl Scene {
     }
 
     /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest segment, if it is known.
-    fn critical_squares(&self, strongest: Option<f64>) -> [f64; 2] {
+    fn critical_squares(&self, strongest: Option<f64>, back: bool) -> [f64; 2] {
         [Axis::Horizontal, Axis::Vertical].map(|axis| {
-            let critical = strongest.unwrap_or(self.damage_law(axis).critical_stretch);
+            let critical = strongest.unwrap_or(self.law_of(axis, back).critical_stretch);
             if self.yarn.rate_stretch == 0.0 {
                 return critical * critical;
             }
@@ -82,15 +94,15 @@ impl Scene {
 
     /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that depends on the rate is at most
     /// E (1 + C_E (1 + ln(r_1/r_0))).
-    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>) -> f64 {
+    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> f64 {
         let tangent = 1.0 + self.yarn.rate_modulus * (1.0 + self.largest_logarithm());
         let moduli = moduli.map(|modulus| modulus * tangent);
-        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli), self.critical_squares(strongest));
+        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli, back), self.critical_squares(strongest, back));
         let largest = math::max(kx, ky);
         // Shares of the larger stiffness, so that nothing overflows before the result does.
         let omega2 = |along: f64, u_along: f64, across: f64, u_across: f64| {
             let (own, other) = (2.0 * (3.0 * u_along - 1.0), 2.0 * (u_across - 1.0));
-            largest / self.sheet.node_mass * (along / largest * own + across / largest * other)
+            largest / self.node_mass(back) * (along / largest * own + across / largest * other)
         };
         math::max(omega2(kx, ux, ky, uy), omega2(ky, uy, kx, ux))
     }
@@ -101,19 +113,19 @@ impl Scene {
     /// Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean = s at most,
     /// K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than q_c within a pass. So Omega^2 + 4 xi Omega
     /// + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
-    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>) -> Result<f64, Error> {
+    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
         let without = if self.slack_toe > 0.0 { STEP_WITH_TOE } else { 1.0 };
         let [linear, quadratic, bending] = self.viscosity();
         if [linear, quadratic, bending] == [0.0; 3] {
             return Ok(without * STEP_MAX_FRACTION);
         }
-        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
-        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli), self.stiffnesses(means));
-        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest));
+        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli, back), self.stiffnesses(means, back));
+        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest, back));
         let squared = math::max(ux, uy);
         // c/(h omega)
         let sound =
-            math::sqrt(math::max(mean_x, mean_y) / self.sheet.node_mass / self.largest_omega2(moduli, strongest));
+            math::sqrt(math::max(mean_x, mean_y) / self.node_mass(back) / self.largest_omega2(moduli, strongest, back));
         let pulled = scatter * squared;
         let xi = sound * (2.0 * linear * pulled + 16.0 * bending);
         let eta = quadratic * (pulled * (squared - 1.0));
@@ -124,13 +136,19 @@ impl Scene {
         Ok(without * math::min(stable, STEP_MAX_FRACTION))
     }
 
+    /// Numbers of the segments of the front or of the back fabric.
+    fn numbers_of(&self, back: bool) -> Range<u64> {
+        let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
+        if back { front * of_ply..self.segments() } else { 0..front * of_ply }
+    }
+
     /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
-    fn stiffest(&self) -> Result<[f64; 2], Error> {
-        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus);
-        if self.yarn.stochastic {
+    fn stiffest(&self, back: bool) -> Result<[f64; 2], Error> {
+        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+        if self.is_drawn(back) {
             stiffest = [0.0; 2];
-            let shared = self.weft.modulus_mean == 0.0;
-            for number in 0..self.segments() {
+            let shared = back || self.weft.modulus_mean == 0.0;
+            for number in self.numbers_of(back) {
                 let modulus = self.draw_segment(number)?.modulus;
                 let axis = self.axis_of_segment(number);
                 let [x, y] = &mut stiffest;
@@ -146,13 +164,13 @@ impl Scene {
     }
 
     /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
-    fn strongest(&self) -> Result<Option<f64>, Error> {
-        if self.yarn.strength_draw == StrengthDraw::None {
+    fn strongest(&self, back: bool) -> Result<Option<f64>, Error> {
+        if !self.is_strength_drawn(back) {
             return Ok(None);
         }
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
-        for number in 0..self.segments() {
+        for number in self.numbers_of(back) {
             let critical = self.draw_critical_stretch(number);
             let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
@@ -176,9 +194,23 @@ impl Scene {
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
+        if self.back.plies > 0 {
+            self.check_back()?;
+        }
         self.check_step()?;
         self.check_theta_rules()?;
         self.check_toe()
+    }
+
+    /// What the front fabric must be holds for the back one, too.
+    #[inline(never)] // Its scene must not add to the stack of a single fabric.
+    fn check_back(&self) -> Result<(), Error> {
+        let shape = self.back.weibull_shape;
+        if shape != 0.0 && shape < WEIBULL_SHAPES[0] {
+            return Err(Error::new(Code::OutOfRange, "back.weibull_shape", shape, WEIBULL_SHAPES[0]));
+        }
+        let back = self.all_of_back();
+        back.check_yarn().and_then(|()| back.check_rest()).and_then(|()| back.check_toe()).map_err(of_back)
     }
 
     fn check_step(&self) -> Result<(), Error> {
@@ -195,7 +227,12 @@ impl Scene {
     /// # Errors
     /// A quadratic viscosity that no step allows.
     pub fn step_max_fraction(&self) -> Result<f64, Error> {
-        self.largest_fraction([Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_segment(axis).modulus), None)
+        let of_means = |back| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+            self.largest_fraction(moduli, None, back)
+        };
+        let front = of_means(false)?;
+        if self.back.plies > 0 { Ok(math::min(front, of_means(true)?)) } else { Ok(front) }
     }
 
     fn check_toe(&self) -> Result<(), Error> {
@@ -233,6 +270,7 @@ impl Scene {
         let toe = ("slack_toe", self.slack_toe != 0.0);
         let mirrors = [("symmetry.mirror_x", self.symmetry.mirror_x), ("symmetry.mirror_y", self.symmetry.mirror_y)];
         let strength = ("yarn.strength_draw", yarn.strength_draw != StrengthDraw::None);
+        let strength_of_back = ("back.weibull_shape", self.back.plies > 0 && self.back.weibull_shape != 0.0);
         let friction = ("contact.friction", self.contact.friction != 0.0);
         let viscous = [
             ("yarn.viscosity_linear", yarn.viscosity_linear != 0.0),
@@ -246,18 +284,20 @@ impl Scene {
         apart(&rates, &[plies, theta, graded])?;
         // A strain that is there before the load has no rate.
         apart(&[strained], &rates)?;
-        apart(&[friction], &[plies, theta, graded])?;
+        apart(&[friction], &[theta, graded])?;
         apart(&viscous, &[theta, graded])?;
         apart(&[plies], &[graded])?;
         // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
         let [rate_modulus, rate_stretch] = rates;
-        apart(&[toe], &[strength, rate_modulus, rate_stretch, theta])?;
+        apart(&[toe], &[strength, strength_of_back, rate_modulus, rate_stretch, theta])?;
         apart(&[halved, plies], &[theta])?;
         // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
         let unlike = [plies, ("yarn.stochastic", yarn.stochastic), strength, ("drive", self.drive != Drive::Free)];
         apart(&unlike, &mirrors)?;
-        for (crimp, strain) in [(crimp_x, strain_x), (crimp_y, strain_y)] {
-            apart(&[("sheet.crimp", crimp != 0.0)], &[("sheet.pre_strain", strain != 0.0)])?;
+        let [back_x, back_y] = if self.back.plies > 0 { self.back.crimp } else { [0.0; 2] };
+        for (crimp, behind, strain) in [(crimp_x, back_x, strain_x), (crimp_y, back_y, strain_y)] {
+            let crimps = [("sheet.crimp", crimp != 0.0), ("back.crimp", behind != 0.0)];
+            apart(&crimps, &[("sheet.pre_strain", strain != 0.0)])?;
         }
         // A ply is turned within the same grid.
         let [x, y] = self.spacings();
@@ -357,15 +397,19 @@ impl Scene {
         shape::check(body, self.largest_spacing())?;
         if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
             positive("projectile.mass", body.mass)?;
-            if body.mass < self.lumped_mass() {
-                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, self.lumped_mass()));
+            let least = self.largest_mass();
+            if body.mass < least {
+                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least));
             }
         }
         Ok(())
     }
 
     fn check_stack(&self) -> Result<(), Error> {
-        let Stack { plies, gap, turned } = self.stack;
+        let (Stack { plies, gap, turned }, back) = (self.stack, self.back.plies);
+        if back >= plies {
+            return Err(Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0));
+        }
         if plies == 1 {
             return Ok(());
         }
@@ -408,6 +452,27 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// What a fabric allows.
+#[derive(Clone, Copy)]
+struct Bounds {
+    /// 2/omega_max, s.
+    dt_crit: f64,
+    /// Largest accepted step, s.
+    step_max: f64,
+    /// k/m of the stiffest segments along x and along y, 1/s^2.
+    per_mass: [f64; 2],
+}
+
+/// The refusal of the back fabric, found where it stood in the place of the front one.
+fn of_back(error: Error) -> Error {
+    let field = match error.field {
+        "yarn.damage_slope" => "back.damage_slope",
+        "yarn.damage_intercept" => "back.damage_intercept",
+        field => field,
+    };
+    Error { field, ..error }
 }
 
 /// Refuses an option of the first list beside one of the second. Each by its name, and whether the scene has it.

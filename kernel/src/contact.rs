@@ -13,16 +13,16 @@
 
 use crate::blocks::Blocks;
 use crate::error::Failure;
-use crate::friction::{self, TANGENTIAL_REALS, Tangential};
+use crate::friction::{self, Tangential};
 use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::CANDIDATE_REALS;
+use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
-use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread, widen_range};
+use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
@@ -188,6 +188,15 @@ impl<'s> Search<'s> {
             reach2: self.reach2 / (h * h) * slack,
             instructions: self.instructions,
         }
+    }
+
+    /// Gap of any point, m.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub fn gap(&self, x: &Vector) -> f64 {
+        let r = x - self.body.position;
+        let turns = self.solid.feels_torque();
+        let r = if turns { pose::into_body(&self.body.orientation, &r) } else { r };
+        self.solid.gap(&r).distance
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
@@ -435,16 +444,8 @@ fn sweeps<const FRICTION: bool>(
         }
         if FRICTION && let Some(place) = tangential.get_mut(k) {
             let mut t = Tangential::read(place);
-            let ([t0, t1], [a0, a1]) = (t.tangents, t.arms);
-            // What an impulse along the second tangent changes of the speed along the first.
-            let give = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
-                let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
-                c.images() * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
-            };
-            let [g00, g01, g11] = [give(&t0, &a0, &t0, &a0), give(&t0, &a0, &t1, &a1), give(&t1, &a1, &t1, &a1)];
             let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
-            let give = own + friction::largest_eigenvalue(g00, g01, g11);
-            (t.effective_mass, t.impulse) = (if give > 0.0 { 1.0 / give } else { 0.0 }, [0.0; 2]);
+            t.begin(inertia, own, symmetry, c.images());
             for (slip, arm) in t.slip(&velocity, &rate).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
@@ -527,9 +528,6 @@ fn sweeps<const FRICTION: bool>(
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
-///
-/// With the kinetic energy taken up by the relative speeds before, b, and half the work of the impulses on what they change, a/2, a part x of the
-/// impulses adds x b + x^2 a/2 and no more.
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -553,19 +551,12 @@ fn scale_back(
             change += c.images() * (c.impulse * c.impulse + p * p + q * q) / node_mass;
         }
     }
-    let part = if before + 0.5 * change <= 0.0 {
+    let part = friction::part_without_gain(before, change);
+    if part == 1.0 {
         return solved;
-    } else if before < 0.0 {
-        -2.0 * before / change * (1.0 - 8.0 * f64::EPSILON)
-    } else {
-        0.0
-    };
+    }
     for (slot, place) in candidates.iter_mut().zip(tangential.iter_mut()) {
-        let mut t = Tangential::read(place);
-        t.impulse = t.impulse.map(|p| p * part);
-        t.write(place);
-        let [.., impulse] = slot;
-        *impulse *= part;
+        friction::scale(slot, place, part);
     }
     let velocity = body.velocity + dv * part;
     let angular_velocity = body.angular_velocity + dw * part;
@@ -592,8 +583,8 @@ pub(crate) struct Gathered {
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
-    let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
-    let (rise, pile) = (system.directions.vertical.rest.spacing, system.model.gap);
+    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
+    let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
@@ -708,12 +699,12 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
 pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
-    if !system.model.solid.feels_torque() {
+    if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
-    let passage = Passage::new(&system.model.solid, body, system.model.pass_dt);
+    let passage = Passage::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
         let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
@@ -754,7 +745,7 @@ pub(crate) fn solve_contact(
             return (solved, kept);
         }
         let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
-        let passage = Passage::new(&system.model.solid, &body, system.model.pass_dt);
+        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
         let alone = kept;
         for c in alone..count {
             let [_, y] = free_way(system, c);
@@ -814,10 +805,11 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         let (impulse, normal) = (candidate.impulse, candidate.normal);
         let (i, j) = system.layout.column_and_row(node as usize);
         let (reached, free) = system.node(i, j);
-        let mut push = normal * (impulse / system.model.unit_impulse);
+        let share = system.mass_share_of_row(j);
+        let mut push = normal * (impulse / (system.model.unit_impulse * share));
         let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
         if let Some(t) = &rubbing {
-            push += t.push(t.impulse) * (1.0 / system.model.unit_impulse);
+            push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
             impulse_sum -= t.push(t.impulse) * candidate.images();
             arm_sum -= t.twist(t.impulse) * candidate.images();
             let done = t.work(t.surface_speed(&mean_velocity, &mean_rate)) * candidate.images();
@@ -835,7 +827,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         work += given * body_speed;
         touched += 1;
         if candidate.is_fixed() {
-            system.load_support(i, j, &push);
+            system.load_support(i, j, &(push * share));
             loss += given * body_speed;
             continue;
         }
@@ -862,7 +854,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
             let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
             let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
-            system.state.sums.viscous -= crossed * system.model.unit_energy;
+            system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
         }
     }
     system.state.sums.contacts = touched;
@@ -895,6 +887,15 @@ fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
         if *left != NOT_KEPT {
             widen_range([left, right], x);
         }
+    }
+}
+
+fn widen_range([low, high]: [&mut u32; 2], displacement: f64) {
+    let end = end_of_range(displacement);
+    if f32::from_bits(end) < f32::from_bits(*low) {
+        *low = end;
+    } else if f32::from_bits(end) > f32::from_bits(*high) {
+        *high = end;
     }
 }
 

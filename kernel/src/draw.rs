@@ -13,38 +13,63 @@ use crate::error::{Code, Error};
 use crate::math;
 use crate::planes::Axis;
 use crate::random::{self, Purpose};
-use crate::scene::{CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw};
+use crate::scene::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw};
 use crate::weave;
 use crate::yarn::{DamageLaw, Segment};
 
 impl Scene {
-    /// The damage law of the segments of one direction.
+    /// The damage law of the segments of one direction, of the front fabric.
     pub fn damage_law(&self, axis: Axis) -> DamageLaw {
+        self.law_of(axis, false)
+    }
+
+    /// The damage law of the segments of one direction, of the front or of the back fabric.
+    pub(crate) fn law_of(&self, axis: Axis, back: bool) -> DamageLaw {
         let own = axis == Axis::Vertical && self.weft.critical_stretch != 0.0;
         DamageLaw {
-            critical_stretch: if own { self.weft.critical_stretch } else { self.yarn.critical_stretch },
+            critical_stretch: match (back, own) {
+                (true, _) => self.back.critical_stretch,
+                (false, true) => self.weft.critical_stretch,
+                (false, false) => self.yarn.critical_stretch,
+            },
             a: self.yarn.damage_a,
             b: self.yarn.damage_b,
             alpha_fail: self.yarn.alpha_fail,
         }
     }
 
-    /// The segment all others of its direction vary about: mean modulus and the damage rate on its line.
+    /// The segment all others of its direction vary about, of the front fabric: mean modulus and the damage rate on its line.
     pub fn mean_segment(&self, axis: Axis) -> Segment {
-        let scatter = self.scatter(axis);
-        let modulus = scatter.modulus_mean;
-        Segment { modulus, damage_rate: scatter.damage_slope * modulus + scatter.damage_intercept }
+        self.scatter(axis, false).mean()
     }
 
     /// Standard deviation of the modulus along a direction, Pa.
     pub(crate) fn modulus_sd(&self, axis: Axis) -> f64 {
-        self.scatter(axis).modulus_sd
+        self.scatter(axis, false).modulus_sd
     }
 
-    /// Modulus and damage rate of one direction.
-    fn scatter(&self, axis: Axis) -> Scatter {
+    /// Mean modulus of one direction of the front or of the back fabric, Pa.
+    pub(crate) fn mean_modulus(&self, axis: Axis, back: bool) -> f64 {
+        self.scatter(axis, back).modulus_mean
+    }
+
+    /// Whether modulus and damage rate of the front or of the back fabric are drawn.
+    pub(crate) fn is_drawn(&self, back: bool) -> bool {
+        if back { self.back.is_drawn() } else { self.yarn.stochastic }
+    }
+
+    /// Whether the critical stretch of the front or of the back fabric is drawn.
+    pub(crate) fn is_strength_drawn(&self, back: bool) -> bool {
+        if back { self.back.weibull_shape != 0.0 } else { self.yarn.strength_draw != StrengthDraw::None }
+    }
+
+    /// Modulus and damage rate of one direction, of the front or of the back fabric.
+    fn scatter(&self, axis: Axis, back: bool) -> Scatter {
         let (yarn, weft) = (&self.yarn, &self.weft);
-        if axis == Axis::Vertical && weft.modulus_mean != 0.0 {
+        if back {
+            let Back { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd, .. } = self.back;
+            Scatter { modulus_mean, modulus_sd, damage_slope, damage_intercept, damage_sd }
+        } else if axis == Axis::Vertical && weft.modulus_mean != 0.0 {
             Scatter {
                 modulus_mean: weft.modulus_mean,
                 modulus_sd: weft.modulus_sd,
@@ -69,32 +94,34 @@ impl Scene {
         if ply == 0 { self.seed } else { random::splitmix64(random::splitmix64(self.seed) ^ u64::from(ply)) }
     }
 
-    /// Whether a ply is turned by 90 degrees.
-    pub(crate) fn is_turned(&self, ply: u32) -> bool {
-        self.stack.plies > 1 && self.stack.turned && ply % 2 == 1
+    /// How the plies of a stack differ.
+    pub(crate) fn arrangement(&self) -> Arrangement {
+        Arrangement { turned: self.stack.plies > 1 && self.stack.turned, front: self.front_plies() as usize }
     }
 
-    /// Of a segment, by its number: the seed of its ply, its number in the ply, and the direction of the fabric that it is of.
-    fn place_of_segment(&self, number: u64) -> (u64, u64, Axis) {
+    /// Where a segment is, by its number.
+    fn place_of_segment(&self, number: u64) -> Place {
         let of_ply = self.segments_of_ply().max(1);
         let (ply, number) = if number < of_ply { (0, number) } else { ((number / of_ply) as u32, number % of_ply) };
-        let axis = weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
-        (self.ply_seed(ply), number, if self.is_turned(ply) { axis.other() } else { axis })
+        let (along, plies) =
+            (weave::axis_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number), self.arrangement());
+        let axis = if plies.is_turned(ply as usize) { along.other() } else { along };
+        Place { seed: self.ply_seed(ply), number, axis, back: plies.is_back(ply as usize) }
     }
 
     /// Direction of the fabric that a segment is of, by its number: in a turned ply the other one than that along which it lies.
     pub(crate) fn axis_of_segment(&self, number: u64) -> Axis {
-        self.place_of_segment(number).2
+        self.place_of_segment(number).axis
     }
 
     /// (M6) Modulus and damage rate of one segment, by its number (ply by ply, horizontal segments first, row by row, then vertical).
     /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
-        let (seed, number, axis) = self.place_of_segment(number);
-        if !self.yarn.stochastic {
-            return Ok(self.mean_segment(axis));
+        let Place { seed, number, axis, back } = self.place_of_segment(number);
+        let scatter = self.scatter(axis, back);
+        if !self.is_drawn(back) {
+            return Ok(scatter.mean());
         }
-        let scatter = self.scatter(axis);
         let number = match self.yarn.draw {
             Draw::Segment => number,
             Draw::Yarn => weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number),
@@ -109,18 +136,27 @@ impl Scene {
             }
         }
         let weft = axis == Axis::Vertical && self.weft.modulus_mean != 0.0;
-        let field = if weft { "weft.damage_sd" } else { "yarn.damage_sd" };
+        let field = match (back, weft) {
+            (true, _) => "back.damage_sd",
+            (false, true) => "weft.damage_sd",
+            (false, false) => "yarn.damage_sd",
+        };
         Err(Error::new(Code::DamageRateTooSmall, field, scatter.damage_sd, DAMAGE_RATE_MIN))
     }
 
     /// Critical stretch U_c of one segment, by its number, in [1, 2].
     pub fn draw_critical_stretch(&self, number: u64) -> f64 {
         let yarn = &self.yarn;
-        let (seed, number, axis) = self.place_of_segment(number);
-        let critical_stretch = self.damage_law(axis).critical_stretch;
-        if yarn.strength_draw == StrengthDraw::None {
+        let Place { seed, number, axis, back } = self.place_of_segment(number);
+        let critical_stretch = self.law_of(axis, back).critical_stretch;
+        if !self.is_strength_drawn(back) {
             return critical_stretch;
         }
+        let (shape, gauge_length) = if back {
+            (self.back.weibull_shape, self.back.weibull_gauge_length)
+        } else {
+            (yarn.weibull_shape, yarn.weibull_gauge_length)
+        };
         let woven = weave::yarn_of_segment(self.sheet.nodes_x, self.sheet.nodes_y, number);
         let shared = random::normal(seed, woven, Purpose::Strength, 1);
         let own = random::normal(seed, number, Purpose::Strength, 0);
@@ -129,11 +165,47 @@ impl Scene {
         // -ln(1 - Phi), from the smaller of the two tails.
         let hazard =
             if score < 0.0 { -math::ln_1p(-math::normal_above(-score)) } else { -math::ln(math::normal_above(score)) };
-        let length = self.spacing(axis) / self.rest_stretch(axis);
-        let lengths = if yarn.weibull_gauge_length > 0.0 { yarn.weibull_gauge_length / length } else { 1.0 };
-        let strain = (critical_stretch - 1.0) * math::exp(math::ln(lengths * hazard) / yarn.weibull_shape);
+        let length = self.spacing(axis) / self.stretch_at_rest(axis, back);
+        let lengths = if gauge_length > 0.0 { gauge_length / length } else { 1.0 };
+        let strain = (critical_stretch - 1.0) * math::exp(math::ln(lengths * hazard) / shape);
         math::min(1.0 + strain, CRITICAL_STRETCH_MAX)
     }
+}
+
+/// How the plies of a stack differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arrangement {
+    /// Every other one is turned by 90 degrees.
+    turned: bool,
+    /// Number of those of the front fabric, which come first.
+    front: usize,
+}
+
+impl Arrangement {
+    /// A single sheet.
+    pub const SINGLE: Arrangement = Arrangement { turned: false, front: 1 };
+
+    /// Whether a ply is turned by 90 degrees.
+    pub fn is_turned(self, ply: usize) -> bool {
+        self.turned && ply % 2 == 1
+    }
+
+    /// Whether a ply is of the back fabric.
+    pub fn is_back(self, ply: usize) -> bool {
+        ply >= self.front
+    }
+}
+
+/// Where a segment is.
+struct Place {
+    /// Seed of its ply.
+    seed: u64,
+    /// Its number in the ply.
+    number: u64,
+    /// Direction of the fabric that it is of.
+    axis: Axis,
+    /// Whether that is the back fabric.
+    back: bool,
 }
 
 /// Mean, scatter and line of the draws (M6).
@@ -143,6 +215,14 @@ struct Scatter {
     damage_slope: f64,
     damage_intercept: f64,
     damage_sd: f64,
+}
+
+impl Scatter {
+    /// The segment that the others vary about.
+    fn mean(&self) -> Segment {
+        let modulus = self.modulus_mean;
+        Segment { modulus, damage_rate: self.damage_slope * modulus + self.damage_intercept }
+    }
 }
 
 #[cfg(test)]

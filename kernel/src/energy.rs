@@ -107,7 +107,7 @@ fn momentum(system: &System<'_>) -> Vector {
         let row = planes::row(system.blocks.hot, chunks, j);
         let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.share(i, j));
         let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
-        total += Vector::new(sum(3), sum(4), sum(5));
+        total += Vector::new(sum(3), sum(4), sum(5)) * system.mass_share_of_row(j);
     }
     let mut momentum = total.component_mul(&system.scene.symmetry.force_mask()) * system.model.unit_impulse;
     if system.scene.drive == Drive::Free {
@@ -156,7 +156,7 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
             };
             sum += (0..nx).filter_map(weighted).sum::<f64>();
         }
-        kinetic += sum;
+        kinetic += system.mass_share_of_row(j) * sum;
     }
     // Before and now, along x and along y.
     let rates = [Axis::Horizontal, Axis::Vertical].map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
@@ -168,13 +168,13 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
                     let (stored, lost) = segment_energy(system, rates, &segment);
                     let [segments, yarns] = segment.bar;
                     let weight = system.layout.segment_weight(axis, i, j) * yarns;
-                    let direction = system.directions.along(segment.fabric);
+                    let direction = system.direction_of(&segment);
                     row_strain += weight * (stored * (segment.rest.length * segment.rest.length));
                     row_dissipated += weight * (lost * (direction.volume * segments));
                 }
             }
         }
-        strain += row_strain;
+        strain += system.mass_share_of_row(j) * row_strain;
         dissipated += row_dissipated;
     }
     let unit = system.model.unit_energy;
@@ -184,7 +184,7 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
 fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], segment: &SegmentView) -> (f64, f64) {
     let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
-    let (direction, toe) = (system.directions.along(segment.fabric), &system.model.toe);
+    let (direction, toe) = (system.direction_of(segment), &system.model.toe);
     let marked = segment.alpha_when_marked();
     let stored = |rate: &RateLaw, stiffness: f64, q: f64| {
         let without_toe = rate.stored(stiffness, q);
@@ -472,7 +472,7 @@ mod tests {
         };
         with_sim(&scene, |sim| {
             let model = &sim.system.model;
-            let direction = &sim.system.directions.horizontal;
+            let direction = &sim.system.directions.front.horizontal;
             let (mut fresh, mut torn) = (0, 0);
             // Largest stretch when the segment got its toe, if it has one; largest stretch stored; stretches of the two states.
             for marked in [None, Some(1.0), Some(1.032)] {
@@ -484,7 +484,7 @@ mod tests {
                             let along = |stretch: f64| [stretch - 1.0, 0.0, 0.0];
                             let view = SegmentView {
                                 axis: Axis::Horizontal,
-                                fabric: Axis::Horizontal,
+                                ply: 0,
                                 rest: direction.rest,
                                 bar: [1.0; 2],
                                 stiffness: alpha(largest) * direction.stiffness,
@@ -525,7 +525,7 @@ mod tests {
             let (rest, stiffness, critical_stretch) = (crate::yarn::Rest::PLAIN, 1.0, 1.03);
             SegmentView {
                 axis,
-                fabric: axis,
+                ply: 0,
                 rest,
                 bar: [1.0; 2],
                 stiffness,

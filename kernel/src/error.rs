@@ -90,6 +90,8 @@ pub enum Code {
     NotInEquilibrium = -36,
     /// An option that does not go with another one, each of which is good by itself. The fault's text names both.
     DoesNotGoWith = -37,
+    /// Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
+    PliesOverlap = -38,
     /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
     NonFinite = -50,
     /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
@@ -123,7 +125,7 @@ impl Code {
 }
 
 /// The text of each code.
-const TEXTS: [(Code, &CStr); 41] = [
+const TEXTS: [(Code, &CStr); 42] = [
     (Code::NullPointer, c"null pointer"),
     (Code::ShortBuffer, c"buffer too short"),
     (Code::Misaligned, c"structure or array not aligned"),
@@ -164,6 +166,7 @@ const TEXTS: [(Code, &CStr); 41] = [
         c"pre-tension without equilibrium: an edge that is not held, or segments drawn one by one",
     ),
     (Code::DoesNotGoWith, c"does not go with another field"),
+    (Code::PliesOverlap, c"a node lies below the one that it faces in the ply before"),
     (Code::NonFinite, c"a non-finite number appeared in the state"),
     (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
     (Code::TooFast, c"the projectile became faster than a node spacing in a step"),

@@ -184,6 +184,10 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("sheet", "Grid of nodes, its mass and its place"),
     ("sheet.grading", "Graded network: bars that stand for several yarns, away from the hit"),
     ("stack", "Separate plies one behind the other"),
+    (
+        "back",
+        "Another fabric of the last plies, in the same grid of nodes. The numbers are read if back.plies is not 0",
+    ),
     ("attachment", "How the sheet is held"),
     ("yarn", "The yarn law and its scatter"),
     ("weft", "The yarn along y, where it is unlike that along x"),
@@ -419,6 +423,11 @@ const fn real(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: T
     shaped(name, Place::Reals(place, &[]), of, range, fmi, about)
 }
 
+/// Of the back fabric.
+const fn of_back(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    real(name, place, of, range, fmi, about).read(|s| if_so(s.back.plies != 0)).image(Image::LaterWhereRead)
+}
+
 const fn vector(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
     shaped(name, Place::Reals(place, &[3]), of, range, fmi, about)
 }
@@ -496,7 +505,7 @@ pub const FIELDS: &[Field] = &[
         .read(graded).image(Image::LaterWhereRead),
     // ---- Separate plies
     count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
-        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, friction, a dependence on the rate of strain or a graded network")
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
         .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
     real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
         "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
@@ -504,6 +513,29 @@ pub const FIELDS: &[Field] = &[
     flag("stack.turned", |s| &mut s.stack.turned, 722,
         "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
         .read(stacked).image(Image::Later(0x69_2000)),
+    // ---- The fabric of the last plies
+    count("back.plies", |s| &mut s.back.plies, Range::Within(0.0, MAX_PLIES as f64), 723,
+        "The last so many plies, less than stack.plies, are of this fabric; 0: none").image(Image::Later(0x69_3000)),
+    of_back("back.node_mass", |s| one(&mut s.back.node_mass), &MASS, Range::Positive, 724, "Mass of a node of a ply (M7)"),
+    of_back("back.yarn_area", |s| one(&mut s.back.yarn_area), &AREA, Range::Positive, 725, "Cross-section A_0 of a bar along x (M4)"),
+    of_back("back.yarn_area_y", |s| one(&mut s.back.yarn_area_y), &AREA, Range::NotNegative, 726,
+        "Cross-section of a bar along y; 0: as along x"),
+    Field { place: Place::Reals(|s| &mut s.back.crimp, &[2]), ..of_back("back.crimp", |s| &mut s.back.crimp, &RATIO, Range::Within(0.0, 1.0), 727,
+        "Crimp of the yarns along x and along y") },
+    of_back("back.modulus_mean", |s| one(&mut s.back.modulus_mean), &MODULUS, Range::Positive, 729, "Mean Young's modulus E of a segment (M3)"),
+    of_back("back.modulus_sd", |s| one(&mut s.back.modulus_sd), &MODULUS, Range::NotNegative, 730,
+        "Standard deviation of the modulus. Modulus and damage rate are drawn if this or back.damage_sd is not 0"),
+    of_back("back.damage_slope", |s| one(&mut s.back.damage_slope), &DAMAGE_SLOPE, Range::Any, 731, "Slope of the damage rate over the modulus (M6)"),
+    of_back("back.damage_intercept", |s| one(&mut s.back.damage_intercept), &RATIO, Range::Any, 732,
+        "Damage rate at zero modulus (M6); the mean rate must be at least 3"),
+    of_back("back.damage_sd", |s| one(&mut s.back.damage_sd), &RATIO, Range::NotNegative, 733,
+        "Standard deviation of the damage rate about the line"),
+    of_back("back.critical_stretch", |s| one(&mut s.back.critical_stretch), &RATIO, Range::Above(1.0, CRITICAL_STRETCH_MAX), 734,
+        "Critical stretch U_c at which damage begins (M5)"),
+    of_back("back.weibull_shape", |s| one(&mut s.back.weibull_shape), &RATIO, Range::Within(0.0, WEIBULL_SHAPES[1]), 735,
+        "Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not drawn"),
+    of_back("back.weibull_gauge_length", |s| one(&mut s.back.weibull_gauge_length), &LENGTH, Range::NotNegative, 736,
+        "Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts for drawn strength only"),
     // ---- Attachment
     choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
         "Which nodes are held"),
@@ -618,7 +650,7 @@ pub const FIELDS: &[Field] = &[
         "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
     // ---- Contact
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
-        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with separate plies or a graded network")
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with a graded network")
         .image(Image::Later(0x68_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,

@@ -9,12 +9,11 @@
 //! need not be unique; the solution found is that of the node order.
 //! Reference: G. De Saxce, Z.-Q. Feng, Math. Comput. Modelling 28 (1998) 225; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
+use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
 use crate::pose::{self, Vector};
-use crate::projectile::Body;
-
-/// Numbers kept per contact candidate for friction.
-pub const TANGENTIAL_REALS: usize = 19;
+use crate::projectile::{Body, Inertia};
+use crate::scene::Symmetry;
 
 /// The tangential part of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +83,21 @@ impl Tangential {
         Tangential { speed: self.along(v), ..*self }
     }
 
+    /// Begins without impulse on a node of this inverse mass, 1/kg, that appears so often in the whole sheet.
+    #[inline]
+    pub fn begin(&mut self, inertia: &Inertia, own: f64, symmetry: Symmetry, images: f64) {
+        let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
+        let ([t0, t1], [a0, a1]) = (self.tangents, self.arms);
+        // What an impulse along the second tangent changes of the speed along the first.
+        let give = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
+            let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
+            images * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
+        };
+        let [g00, g01, g11] = [give(&t0, &a0, &t0, &a0), give(&t0, &a0, &t1, &a1), give(&t1, &a1, &t1, &a1)];
+        let give = own + largest_eigenvalue(g00, g01, g11);
+        (self.effective_mass, self.impulse) = (if give > 0.0 { 1.0 / give } else { 0.0 }, [0.0; 2]);
+    }
+
     /// The parts of a velocity along the tangents.
     pub fn along(&self, v: &Vector) -> [f64; 2] {
         self.tangents.map(|t| t.dot(v))
@@ -125,8 +139,29 @@ impl Tangential {
     }
 }
 
+/// How much is left of impulses that were given up on, so that they add no energy. With the kinetic energy taken up by the relative speeds
+/// before, b, and half the work of the impulses on what they change, a/2, a part x of the impulses adds x b + x^2 a/2 and no more.
+pub(crate) fn part_without_gain(before: f64, change: f64) -> f64 {
+    if before + 0.5 * change <= 0.0 {
+        1.0
+    } else if before < 0.0 {
+        -2.0 * before / change * (1.0 - 8.0 * f64::EPSILON)
+    } else {
+        0.0
+    }
+}
+
+/// Leaves a part of a candidate's impulses.
+pub(crate) fn scale(slot: &mut [f64; CANDIDATE_REALS], place: &mut [f64; TANGENTIAL_REALS], part: f64) {
+    let mut t = Tangential::read(place);
+    t.impulse = t.impulse.map(|p| p * part);
+    t.write(place);
+    let [.., impulse] = slot;
+    *impulse *= part;
+}
+
 /// Largest eigenvalue of a symmetric 2 x 2 matrix [[a, b], [b, c]].
-pub fn largest_eigenvalue(a: f64, b: f64, c: f64) -> f64 {
+fn largest_eigenvalue(a: f64, b: f64, c: f64) -> f64 {
     let half = 0.5 * (a - c);
     0.5 * (a + c) + math::length([half, b, 0.0])
 }

@@ -2,7 +2,6 @@
 //! `planes.rs` says how rows lie in memory.
 
 use crate::error::{Code, Error};
-use crate::friction::TANGENTIAL_REALS;
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
 use crate::places::Places;
@@ -16,11 +15,17 @@ use crate::symmetry::Line;
 
 /// Numbers kept per contact candidate.
 pub const CANDIDATE_REALS: usize = 14;
+/// Numbers kept per contact candidate for friction.
+pub const TANGENTIAL_REALS: usize = 19;
 
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 6;
+pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
-pub(crate) const POOLED_REALS: usize = 4;
+pub(crate) const TOUCH_REALS: usize = 6;
+
+/// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
+/// what the cores of a server share in their third level.
+const CACHED_REALS: usize = (12 << 20) / 8;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -127,6 +132,11 @@ impl Layout {
     /// Sizes for a scene, which is checked first.
     pub fn of(scene: &Scene) -> Result<Layout, Error> {
         scene.check()?;
+        Layout::of_sound(scene)
+    }
+
+    /// Sizes for a scene that has been checked.
+    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
         // Nodes are numbered by u32 where contact and detachment note them.
         let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
         Layout::compute(scene).filter(numbered).ok_or(Error::new(
@@ -146,9 +156,9 @@ impl Layout {
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let graded = scene.is_graded();
-        let stochastic = scene.yarn.stochastic || graded;
-        let strength = scene.yarn.strength_draw != StrengthDraw::None;
+        let (graded, back) = (scene.is_graded(), scene.back.plies > 0);
+        let stochastic = scene.yarn.stochastic || graded || back && scene.back.is_drawn();
+        let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
         let track_detachment = scene.track_detachment;
         let implicit = scene.integrator.kind == IntegratorKind::Theta;
         let halving = scene.step_after_failure == StepAfterFailure::Half;
@@ -179,7 +189,7 @@ impl Layout {
         let scratch = scratch
             .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
             .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
-            .checked_add(stack(candidates.checked_mul(POOLED_REALS)?))?;
+            .checked_add(stack(candidates.checked_mul(TOUCH_REALS)?))?;
         let segments =
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
@@ -299,6 +309,11 @@ impl Layout {
         self.nodes_y + usize::from(self.y.mirrored)
     }
 
+    /// Whether the hot rows are too large for the caches, so that a pass has to fetch them from memory.
+    pub(crate) fn exceeds_caches(&self) -> bool {
+        self.nodes_y * self.chunks * CHUNK * HOT_PLANES > CACHED_REALS
+    }
+
     /// Whether there are several plies.
     pub fn is_stack(&self) -> bool {
         self.plies > 1
@@ -371,6 +386,16 @@ mod tests {
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
         scene.yarn.stochastic = true;
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
+    }
+
+    #[test]
+    fn sheets_that_exceed_the_caches() {
+        let mut scene = Scene::sheet_3in_sphere();
+        // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
+        for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
+            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches(), exceeds);
+        }
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.

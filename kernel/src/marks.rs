@@ -36,7 +36,7 @@ fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
 /// The next chunk of row j, from one on, with a segment that is slack at t_n and has no mark.
 fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let chunks = system.layout.chunks;
-    let Along { horizontal, vertical, .. } = system.directions.of_ply(system.is_turned(j));
+    let Along { horizontal, vertical, .. } = system.directions_of_row(j);
     let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,

@@ -20,12 +20,15 @@ pub(crate) struct Model {
     /// Time step of one pass, s: dt, or half of it. The units below are those of a pass.
     pub pass_dt: f64,
     pub pose: Pose,
-    pub solid: Solid,
+    /// Distance of the projectile's farthest surface point from its centre of mass, m.
+    pub reach: f64,
     pub inertia: Inertia,
     /// Toe of segments that have been slack.
     pub toe: Toe,
-    /// Mass of a node, all plies, kg.
+    /// Mass of a node of the front fabric, all bonded plies, kg.
     pub node_mass: f64,
+    /// Mass of a node of the back fabric over that.
+    pub back_share: f64,
     /// h/dt, m/s.
     pub unit_speed: f64,
     /// Distance of neighbouring plies where they rest, spacings.
@@ -34,7 +37,7 @@ pub(crate) struct Model {
     pub unit_impulse: f64,
     /// m (h/dt)^2, J.
     pub unit_energy: f64,
-    /// Volume of a horizontal segment, A_0 l, all plies, m^3.
+    /// Volume of a horizontal segment of the front fabric, A_0 l, all bonded plies, m^3.
     pub segment_volume: f64,
     /// Steps in a force window.
     pub window_steps: u64,
@@ -46,10 +49,11 @@ impl Model {
         limits: StepLimits { dt: 0.0, dt_crit: 0.0, step_max: 0.0 },
         pass_dt: 0.0,
         pose: Pose::IDENTITY,
-        solid: Solid::NOTHING,
+        reach: 0.0,
         inertia: Inertia::NOTHING,
         toe: Toe::NONE,
         node_mass: 0.0,
+        back_share: 1.0,
         unit_speed: 0.0,
         gap: 0.0,
         unit_impulse: 0.0,
@@ -58,28 +62,23 @@ impl Model {
         window_steps: 1,
     };
 
-    /// Derives the constants, where they are: a copy would take a kilobyte of stack.
-    #[inline(always)] // One after the other: their stacks must not add up.
-    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits) {
-        self.solid.set(&scene.projectile);
-        self.derive_constants(scene, limits);
-    }
-
-    /// All constants but the solid.
-    #[inline(never)]
-    fn derive_constants(&mut self, scene: &Scene, limits: StepLimits) {
+    /// Derives the constants, where they are. `solid`: the projectile's.
+    #[inline(never)] // What it needs must not add to the stack of the caller.
+    pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits, solid: &Solid) {
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();
         let window = math::round(scene.force_window / dt);
         self.limits = limits;
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
-        self.inertia = Inertia::of(&self.solid, scene.projectile.mass, scene.drive == Drive::Free);
+        self.reach = solid.reach();
+        self.inertia = Inertia::of(solid, scene.projectile.mass, scene.drive == Drive::Free);
         if scene.contact.friction > 0.0 {
             self.inertia.feel_friction();
         }
         self.toe = Toe::of(scene.slack_toe);
         self.node_mass = node_mass;
+        self.back_share = if scene.back.plies > 0 { scene.back.node_mass / scene.sheet.node_mass } else { 1.0 };
         self.unit_speed = h / dt;
         self.gap = if scene.stack.plies > 1 { scene.stack.gap / h } else { 0.0 };
         self.unit_impulse = node_mass * h / dt;
@@ -95,11 +94,6 @@ impl Model {
         self.unit_speed /= factor;
         self.unit_impulse /= factor;
         self.unit_energy /= factor * factor;
-    }
-
-    /// Rounding aside, a node deeper than a billionth of the spacing is inside.
-    pub(crate) fn overlaps(&self, gap: f64) -> bool {
-        gap < -1e-9 * self.unit_speed * self.pass_dt
     }
 
     /// Whether surface points cross a node spacing in a step, or the body turns more than half a radian.
@@ -128,7 +122,7 @@ impl Model {
     fn surface_speed(&self, speed: f64, rate: f64) -> f64 {
         // A body that does not turn may be of any size: 0 times an infinite reach is no number.
         let turns = self.inertia.turns && rate != 0.0;
-        speed + if turns { rate * self.solid.reach() } else { 0.0 }
+        speed + if turns { rate * self.reach } else { 0.0 }
     }
 
     /// Whether the body's kinetic energy at this rate and any accepted speed is too large for a number.

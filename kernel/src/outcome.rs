@@ -182,7 +182,7 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
 fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
     let (watch, sums, position) = (&mut system.state.watch, &system.state.sums, system.state.body.position);
     let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
-    if travel < system.model.solid.radius() {
+    if travel < system.solid.radius() {
         return None;
     }
     let change = sums.work - watch.checkpoint_work;
@@ -239,7 +239,7 @@ fn complete(system: &System<'_>, region: &mut Region) {
 }
 
 fn flight(system: &System<'_>) -> Flight {
-    let (body, solid) = (&system.state.body, &system.model.solid);
+    let (body, solid) = (&system.state.body, &system.solid);
     let free = system.scene.drive == Drive::Free;
     Flight {
         position: body.position,
@@ -332,7 +332,7 @@ fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose
             loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
         if flagged || overtaken() {
-            let node_mass = system.share(i, j) * system.model.node_mass;
+            let node_mass = system.share(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
             mass += node_mass;
             energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
         }

@@ -1,7 +1,4 @@
-//! Least and greatest displacements of the rows: where contact need not look for nodes.
-//!
-//! Method: along y the sweep finds them for every row; along x, which costs a pass over the row, only for the rows that contact has asked for.
-//! Limits: kept in half the length of a number, rounded, and read no narrower than they were.
+//! The range of a row's displacements along x, kept as the sweep leaves it, so that contact reads of a row only the chunks that may be near.
 
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::math;
@@ -18,16 +15,6 @@ pub(crate) fn end_of_range(end: f64) -> u32 {
 /// The range of a row from its ends as they are kept: no narrower than it was.
 pub(crate) fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
     [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
-}
-
-/// Takes a displacement into a range.
-pub(crate) fn widen_range([low, high]: [&mut u32; 2], displacement: f64) {
-    let end = end_of_range(displacement);
-    if f32::from_bits(end) < f32::from_bits(*low) {
-        *low = end;
-    } else if f32::from_bits(end) > f32::from_bits(*high) {
-        *high = end;
-    }
 }
 
 /// Least and greatest displacement along x of a row, or 0.

@@ -38,7 +38,7 @@ fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
     // The growth of ln t; none before the load has begun.
     let passed = if system.state.loaded > 0 { system.model.pass_dt / system.load_time() } else { 0.0 };
     let System { directions, blocks, instructions, .. } = &mut *system;
-    let direction = directions.along(axis);
+    let direction = directions.of_ply(0).along(axis);
     let job = RowJob {
         law: &law,
         rest: &direction.rest,
@@ -84,7 +84,7 @@ fn taken_by_rupture(system: &System<'_>, law: &RateLaw, axis: Axis, j: usize) ->
         let q = segment.twice_strain();
         let seen = law.seen_at(q);
         let damage = system.law_of(&segment);
-        if !system.directions.along(axis).law.is_damaging(seen, segment.history) {
+        if !system.direction(axis, j).law.is_damaging(seen, segment.history) {
             continue;
         }
         // Twice the stiffness stands for the modulus: energies are then those of `RateLaw::stored`.

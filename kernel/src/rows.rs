@@ -10,7 +10,7 @@ use crate::planes::{
     STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
-use crate::ranges::{self, NOT_KEPT};
+use crate::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::rate::Rates;
 use crate::sweep::{Constants, Pass, Report, Row, YarnRow};
 use crate::symmetry::Line;
@@ -25,19 +25,22 @@ pub(crate) struct Terms<'t> {
     pub toe: Toe,
     /// Dependence on the rate of strain.
     pub rates: Rates,
+    /// Whether rows are fetched from memory ahead of their turn.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
 impl<'t> Terms<'t> {
     /// The hot pass with these constants.
-    pub fn pass<'p>(&'p self, net: &'p Net<'p>, turned: bool) -> Pass<'p> {
+    pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
         Pass {
             horizontals: self.layout.x.segments(),
             verticals: self.layout.nodes_x,
-            directions: self.directions.of_ply(turned),
+            directions: self.directions.of_ply(ply),
             toe: self.toe,
             net,
             rates: &self.rates,
+            fetches: self.fetches,
             instructions: self.instructions,
         }
     }
@@ -50,7 +53,7 @@ impl<'t> Terms<'t> {
         strength: &'y [Chunk<STRENGTH_PLANES>],
         logarithms: &'y [Chunk<RATE_PLANES>],
         k: usize,
-        turned: bool,
+        ply: usize,
     ) -> YarnRow<'y>
     where
         't: 'y,
@@ -58,7 +61,7 @@ impl<'t> Terms<'t> {
         let constants = if self.layout.stochastic {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
-            Constants::Uniform(self.directions.of_ply(turned))
+            Constants::Uniform(self.directions.of_ply(ply))
         };
         let chunks = self.layout.chunks;
         YarnRow {
@@ -73,8 +76,8 @@ impl<'t> Terms<'t> {
 pub(crate) struct Rows<'r> {
     /// Number of the first row.
     pub first: usize,
-    /// Whether they are of a turned ply.
-    pub turned: bool,
+    /// Their ply.
+    pub ply: usize,
     pub hot: &'r mut [Chunk<HOT_PLANES>],
     /// The row above the last, not swept yet; empty above the top row.
     pub above: &'r [Chunk<HOT_PLANES>],
@@ -111,7 +114,7 @@ impl<'r> Rows<'r> {
         blocks: &'r mut Blocks<'_>,
         layout: &Layout,
         [first, end]: [usize; 2],
-        turned: bool,
+        ply: usize,
         marked: bool,
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
@@ -119,7 +122,7 @@ impl<'r> Rows<'r> {
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
-            turned,
+            ply,
             hot: swept.get_mut(own.start..)?,
             above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
                 // The row behind is of the next ply.
@@ -164,13 +167,13 @@ impl Rows<'_> {
         let layout = terms.layout;
         let chunks = layout.chunks;
         let Rows { hot, history, before, taken, ranges, carry, kept, .. } = self;
-        let (first, turned, above, yarn, runs) = (self.first, self.turned, self.above, self.yarn, self.runs);
+        let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
         let (viscous, net) = if OPTIONS { (layout.viscous, &self.net) } else { (false, &Net::NONE) };
-        let pass = terms.pass(net, turned);
+        let pass = terms.pass(net, ply);
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
@@ -189,7 +192,7 @@ impl Rows<'_> {
                 **taken = before + half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);
-            let yarn = terms.yarn_row(yarn, strength, logarithms, k, turned);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
             let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
             let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
             report = report.merged(met);
@@ -199,10 +202,10 @@ impl Rows<'_> {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
             let [low, high, left, right] = range;
-            [*low, *high] = reach.map(ranges::end_of_range);
+            [*low, *high] = reach.map(end_of_range);
             if *left != NOT_KEPT {
                 // While the row is at hand.
-                [*left, *right] = ranges::spread(row, terms.instructions).map(ranges::end_of_range);
+                [*left, *right] = spread(row, terms.instructions).map(end_of_range);
             }
             book(j, pulls);
             if let Some(taken) = taken {
@@ -341,6 +344,7 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
 
 #[cfg(test)]
 mod tests {
+    use crate::lanes::InstructionSet;
     use crate::{Failure, Layout, Scene, Sim};
 
     #[test]
@@ -365,14 +369,35 @@ mod tests {
             let layout = Layout::of(&scene).unwrap();
             let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
             let mut sim = Sim::new(&scene, &mut memory).unwrap();
-            assert!(sim.system.directions.plain);
-            sim.system.directions.plain = plain;
+            assert!(sim.system.directions.front.plain);
+            sim.system.directions.front.plain = plain;
             sim.advance(3000).unwrap();
             assert!(sim.counters().failed_segments > 10);
             sim.digest()
         };
         for toe in [0.0, 0.02] {
             assert_eq!(run(toe, true), run(toe, false));
+        }
+    }
+
+    /// The path of sheets beyond the caches gives a small one the bits of its own.
+    #[test]
+    fn rows_fetched_from_memory_move_as_others_do() {
+        let run = |exceeds: bool, set: InstructionSet| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(!sim.system.fetches);
+            sim.system.fetches = exceeds;
+            sim.use_instructions(set).unwrap();
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            assert_eq!(run(true, set), run(false, set));
         }
     }
 }

@@ -63,12 +63,68 @@ pub struct Grading {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {
     /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0. More than one ply: velocity
-    /// Verlet, no mirror planes, no friction and no dependence on the rate of strain.
+    /// Verlet, no mirror planes and no dependence on the rate of strain.
     pub plies: u32,
     /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they lie on each other.
     pub gap: f64,
     /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings must be alike.
     pub turned: bool,
+}
+
+/// A second fabric, of the last plies of a stack. It lies in the grid of the first one: a bar stands for as many of its yarns as
+/// there are in a spacing. It has one law for both directions and draws of its own; the rest of the yarn law is that of `yarn`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Back {
+    /// The last so many plies of `stack.plies` are of this fabric, less than all; 0: none, and the numbers below are not read.
+    pub plies: u32,
+    /// Mass of a node, kg, > 0.
+    pub node_mass: f64,
+    /// Cross-section of a bar along x, m^2, > 0.
+    pub yarn_area: f64,
+    /// Cross-section of a bar along y, m^2, > 0; 0: as along x.
+    pub yarn_area_y: f64,
+    /// Crimp of the yarns along x and along y, in [0, 1].
+    pub crimp: [f64; 2],
+    /// Mean Young's modulus, Pa, > 0.
+    pub modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are drawn if this or `damage_sd` is not 0.
+    pub modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub damage_slope: f64,
+    /// Damage rate at zero modulus, dimensionless.
+    pub damage_intercept: f64,
+    /// Standard deviation of the damage rate about that line, >= 0.
+    pub damage_sd: f64,
+    /// Critical stretch U_c, > 1.
+    pub critical_stretch: f64,
+    /// Weibull shape m of the critical strain U_c - 1, in [1, 1000]; 0: it is not drawn.
+    pub weibull_shape: f64,
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment (drawn strength only).
+    pub weibull_gauge_length: f64,
+}
+
+impl Back {
+    /// No ply of it; the numbers of the paper's yarn.
+    pub const PAPER: Back = Back {
+        plies: 0,
+        node_mass: 6.52e-8,
+        yarn_area: 1.075e-7,
+        yarn_area_y: 0.0,
+        crimp: [0.0; 2],
+        modulus_mean: 140.21e9,
+        modulus_sd: 2.04e9,
+        damage_slope: 7.91e-9,
+        damage_intercept: -878.46,
+        damage_sd: 8.35,
+        critical_stretch: 1.03,
+        weibull_shape: 0.0,
+        weibull_gauge_length: 0.0,
+    };
+
+    /// Whether modulus and damage rate are drawn.
+    pub fn is_drawn(&self) -> bool {
+        self.modulus_sd != 0.0 || self.damage_sd != 0.0
+    }
 }
 
 /// Largest number of separate plies.
@@ -296,7 +352,7 @@ pub struct Projectile {
 /// What acts between yarn and projectile besides the impulses that keep them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet and one ply only). With friction a sphere feels
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels
     /// torque, too. See docs/model.md, "Friction".
     pub friction: f64,
 }
@@ -420,6 +476,8 @@ pub struct Scene {
     pub sheet: Sheet,
     /// Separate plies.
     pub stack: Stack,
+    /// The fabric of the last of them, where it is another.
+    pub back: Back,
     /// Mirror planes.
     pub symmetry: Symmetry,
     /// Supports.
@@ -516,6 +574,7 @@ impl Scene {
                 orientation: [1.0, 0.0, 0.0, 0.0],
             },
             stack: Stack { plies: 1, gap: 0.0, turned: false },
+            back: Back::PAPER,
             symmetry: Symmetry { mirror_x: false, mirror_y: false },
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
             yarn: Yarn {
@@ -618,9 +677,43 @@ impl Scene {
         [self.yarn.viscosity_linear, self.yarn.viscosity_quadratic, self.yarn.viscosity_bending]
     }
 
-    /// Mass of one node of all plies together, kg.
+    /// Plies of the front fabric: all without a second one.
+    pub fn front_plies(&self) -> u32 {
+        self.stack.plies.saturating_sub(self.back.plies)
+    }
+
+    /// The same scene with the back fabric in all plies, and no second one.
+    pub fn all_of_back(&self) -> Scene {
+        let mut scene = *self;
+        scene.become_back();
+        scene
+    }
+
+    /// Becomes [`Scene::all_of_back`], where it is: a copy would add a kilobyte to the stack.
+    pub(crate) fn become_back(&mut self) {
+        let Scene { sheet, weft, yarn, back, .. } = self;
+        (back.plies, *weft) = (0, Weft::default());
+        (sheet.node_mass, sheet.crimp) = (back.node_mass, back.crimp);
+        (sheet.yarn_area, sheet.yarn_area_y) = (back.yarn_area, back.yarn_area_y);
+        (yarn.modulus_mean, yarn.modulus_sd) = (back.modulus_mean, back.modulus_sd);
+        (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) =
+            (back.damage_slope, back.damage_intercept, back.damage_sd);
+        yarn.stochastic = back.is_drawn();
+        yarn.critical_stretch = back.critical_stretch;
+        yarn.strength_draw = if back.weibull_shape == 0.0 { StrengthDraw::None } else { StrengthDraw::Weibull };
+        (yarn.weibull_shape, yarn.weibull_gauge_length) = (back.weibull_shape, back.weibull_gauge_length);
+    }
+
+    /// Mass of one node of all bonded plies together, of the front fabric, kg.
     pub fn lumped_mass(&self) -> f64 {
         self.sheet.node_mass * self.sheet.plies as f64
+    }
+
+    /// Mass of the heaviest node, all bonded plies, kg.
+    pub fn largest_mass(&self) -> f64 {
+        let back = if self.back.plies > 0 { self.back.node_mass * self.sheet.plies as f64 } else { 0.0 };
+        let front = self.lumped_mass();
+        if back > front { back } else { front }
     }
 
     /// Node spacing along a direction, m.
@@ -640,15 +733,35 @@ impl Scene {
         if y > x { y } else { x }
     }
 
-    /// Cross-section of one yarn of one ply along a direction, m^2.
+    /// Cross-section of one yarn of one ply along a direction, of the front fabric, m^2.
     pub fn yarn_area(&self, axis: Axis) -> f64 {
-        let own = axis == Axis::Vertical && self.sheet.yarn_area_y != 0.0;
-        if own { self.sheet.yarn_area_y } else { self.sheet.yarn_area }
+        self.area_of(axis, false)
+    }
+
+    /// The same of the front or of the back fabric.
+    pub(crate) fn area_of(&self, axis: Axis, back: bool) -> f64 {
+        let (x, y) = if back {
+            (self.back.yarn_area, self.back.yarn_area_y)
+        } else {
+            (self.sheet.yarn_area, self.sheet.yarn_area_y)
+        };
+        if axis == Axis::Vertical && y != 0.0 { y } else { x }
+    }
+
+    /// Mass of a node of one ply of the front or of the back fabric, kg.
+    pub(crate) fn node_mass(&self, back: bool) -> f64 {
+        if back { self.back.node_mass } else { self.sheet.node_mass }
     }
 
     /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with pre-tension.
     pub fn rest_stretch(&self, axis: Axis) -> f64 {
-        let ([crimp_x, crimp_y], [strain_x, strain_y]) = (self.sheet.crimp, self.sheet.pre_strain);
+        self.stretch_at_rest(axis, false)
+    }
+
+    /// The same of the front or of the back fabric.
+    pub(crate) fn stretch_at_rest(&self, axis: Axis, back: bool) -> f64 {
+        let [crimp_x, crimp_y] = if back { self.back.crimp } else { self.sheet.crimp };
+        let [strain_x, strain_y] = self.sheet.pre_strain;
         let (crimp, strain) = match axis {
             Axis::Horizontal => (crimp_x, strain_x),
             Axis::Vertical => (crimp_y, strain_y),

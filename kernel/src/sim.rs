@@ -179,7 +179,7 @@ impl<'a> Sim<'a> {
 
     #[inline(never)] // As above.
     fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.system.layout = Layout::of(scene)?;
+        self.system.layout = Layout::of_sound(scene)?;
         Ok(())
     }
 
@@ -187,11 +187,14 @@ impl<'a> Sim<'a> {
     #[inline(never)] // What it needs must not add to the stack of the checks.
     fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
         let system = &mut self.system;
+        system.solid.set(&scene.projectile);
+        system.model.derive(scene, limits, &system.solid);
         system.scene = *scene;
-        system.model.derive(scene, limits);
-        system.directions.derive(scene, limits.dt);
-        start::place_body(scene, &system.model, &mut system.state.body)?;
+        system.directions.derive(scene, limits.dt, &mut system.scene);
+        system.scene = *scene;
+        start::place_body(scene, &system.model, &system.solid, &mut system.state.body)?;
         system.state = State::at_start(system.state.body);
+        system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
         system.blocks = Blocks::carve(memory, &system.layout)?;
         system.fill_model()?;
@@ -206,7 +209,7 @@ impl<'a> Sim<'a> {
         let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
         let mut body = Body::of(&motion);
         // Accepted once, so accepted again.
-        let _ = self.system.scene.symmetry.align(&self.system.model.solid, &mut body, self.system.scene.sheet.spacing);
+        let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
         self.system.state = State::at_start(body);
         self.system.use_half_steps(false);
         self.system.clear_state();
@@ -331,7 +334,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Errors
     /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a node inside the
-    /// projectile (a fixed one in a prescribed body may be), or a step already taken.
+    /// projectile (a fixed one in a prescribed body may be), plies through each other, or a step already taken.
     pub fn set_motion(&mut self, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
         start::set_motion(&mut self.system, positions, velocities)
     }

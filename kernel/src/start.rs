@@ -11,6 +11,7 @@ use crate::planes::{self, Axis};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::scene::{Drive, Scene, StepLimits};
+use crate::shape::Solid;
 use crate::step;
 use crate::system::System;
 use crate::weave::{self, in_runs};
@@ -26,32 +27,44 @@ const LARGEST_GIVEN_MOTION: f64 = 1e30;
 ///
 /// # Errors
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
-#[inline(never)] // Its model must not add to the stack of the caller, who makes another in its place.
+#[inline(never)] // What it needs must not add to the stack of the caller, who makes another model in its place.
 pub(crate) fn check_body(scene: &Scene, limits: StepLimits) -> Result<(), Error> {
+    let (mut solid, mut body) = (Solid::NOTHING, Body::AT_REST);
+    solid.set(&scene.projectile);
+    check_motion(scene, limits, &solid, &mut body)?;
+    refuse_overlap(scene, &solid, &body)
+}
+
+/// Puts the projectile where the scene places it, with a model of its own.
+#[inline(never)] // The model must not add to the stack of the search for overlaps.
+fn check_motion(scene: &Scene, limits: StepLimits, solid: &Solid, body: &mut Body) -> Result<(), Error> {
     let mut model = Model::NOTHING;
-    model.derive(scene, limits);
-    let mut body = Body::AT_REST;
-    place_body(scene, &model, &mut body)?;
-    refuse_overlap(scene, &model, &body)
+    model.derive(scene, limits, solid);
+    place_body(scene, &model, solid, body)
 }
 
 /// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does not suit the scene.
 #[inline(never)] // What it needs must not add to the stack of the search for overlaps.
-pub(crate) fn place_body(scene: &Scene, model: &Model, body: &mut Body) -> Result<(), Error> {
+pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut Body) -> Result<(), Error> {
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;
     *body = Body::of(&motion);
-    scene.symmetry.align(&model.solid, body, scene.sheet.spacing)
+    scene.symmetry.align(solid, body, scene.sheet.spacing)
+}
+
+/// Rounding aside, a node deeper than a billionth of the spacing is inside.
+fn overlaps(scene: &Scene, gap: f64) -> bool {
+    gap < -1e-9 * scene.sheet.spacing
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
 /// which it has no contact.
 #[inline(never)] // What it needs must not add to the stack of making the model.
-fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error> {
+fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
     let places = Places::both(scene);
     let [columns, rows] = &places;
-    let search = Search::new(&model.solid, body, scene.largest_spacing(), InstructionSet::Scalar);
+    let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let movable = scene.drive == Drive::Free;
     for j in 0..rows.nodes() as usize {
         let y = rows.offset(j) * h_y;
@@ -60,10 +73,10 @@ fn refuse_overlap(scene: &Scene, model: &Model, body: &Body) -> Result<(), Error
         }
         let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);
         for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let mut x = Vector::new(columns.offset(i) * h_x, y, 0.0);
+            let x = columns.offset(i) * h_x;
             for ply in 0..scene.stack.plies {
-                x.z = f64::from(ply) * scene.stack.gap;
-                if let Some((gap, _, _)) = search.candidate(&x).filter(|(gap, _, _)| model.overlaps(*gap)) {
+                let gap = search.gap(&Vector::new(x, y, f64::from(ply) * scene.stack.gap));
+                if overlaps(scene, gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
                 }
             }
@@ -86,7 +99,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     let (points, _) = positions.as_chunks::<3>();
     let (speeds, _) = velocities.as_chunks::<3>();
     let margin = system.scene.largest_spacing();
-    let search = Search::new(&system.model.solid, &system.state.body, margin, system.instructions);
+    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let fixed = system.is_fixed(i, j);
@@ -95,7 +108,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
         }
         let x = Vector::from(system.model.pose.point_in(*point));
         let meets = !fixed || system.scene.drive == Drive::Free;
-        if meets && search.candidate(&x).is_some_and(|(gap, _, _)| system.model.overlaps(gap)) {
+        if meets && search.candidate(&x).is_some_and(|(gap, _, _)| overlaps(&system.scene, gap)) {
             return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
         }
         let v = Vector::from(system.model.pose.vector_in(*velocity));
@@ -115,8 +128,8 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
         // Rounding aside, a node lies on or above the one that it faces below.
         let gap = height(above) - height(below);
-        if system.layout.is_stack() && system.model.overlaps(gap) {
-            return Err(Error::new(Code::InitialOverlap, "positions", (k + nodes_of_ply) as f64, 0.0));
+        if system.layout.is_stack() && overlaps(&system.scene, gap) {
+            return Err(Error::new(Code::PliesOverlap, "positions", (k + nodes_of_ply) as f64, 0.0));
         }
     }
     let h = system.scene.sheet.spacing;

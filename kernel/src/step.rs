@@ -206,29 +206,30 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
-    let (turned, rates) = (system.scene.is_turned(ply as u32), rates(system));
+    let rates = rates(system);
     let failed = system.failed_segments > 0;
-    let System { scene, layout, directions, model, state, blocks, instructions, .. } = &mut *system;
-    let terms = Terms { layout, directions, toe: model.toe, rates, instructions: *instructions };
+    let share = system.mass_share(ply);
+    let System { scene, layout, directions, model, state, blocks, fetches, instructions, .. } = &mut *system;
+    let terms = Terms { layout, directions, toe: model.toe, rates, fetches: *fetches, instructions: *instructions };
     let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.
     let marked = layout.toe && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(mut rows) = Rows::of(blocks, layout, [first, end], turned, marked) else { return Report::LOST };
+    let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) else { return Report::LOST };
     let report = rows.sweep(&terms, |j, pulls| {
         if scene.track_support {
-            book_pulls(sums, scene, layout, j - bottom, &pulls);
+            book_pulls(sums, scene, layout, j - bottom, &pulls, share);
         }
     });
-    book_taken(system, [first, end]);
+    book_taken(system, ply, [first, end]);
     system.set_awake(ply, [first, end]);
     report
 }
 
-/// Books the energy that viscosity and rate have taken of rows [first, end), lowest row first.
-pub(crate) fn book_taken(system: &mut System<'_>, [first, end]: [usize; 2]) {
-    let unit = system.model.unit_energy;
+/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
+pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+    let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);
     taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
@@ -243,7 +244,7 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 /// What a sweep needs of the dependence on the rate of strain.
 pub(crate) fn rates(system: &System<'_>) -> Rates {
     // Below it damage sees no strain beyond the critical one.
-    let limit = |axis: Axis| system.rate_law(axis).limit(system.directions.along(axis).critical);
+    let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
     Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)])
 }
 
@@ -259,11 +260,12 @@ fn close_window(system: &mut System<'_>) {
     sums.window = Vector::zeros();
 }
 
-/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt.
-pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, layout: &Layout, j: usize, pulls: &[Vector; 2]) {
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt. `share`: mass of
+/// its nodes over that of the front fabric's.
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, layout: &Layout, j: usize, pulls: &[Vector; 2], share: f64) {
     let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
     for (side, pull) in pulls.iter().enumerate() {
         let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, j, side);
-        sums.add_to_support(kind, at, &(pull * symmetry.share()), symmetry);
+        sums.add_to_support(kind, at, &(pull * (symmetry.share() * share)), symmetry);
     }
 }

@@ -20,6 +20,7 @@ use crate::ranges::{NOT_KEPT, end_of_range};
 use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
+use crate::shape::Solid;
 use crate::state::State;
 use crate::sweep;
 use crate::toe::NO_TOE;
@@ -31,6 +32,7 @@ pub(crate) struct System<'a> {
     pub scene: Scene,
     pub layout: Layout,
     pub model: Model,
+    pub solid: Solid,
     pub directions: Directions,
     pub state: State,
     pub blocks: Blocks<'a>,
@@ -39,6 +41,8 @@ pub(crate) struct System<'a> {
     /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
     pub awake: [usize; 2],
     pub skip_rest: bool,
+    /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
@@ -48,6 +52,7 @@ impl<'a> System<'a> {
         scene: Scene::sheet_3in_sphere(),
         layout: Layout::NOTHING,
         model: Model::NOTHING,
+        solid: Solid::NOTHING,
         directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
         blocks: Blocks::nothing(),
@@ -55,6 +60,7 @@ impl<'a> System<'a> {
         failure: None,
         awake: [0, 0],
         skip_rest: true,
+        fetches: false,
         instructions: InstructionSet::Scalar,
     };
 }
@@ -64,8 +70,8 @@ impl<'a> System<'a> {
 pub(crate) struct SegmentView {
     /// Direction.
     pub axis: Axis,
-    /// Direction of the fabric that it is of: in a turned ply the other one.
-    pub fabric: Axis,
+    /// Its ply.
+    pub ply: usize,
     /// How it lies in the flat sheet.
     pub rest: Rest,
     /// Segments of the fabric in series and yarns in parallel that it stands for: 1 and 1 without grading.
@@ -123,7 +129,7 @@ impl System<'_> {
             return [x, y, 0.0];
         }
         let (ply, row) = self.layout.ply_and_row(j);
-        let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.vertical.rest.spacing;
+        let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
         [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
     }
 
@@ -137,19 +143,29 @@ impl System<'_> {
         self.layout.node_weight(i, j) * self.net().share(i, j)
     }
 
-    /// Direction of the fabric along an axis of row j: in a turned ply the other one.
-    pub fn fabric(&self, axis: Axis, j: usize) -> Axis {
-        if self.is_turned(j) { axis.other() } else { axis }
-    }
-
-    /// Whether row j is of a turned ply.
-    pub fn is_turned(&self, j: usize) -> bool {
-        self.scene.is_turned(self.layout.ply_and_row(j).0 as u32)
+    /// What the segments have in common that start in row j.
+    pub fn directions_of_row(&self, j: usize) -> Along<'_> {
+        self.directions.of_ply(self.layout.ply_and_row(j).0)
     }
 
     /// What the segments along an axis have in common that start in row j.
     pub fn direction(&self, axis: Axis, j: usize) -> &Direction {
-        self.directions.along(self.fabric(axis, j))
+        self.directions_of_row(j).along(axis)
+    }
+
+    /// What a segment has in common with others.
+    pub fn direction_of(&self, segment: &SegmentView) -> &Direction {
+        self.directions.of_ply(segment.ply).along(segment.axis)
+    }
+
+    /// Mass of a node of a ply over that of a node of the front fabric.
+    pub fn mass_share(&self, ply: usize) -> f64 {
+        if self.directions.is_back(ply) { self.model.back_share } else { 1.0 }
+    }
+
+    /// The same of a node of row j.
+    pub fn mass_share_of_row(&self, j: usize) -> f64 {
+        self.mass_share(self.layout.ply_and_row(j).0)
     }
 
     /// Position at t_n in the sheet's frame, m.
@@ -199,8 +215,8 @@ impl System<'_> {
         let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
         let d = [u2[0] - u1[0], u2[1] - u1[1], u2[2] - u1[2]];
         let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
-        let fabric = self.fabric(axis, j);
-        let direction = self.directions.along(fabric);
+        let (ply, _) = self.layout.ply_and_row(j);
+        let direction = self.directions.of_ply(ply).along(axis);
         let bar = self.net().bar(axis, i, j);
         let yarn = planes::row(self.blocks.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
@@ -208,7 +224,7 @@ impl System<'_> {
         let strength = planes::row(self.blocks.strength, chunks, j);
         Some(SegmentView {
             axis,
-            fabric,
+            ply,
             rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
             bar: bar.unwrap_or([1.0; 2]),
             stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
@@ -226,7 +242,7 @@ impl System<'_> {
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
     /// begins at the segment's own critical q.
     pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
-        self.directions.along(segment.fabric).law.at(segment.critical_stretch)
+        self.direction_of(segment).law.at(segment.critical_stretch)
     }
 
     /// Time since the load began, s; a step at least.
@@ -236,13 +252,13 @@ impl System<'_> {
 
     /// How the segments of a direction depend on the rate of strain at t_n.
     pub fn rate_law(&self, axis: Axis) -> RateLaw {
-        RateLaw::of(&self.scene, self.directions.along(axis).rest.twice_strain, self.load_time())
+        RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, self.load_time())
     }
 
     /// The same at t_{n-1}.
     pub fn rate_law_before(&self, axis: Axis) -> RateLaw {
         let time = self.state.loaded.saturating_sub(1).max(1) as f64 * self.model.limits.dt;
-        RateLaw::of(&self.scene, self.directions.along(axis).rest.twice_strain, time)
+        RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, time)
     }
 
     /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
@@ -253,12 +269,12 @@ impl System<'_> {
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
             let (seen, stiffening) = if self.layout.rate {
-                let rate = self.rate_law(segment.fabric);
+                let rate = self.rate_law(segment.axis);
                 (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
             } else {
                 (q, 1.0)
             };
-            let stiffness = if self.directions.along(segment.fabric).law.is_damaging(seen, segment.history) {
+            let stiffness = if self.direction_of(&segment).law.is_damaging(seen, segment.history) {
                 self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
             } else {
                 segment.stiffness
@@ -286,23 +302,24 @@ impl System<'_> {
             return Ok(());
         }
         if self.layout.graded {
-            grading::fill(self.blocks.columns, &places[0], &self.directions.horizontal.rest);
-            grading::fill(self.blocks.lines, &places[1], &self.directions.vertical.rest);
+            grading::fill(self.blocks.columns, &places[0], &self.directions.front.horizontal.rest);
+            grading::fill(self.blocks.lines, &places[1], &self.directions.front.vertical.rest);
         }
-        let mut weakest = CRITICAL_STRETCH_MAX;
+        // Of the front and of the back fabric.
+        let mut weakest = [CRITICAL_STRETCH_MAX; 2];
         self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
         self.blocks.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
         for j in 0..ny {
             let (ply, row_of_ply) = layout.ply_and_row(j);
             let before = ply as u64 * self.scene.segments_of_ply();
-            let turned = self.scene.is_turned(ply as u32);
+            let (along, back) = (self.directions.of_ply(ply), usize::from(self.directions.is_back(ply)));
             let row = planes::row_mut(self.blocks.yarn, chunks, j);
             let strengths = planes::row_mut(self.blocks.strength, chunks, j);
             let verticals = layout.has_verticals(j);
             for i in 0..nx {
                 let exists = [(Axis::Horizontal, i < layout.x.segments()), (Axis::Vertical, verticals)];
                 for (axis, _) in exists.into_iter().filter(|(_, exists)| *exists) {
-                    let direction = self.directions.along(if turned { axis.other() } else { axis });
+                    let direction = along.along(axis);
                     let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
                     let stiffness = bar.modulus / (direction.modulus_per_stiffness * bar.segments);
                     let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
@@ -313,16 +330,15 @@ impl System<'_> {
                     }
                     if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
                         *slot = bar.critical_stretch;
-                        weakest = math::min(*slot, weakest);
+                        weakest[back] = math::min(*slot, weakest[back]);
                     }
                 }
             }
         }
         if strength {
-            for direction in [&mut self.directions.horizontal, &mut self.directions.vertical] {
-                direction.law = direction.law.at(weakest);
-                direction.critical = direction.law.critical_twice_strain();
-            }
+            let [of_front, of_back] = weakest;
+            self.directions.front.weaken(of_front);
+            self.directions.back.weaken(of_back);
         }
         Ok(())
     }
@@ -367,9 +383,8 @@ impl System<'_> {
 
     /// Stiffness of the segments that start in row j, from their histories.
     fn rebuild_stiffness(&mut self, j: usize) {
-        let (turned, chunks) = (self.is_turned(j), self.layout.chunks);
-        let ends = self.ends_of_segments(j);
-        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(turned);
+        let (chunks, ends) = (self.layout.chunks, self.ends_of_segments(j));
+        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(self.layout.ply_and_row(j).0);
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
@@ -454,8 +469,8 @@ impl System<'_> {
         rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
     }
 
-    /// Adds to the sums of its support what the fixed node (i, j) takes of the yarns or of the projectile: an impulse in units of m h
-    /// and a pass.
+    /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with
+    /// the mass of a node of the front fabric.
     pub fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
         if !self.scene.track_support {
             return;

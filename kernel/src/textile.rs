@@ -13,7 +13,8 @@
 
 use crate::error::{Code, Error, finite, not_negative, positive};
 use crate::math;
-use crate::scene::{CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Scene, StrengthDraw, WEIBULL_SHAPES, Weft};
+use crate::planes::Axis;
+use crate::scene::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Scene, StrengthDraw, WEIBULL_SHAPES, Weft};
 use crate::yarn::twice_strain_at;
 
 /// The yarns of one direction of a textile.
@@ -230,12 +231,52 @@ impl Scene {
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(strongest);
         Ok(())
     }
+
+    /// Makes the back fabric of this textile, in the scene's own grid: a bar stands for as many yarns as there are in a spacing, so
+    /// areal density, stiffness and strength per width are those of the textile. How many plies are of it, `back.plies`, stays. The
+    /// quadratic viscosity becomes that of the textile of the two that takes less.
+    ///
+    /// # Errors
+    /// As [`Scene::set_textile`].
+    pub fn set_back_textile(&mut self, textile: &Textile) -> Result<(), Error> {
+        // In a scene of its own that has the grid of the textile.
+        let mut alone = *self;
+        alone.set_textile(textile)?;
+        let [h_x, h_y] = self.spacings();
+        let [own_x, own_y] = alone.spacings();
+        // Yarns along x in a spacing along y, and the other way round.
+        let (along_x, along_y) = (h_y / own_y, h_x / own_x);
+        let (warp, weft, sheet, yarn) = (&textile.warp, &textile.weft, &alone.sheet, &alone.yarn);
+        let [area_x, area_y] =
+            [(Axis::Horizontal, along_x), (Axis::Vertical, along_y)].map(|(axis, yarns)| alone.yarn_area(axis) * yarns);
+        self.back = Back {
+            plies: self.back.plies,
+            node_mass: warp.linear_density * (1.0 + warp.crimp) * h_x * along_x
+                + weft.linear_density * (1.0 + weft.crimp) * h_y * along_y,
+            yarn_area: area_x,
+            yarn_area_y: if area_x == area_y { 0.0 } else { area_y },
+            crimp: sheet.crimp,
+            modulus_mean: yarn.modulus_mean,
+            modulus_sd: yarn.modulus_sd,
+            damage_slope: yarn.damage_slope,
+            damage_intercept: yarn.damage_intercept,
+            damage_sd: yarn.damage_sd,
+            critical_stretch: yarn.critical_stretch,
+            weibull_shape: if yarn.strength_draw == StrengthDraw::None { 0.0 } else { yarn.weibull_shape },
+            weibull_gauge_length: if yarn.strength_draw == StrengthDraw::None {
+                0.0
+            } else {
+                yarn.weibull_gauge_length
+            },
+        };
+        self.yarn.viscosity_quadratic = math::min(yarn.viscosity_quadratic, self.yarn.viscosity_quadratic);
+        Ok(())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planes::Axis;
 
     fn close(value: f64, expected: f64, relative: f64) {
         assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
@@ -319,6 +360,45 @@ mod tests {
         close(scene.yarn_area(Axis::Horizontal), 600e-3 / 9000.0 / 1440.0, 1e-14);
         close(scene.yarn_area(Axis::Vertical), 93e-6 / 1440.0, 1e-14);
         assert_eq!(scene.sheet.crimp, [0.013, 0.004]);
+    }
+
+    /// In any grid a back fabric weighs what its textile weighs, and its bars have the wave speed of its yarns: stiffness per width
+    /// over areal density.
+    #[test]
+    fn a_back_fabric_keeps_mass_and_stiffness_in_another_grid() {
+        for textile in [plain(), unlike()] {
+            let mut scene = Scene::sheet_3in_sphere();
+            for spacing_y in [0.0, 9e-4] {
+                scene.sheet.spacing_y = spacing_y;
+                scene.set_back_textile(&textile).unwrap();
+                let ([h_x, h_y], back) = (scene.spacings(), scene.all_of_back());
+                close(back.sheet.node_mass / (h_x * h_y), textile.areal_density(), 1e-14);
+                let own = textile.warp.linear_density / textile.fibre_density;
+                close(back.yarn_area(Axis::Horizontal) / h_y, own * textile.warp.count, 1e-14);
+                let own = textile.weft.linear_density / textile.fibre_density;
+                close(back.yarn_area(Axis::Vertical) / h_x, own * textile.weft.count, 1e-14);
+            }
+        }
+    }
+
+    /// The textile of the front plies as that of the back ones changes no number.
+    #[test]
+    fn the_same_textile_behind_is_the_same_fabric() {
+        for textile in
+            [plain(), unlike(), Textile { modulus_sd: 1e9, weibull_shape: 14.7, gauge_length: 0.05, ..unlike() }]
+        {
+            let mut scene = scene_of(&textile);
+            scene.set_back_textile(&textile).unwrap();
+            let mut back = scene.all_of_back();
+            // Areas alike in both directions, and draws that are not read.
+            (back.sheet.yarn_area_y, scene.sheet.yarn_area_y) =
+                (back.yarn_area(Axis::Vertical), scene.yarn_area(Axis::Vertical));
+            back.back = scene.back;
+            if scene.yarn.strength_draw == StrengthDraw::None {
+                (back.yarn.weibull_shape, scene.yarn.weibull_shape) = (0.0, 0.0);
+            }
+            assert_eq!(back, scene);
+        }
     }
 
     #[test]

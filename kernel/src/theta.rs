@@ -170,8 +170,8 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let chunks = system.layout.chunks;
     let (nx, ny, across, up) =
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
-    let directions = &system.directions;
-    let uniform = Constants::Uniform(directions.of_ply(false));
+    let directions = system.directions.of_ply(0);
+    let uniform = Constants::Uniform(directions);
     let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
     if system.layout.x.mirrored {
@@ -278,7 +278,7 @@ fn commit_damage(system: &mut System<'_>) {
             for axis in [Axis::Horizontal, Axis::Vertical] {
                 let Some(segment) = system.segment(axis, i, j) else { continue };
                 let q = segment.twice_strain();
-                if !system.directions.along(axis).law.is_damaging(q, segment.history) {
+                if !system.direction(axis, j).law.is_damaging(q, segment.history) {
                     continue;
                 }
                 let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);

@@ -56,14 +56,14 @@ pub(crate) struct Pushing<'r> {
 
 /// Finds what viscosity changes of the velocities of these rows of a ply, all that may move. Changes no node.
 pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
-    let (marked, turned) = (system.layout.toe && system.failed_segments > 0, system.is_turned(all[0]));
+    let (marked, (ply, _)) = (system.layout.toe && system.failed_segments > 0, system.layout.ply_and_row(all[0]));
     place_images(system, all);
     let System { layout, directions, model, blocks, instructions, .. } = system;
     let Blocks { hot, marks, viscous, pushes, .. } = blocks;
     let pushes = pushes.get_mut(all[0] * layout.chunks..all[1] * layout.chunks).unwrap_or(&mut []);
     let pushing = Pushing {
         layout,
-        directions: directions.of_ply(turned),
+        directions: directions.of_ply(ply),
         toe: &model.toe,
         instructions: *instructions,
         all,

@@ -7,6 +7,7 @@
 //! integrator = { kind = "theta", tolerance = 1e-8 }
 //!
 //! [fabric]                             # `textile.rs`: before all other keys, which override it
+//! [back_fabric]                        # likewise, of the last `back.plies` plies, in the grid of the sheet
 //! name = "kevlar_km2_s706"
 //!
 //! [attachment]
@@ -86,9 +87,17 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     if let Some(textile) = table.remove("fabric") {
         textile::apply(scene, &textile)?;
     }
-    let automatic = takes_automatic_grading(&mut table);
+    let (automatic, back) = (takes_automatic_grading(&mut table), table.remove("back_fabric"));
     let given = flat("", Value::Table(table))?;
-    for (key, value) in &given {
+    // The back fabric lies in the grid of the sheet; all other keys override it.
+    let (sheet, others): (Vec<_>, Vec<_>) = given.iter().partition(|(key, _)| key.starts_with("sheet."));
+    for (key, value) in sheet {
+        assign(scene, key, value)?;
+    }
+    if let Some(textile) = back {
+        textile::apply_back(scene, &textile).map_err(|error| format!("back_fabric: {error}"))?;
+    }
+    for (key, value) in others {
         assign(scene, key, value)?;
     }
     let counted = |key: &str| given.iter().any(|(name, _)| name == key);
@@ -360,6 +369,21 @@ mod tests {
         scene.step_limits().unwrap();
         let bare = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_49_yarn\"\n").unwrap_err();
         assert!(bare.to_string().contains("textile.warp.linear_density"), "{bare}");
+    }
+
+    #[test]
+    fn the_last_plies_may_be_of_another_fabric() {
+        let text = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"zylon_as_500_35\"\n[stack]\nplies = 5\n[back]\nplies = 2\n\
+                    modulus_mean = 9e10\n[back_fabric]\nname = \"kevlar_km2_s706\"\n";
+        let scene = parse(text).unwrap();
+        scene.check().unwrap();
+        let front = parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"zylon_as_500_35\"\n").unwrap();
+        assert_eq!((scene.sheet, scene.yarn.modulus_mean), (front.sheet, front.yarn.modulus_mean));
+        assert_eq!((scene.back.plies, scene.back.modulus_mean, scene.front_plies()), (2, 9e10, 3));
+        let [h_x, h_y] = scene.spacings();
+        assert!((scene.back.node_mass / (h_x * h_y) / 0.180 - 1.0).abs() < 0.01);
+        let error = parse("preset = \"sheet_3in_sphere\"\n[back_fabric]\nmodulus = 84.6\n").unwrap_err().to_string();
+        assert!(error.starts_with("back_fabric: fabric.modulus"), "{error}");
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! weft.crimp = 0.01                            # a plain number is in SI units
 //! ```
 //!
-//! Keys are the fields of [`fabric::Textile`]; `linear_density`, `count` and `crimp` are those of both directions, below `warp` and
+//! The table `[back_fabric]` has the same keys for the last plies of a stack. Keys are the fields of [`fabric::Textile`]; `linear_density`, `count` and `crimp` are those of both directions, below `warp` and
 //! `weft` those of one. Beside `value` and `unit` a number may have its `source` and `mark`; those of the folder must.
 
 use crate::Result;
@@ -57,6 +57,14 @@ pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
     let textile = textile(table)?;
     refuse_wrong_units(&textile)?;
     scene.set_textile(&textile)?;
+    Ok(())
+}
+
+/// Makes the fabric of the last plies of a scene that of its table `[back_fabric]`.
+pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
+    let textile = textile(table)?;
+    refuse_wrong_units(&textile)?;
+    scene.set_back_textile(&textile)?;
     Ok(())
 }
 

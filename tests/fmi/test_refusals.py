@@ -64,7 +64,7 @@ REFUSED = [
     ({"projectile.shape": -1}, "projectile.shape"),
     ({"drive": 2}, "drive"),
     ({"attachment.kind": 9}, "attachment.kind: out of range; it is 9, at least 0, at most 3"),
-    ({"contact.friction": 0.2, "stack.plies": 2}, "contact.friction: does not go with another field: stack.plies"),
+    ({"contact.friction": 0.2, "integrator.kind": 1}, "contact.friction: does not go with another field: integrator.kind"),
     ({"force_window": 0.0}, "force_window"),
 ]
 

@@ -343,7 +343,7 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
             ..Candidate::read(slot)
         }
         .write(slot);
-        let mut place = [0.0; fabric::friction::TANGENTIAL_REALS];
+        let mut place = [0.0; fabric::layout::TANGENTIAL_REALS];
         Tangential::at(&r, &n, &v, &crowd.body).write(&mut place);
         tangential.push(place);
     }

@@ -69,7 +69,7 @@ fn bits_are_the_same_until_something_fails() {
 
 /// 40 J on four held sides: momentum to rounding through the switch, with load; a tenth of the energy creep or less.
 #[test]
-fn books_close_through_the_switch() {
+fn balances_close_through_the_switch() {
     let residual = |scene: Scene| {
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);

@@ -169,7 +169,7 @@ fn energy_is_kept_to_second_order_in_the_step() {
 
 /// A yarn with a toe that breaks: without what rupture dissipates less, 5 % of the energy would be found too much.
 #[test]
-fn books_close_when_a_softened_yarn_breaks() {
+fn balances_close_when_a_softened_yarn_breaks() {
     let (low, high, failed) = swing(WIDTH, 64.0, 1.028, -250.0);
     assert_eq!(failed, 2);
     assert!(low > 0.998 && high < 1.002, "{low} {high}");

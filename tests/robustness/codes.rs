@@ -3,7 +3,9 @@
 
 use fabric::fields::{FIELDS, slot_of};
 use fabric::snapshot::Hash;
-use fabric::{CacheLine, Code, Drive, Error, Failure, Integrator, Motion, Outcome, Path, Scene, Sim, Status, Symmetry};
+use fabric::{
+    CacheLine, Code, Drive, Error, Failure, Integrator, Motion, Outcome, Path, Scene, Sim, Stack, Status, Symmetry,
+};
 use fabric_capi::calls::*;
 use fabric_capi::types::*;
 use fabric_capi::{Input, Lent, Output, ToChange, ToLookAt, fk_sim};
@@ -56,6 +58,16 @@ fn wild() -> Vec<f64> {
     let mut velocities = vec![0.0; 3 * 81];
     velocities[3 * 40] = 1e34;
     velocities
+}
+
+/// Two plies of 9 x 9.
+fn pair() -> Scene {
+    Scene { stack: Stack { plies: 2, gap: 1e-4, turned: false }, ..small_sheet(9, 50.0) }
+}
+
+/// Positions far from the projectile, the second of the two plies below the first.
+fn crossed() -> Vec<f64> {
+    (0..2 * 81).flat_map(|k| [1.0, 1.0, if k < 81 { 0.0 } else { -1e-3 }]).collect()
 }
 
 /// The image of another scene.
@@ -129,6 +141,7 @@ fn in_rust(code: Code) -> Option<Code> {
             sim.step()?;
             sim.set_motion(&wild(), &wild())
         }),
+        Code::PliesOverlap => called(&pair(), |sim| sim.set_motion(&crossed(), &[0.0; 6 * 81])),
         Code::ImageMalformed => called(&sheet, |sim| sim.load(&[0; 64])),
         Code::ImageOfAnotherScene => called(&sheet, |sim| sim.load(&foreign_image())),
         Code::ImageInvalid => called(&sheet, |sim| sim.load(&forged_image())),
@@ -286,6 +299,10 @@ fn in_c(code: Code) -> i32 {
                 let host = in_c_of(&sheet);
                 assert_eq!(fk_step(host.to_change()), FK_OK);
                 fk_set_motion(host.to_change(), Input::given(wild().as_ptr()), Input::given(wild().as_ptr()), 3 * 81)
+            }
+            Code::PliesOverlap => {
+                let (host, x, v) = (in_c_of(&pair()), crossed(), [0.0; 6 * 81]);
+                fk_set_motion(host.to_change(), Input::given(x.as_ptr()), Input::given(v.as_ptr()), 6 * 81)
             }
             Code::ImageMalformed => load(vec![0; 64]),
             Code::ImageOfAnotherScene => load(foreign_image()),

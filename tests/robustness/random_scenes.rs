@@ -126,6 +126,7 @@ prop_compose! {
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = resistance.0;
         [yarn.rate_modulus, yarn.rate_stretch, yarn.rate_reference, yarn.rate_limit] = resistance.1;
         (scene.contact.friction, scene.stack) = (resistance.2, resistance.3);
+        (scene.back.plies, scene.back.node_mass) = (scene.stack.plies / 3, 0.7 * scene.sheet.node_mass);
         if let Some((spacing_y, yarn_area_y, crimp, pre_strain, weft)) = weft {
             (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (spacing_y, yarn_area_y);
             (scene.sheet.crimp, scene.sheet.pre_strain, scene.weft) = (crimp, pre_strain, weft);

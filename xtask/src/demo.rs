@@ -10,6 +10,9 @@ pub struct Options {
     /// target/demo-quick instead of target/demo.
     #[arg(long)]
     pub quick: bool,
+    /// Three separate plies of the 3 in sheet and the paper's sphere; writes target/demo-plies.
+    #[arg(long, conflicts_with = "quick")]
+    pub plies: bool,
 }
 
 /// Runs the command.
@@ -18,11 +21,15 @@ pub fn run(options: &Options) -> Outcome {
     crate::fmu::run(&crate::fmu::Options::default())?;
     cargo(&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"])?;
 
-    let out = tools::target().join(if options.quick { "demo-quick" } else { "demo" });
+    let (folder, case) = match options {
+        Options { plies: true, .. } => ("demo-plies", "plies"),
+        Options { quick: true, .. } => ("demo-quick", "small"),
+        Options { .. } => ("demo", "disc"),
+    };
+    let out = tools::target().join(folder);
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let program = |name: &str| text(&tools::top().join("examples/rotorburst").join(name));
     let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
-    let case = if options.quick { "small" } else { "disc" };
     tools::run(&python, &[&program("rotorburst.py"), "--case", case, "--fmu", &fmu, "--out", &text(&out)])?;
 
     println!("\nThe same impact with the kernel moving the projectile, for the pictures of the sheet ...");

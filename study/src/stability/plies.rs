@@ -24,6 +24,9 @@ fn told(end: &Ended<'_>) -> String {
 
 fn flights() -> Vec<Flight> {
     let spacing = 7.26e-4;
+    // Candidates of one column are soft by a millionth of a node's give (`stack.rs`), which nothing takes back: in one step a millionth of the way
+    // that the impulse would send the node alone.
+    let soft = 2e-6 * spacing;
     let whole = move |end: &Ended<'_>| end.sim.counters().ply_penetration < 1e-12 * spacing;
     let row = |name: &str, expected: &str, scene: Scene, check: Box<dyn Fn(&Ended<'_>) -> bool + Sync + Send>| Flight {
         text: Box::new(told),
@@ -46,40 +49,38 @@ fn flights() -> Vec<Flight> {
     vec![
         row(
             "five plies of drawn yarn on each other, gap 0, 40 J (N = 31)",
-            "balances close, none inside by 1e-3 h; solves may end at the cap",
+            "sound, none inside by 2e-6 h, plies fail one by one",
             drawn(stacked(uniform(31, 97.59), 5, 0.0)),
-            Box::new(move |end| end.closed() && end.outside(1e-3 * spacing) && end.summary.failed_segments > 0),
+            Box::new(move |end| end.sound() && end.outside(soft) && end.summary.failed_segments > 0),
         ),
         row(
             "the same, 1 J, before the first failure",
-            "arrested, balances close, no ply in another; solves may end at the cap",
+            "arrested, sound, none inside by 2e-6 h, no ply in another",
             drawn(stacked(uniform(31, 15.43), 5, 0.0)),
-            Box::new(move |end| {
-                end.only(Outcome::Arrested) && end.closed() && end.outside(1e-3 * spacing) && whole(end)
-            }),
+            Box::new(move |end| end.only(Outcome::Arrested) && end.sound() && end.outside(soft) && whole(end)),
         ),
         Flight {
             until: &[],
             ..row(
                 "1000 free plies of 2 x 2 nodes, 0.01 mm apart, 100 m/s",
-                "balances close, momentum to 1e-12, no ply in another; solves may end at the cap",
+                "sound, momentum to 1e-12, none inside by 2e-6 h, no ply in another",
                 changed(stacked(uniform(2, 100.0), 1000, 1e-5), |scene| scene.attachment.kind = AttachmentKind::Free),
-                Box::new(move |end| {
-                    end.closed() && end.balances.momentum < 1e-12 && end.outside(1e-3 * spacing) && whole(end)
-                }),
+                Box::new(move |end| end.sound() && end.balances.momentum < 1e-12 && end.outside(soft) && whole(end)),
             )
         },
         row(
             "1000 held plies of 2 x 2 nodes, gap 0, 100 m/s",
-            "arrested, balances close, more than 99 % of the 42 J lost",
+            "arrested, sound, none inside by 2e-6 h, more than 99 % of the 42 J lost",
             stacked(uniform(2, 100.0), 1000, 0.0),
-            Box::new(|end| end.only(Outcome::Arrested) && end.closed() && end.summary.absorbed > 0.99 * 42.0),
+            Box::new(move |end| {
+                end.only(Outcome::Arrested) && end.sound() && end.outside(soft) && end.summary.absorbed > 0.99 * 42.0
+            }),
         ),
         row(
             "four crimped plies, every other one turned, hit askew",
-            "balances close, none inside by 2e-3 h",
+            "sound, none inside by 1e-3 h",
             askew,
-            Box::new(move |end| end.closed() && end.outside(2e-3 * spacing)),
+            Box::new(move |end| end.sound() && end.outside(1e-3 * spacing)),
         ),
         Flight {
             long: true,
@@ -116,7 +117,7 @@ fn crossing() -> Case {
         positions[middle] += 0.002e-4;
         let accepted = sim.set_motion(&positions, &velocities).is_ok();
         let named = refused.is_some_and(|error| {
-            error.code == Code::InitialOverlap && error.field == "positions" && error.value == (middle / 3) as f64
+            error.code == Code::PliesOverlap && error.field == "positions" && error.value == (middle / 3) as f64
         });
         let text = refused.map_or("accepted".to_string(), |error| error.to_string());
         let happened =
