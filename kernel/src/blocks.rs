@@ -56,7 +56,7 @@ pub(crate) struct Blocks<'a> {
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
-    /// Least and greatest displacement of each row, along y and then along x, as `contact.rs` keeps them; along x only where contact
+    /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
     /// asks for it.
     pub ranges: &'a mut [[u32; 4]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
