@@ -290,7 +290,7 @@ fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) 
 
 /// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
 /// mirror planes that of all images together, before any is turned.
-#[inline(never)] // It must not add to the stack of the sweep.
+#[inline]
 fn restore_fixed(
     row: &mut [Chunk<HOT_PLANES>],
     kept: &[[f64; 3]],
