@@ -10,8 +10,8 @@ from pathlib import Path
 from ._kernel import PRESETS, VERSION, Scene
 
 CAVEAT = (
-    "Not validated against firing tests (docs/validation.md). The yarn of the presets is about 3.7 times too stiff and strong for its mass, "
-    "and results depend on the viscosity of the yarn."
+    "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them. "
+    "The yarn of the presets is about 3.7 times too stiff and strong for its mass, and results depend on the viscosity of the yarn."
 )
 SCENE_HELP = f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}"
 

@@ -227,7 +227,11 @@ def vary(
 ) -> list[Scene]:
     """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
 
-    - `speed`: of the projectile, m/s, in the direction it has in `base`;
+    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats.
+    So `(40, 60)` is one of the two numbers 40 and 60, and not a range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100,
+    because its second argument is the width.
+
+    - `speed`: of the projectile, m/s, above 0, in the direction it has in `base`;
     - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;
     - `attitude`: "random": every orientation is equally likely; or a unit quaternion, scalar first;
     - `tilt`: angle, rad, by which the body is turned besides, about an axis across its velocity, all of which are equally likely;
