@@ -26,7 +26,9 @@ pub fn of(error: fabric::Error) -> PyErr {
     if error.code.number() > -50 {
         let mut text = error.text().to_string();
         let limits = field(error.field).map(|field| field.limits());
-        if let (fabric::Code::OutOfRange, Some([least, greatest])) = (error.code, limits) {
+        if let (fabric::Code::OutOfRange, Some([least, greatest])) = (error.code, limits)
+            && !(least..=greatest).contains(&error.value)
+        {
             text += &format!("; it goes from {least} to {greatest}");
         }
         return refused([error.field, error.with], &code, text, [error.value, error.limit]);
