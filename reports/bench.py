@@ -35,7 +35,7 @@ def report(folder, docs=None):
         ("Damage everywhere", times(rows, "dense")), ("Peers", peers(rows)), ("Rows at rest", rest(rows)),
     ]
     groups = [
-        ("contact", "Contact"), ("ledger", "Ledger"), ("memory", "Memory"), ("presets", "Presets"), ("fmu", "FMU"), ("states", "FMU state, 350 x 350 nodes"),
+        ("contact", "Contact"), ("ledger", "Ledger"), ("memory", "Memory"), ("presets", "Presets"), ("answers", "Time to the answer"), ("fmu", "FMU"), ("states", "FMU state, 350 x 350 nodes"),
         ("ports", "What the machine could do"), ("instructions", "Instructions per node-step, 105 x 105"),
     ]
     for group, title in groups:

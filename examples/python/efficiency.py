@@ -6,7 +6,7 @@ Run it with the package and its extra `dask` installed: python examples/python/e
 
 import functools
 import pickle
-import resource
+import statistics
 import time
 
 import fabric_kernel as fk
@@ -14,6 +14,7 @@ from fabric_kernel import ensembles
 
 SHEET = {"nodes_x": 105, "nodes_y": 105}
 RUNS = 24
+ROUNDS = 3
 WAITING = 1000
 # Of a message from the scheduler to a worker and back, s: a guess for one network.
 LATENCY = 2e-3
@@ -30,31 +31,26 @@ def seconds(work):
     return time.perf_counter() - start
 
 
-def processor():
-    """Seconds of processor time of this process and of those that have ended."""
-    own, others = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
-    return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
-
-
 def main():
     from distributed import Client, LocalCluster, as_completed
 
     scenes = fk.vary(fk.Scene(sheet=SHEET), RUNS, seed=1, speed=80.0, point=(0.0, 0.0))
     fk.ensemble(scenes[:2], on=2, progress=False)
-    before = processor()
-    alone = seconds(lambda: [fk.fly(scene) for scene in scenes]) / RUNS
-    needed = processor() - before
-    print(f"one run: {1e3 * alone:.0f} ms, {1e3 * needed / RUNS:.0f} ms of processor time")
-    for workers in (1, 2):
-        before = processor()
-        taken = seconds(lambda: fk.ensemble(scenes, on=workers, progress=False))
-        rate, used = RUNS / taken, processor() - before
-        # Where other programs run, only the processor time tells something.
-        print(f"{workers} processes: {rate:.2f} runs a second, efficiency {rate * alone / workers:.2f}; of processor time {needed / used:.2f}")
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         fk.ensemble(scenes[:2], on=cluster, progress=False)
-        taken = seconds(lambda: fk.ensemble(scenes, on=cluster, progress=False))
-        print(f"2 Dask workers: {RUNS / taken:.2f} runs a second, efficiency {RUNS * alone / (2 * taken):.2f}")
+        # In turn, because what else the machine does changes with time.
+        places = {"1 process": (1, 1), "2 processes": (2, 2), "2 Dask workers": (2, cluster)}
+        times = {name: [] for name in ["alone", *places]}
+        for _ in range(ROUNDS):
+            times["alone"].append(seconds(lambda: [fk.fly(scene) for scene in scenes]))
+            for name, (_, on) in places.items():
+                times[name].append(seconds(lambda: fk.ensemble(scenes, on=on, progress=False)))
+    taken = {name: statistics.median(each) for name, each in times.items()}
+    alone = taken["alone"] / RUNS
+    print(f"one run: {1e3 * alone:.0f} ms")
+    for name, (workers, _) in places.items():
+        rate = RUNS / taken[name]
+        print(f"{name}: {rate:.2f} runs a second, efficiency {rate * alone / workers:.2f}")
 
     task = [(ensembles.run_key(scenes[0]), scenes[0])]
     work = functools.partial(ensembles._work, fk.VERSION, ensembles.UNTIL, ensembles.STEPS)

@@ -117,6 +117,7 @@ struct Plan {
     layout: Layout,
     toe: Toe,
     rates: Rates,
+    fetches: bool,
     instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     marked: bool,
@@ -140,7 +141,7 @@ struct Pointers {
     lines: *const Chunk<LINE_PLANES>,
     before: *mut [f64; CHUNK],
     awake: *const [u32; 2],
-    ranges: *mut [f64; 2],
+    ranges: *mut [u32; 4],
     runs: *const [u32; 4],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
     scratch: *mut f64,
@@ -383,6 +384,7 @@ impl Plan {
             layout: system.layout,
             toe: system.model.toe,
             rates: step::rates(system),
+            fetches: system.fetches,
             instructions: system.instructions,
             marked,
             track_support,
@@ -420,8 +422,9 @@ impl Plan {
 
     /// Constants of the sweep.
     fn terms(&self) -> Terms<'_> {
-        let Plan { layout, toe, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, instructions: *instructions }
+        let Plan { layout, toe, rates, fetches, instructions, .. } = self;
+        let directions = self.directions();
+        Terms { layout, directions, toe: *toe, rates: *rates, fetches: *fetches, instructions: *instructions }
     }
 
     /// Copies what a band needs of its neighbours' rows, before any row is swept.

@@ -56,8 +56,9 @@ pub(crate) struct Blocks<'a> {
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
-    /// Least and greatest y displacement of each row.
-    pub ranges: &'a mut [[f64; 2]],
+    /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
+    /// asks for it.
+    pub ranges: &'a mut [[u32; 4]],
     pub candidates: &'a mut [[f64; CANDIDATE_REALS]],
     /// The candidates' tangential parts, where there is friction.
     pub tangential: &'a mut [[f64; TANGENTIAL_REALS]],
@@ -132,7 +133,6 @@ impl<'a> Blocks<'a> {
                 lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
-                ranges: reals.take(2 * ny)?.as_chunks_mut().0,
                 taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
                 before: reals.take(stack(ny * row))?.as_chunks_mut().0,
@@ -141,6 +141,7 @@ impl<'a> Blocks<'a> {
                 tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
+                ranges: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,
                 labels: words.take(watched(layout.nodes()))?,
                 candidate_nodes: words.take(layout.candidates)?,

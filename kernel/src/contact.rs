@@ -22,6 +22,7 @@ use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
+use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::Solid;
 use crate::system::System;
@@ -177,23 +178,15 @@ impl<'s> Search<'s> {
         })
     }
 
-    /// The first chunk of a row, from number `from` on, with a node in the body's box. `columns`: those of a graded network;
-    /// `first`: rest place of the row's first node in spacings `h`, m.
-    pub fn next_near(
-        &self,
-        row: &[Chunk<HOT_PLANES>],
-        columns: &[Chunk<LINE_PLANES>],
-        from: usize,
-        first: [f64; 3],
-        h: f64,
-    ) -> Option<usize> {
-        let (centre, half) = (self.body.position / h, self.half.map(|half| half / h));
-        let across = if columns.is_empty() { centre.x - first[0] } else { centre.x };
-        let centre = [across, centre.y - first[1], centre.z - first[2]];
-        if columns.is_empty() {
-            lanes::dispatch(self.instructions, Near::<false> { row, columns, from, centre, half })
-        } else {
-            lanes::dispatch(self.instructions, Near::<true> { row, columns, from, centre, half })
+    /// What many nodes are tested against at once, in spacings `h`, m.
+    fn neighbourhood(&self, h: f64) -> Neighbourhood {
+        // In spacings rounding is another: a little more again.
+        let slack = 1.0 + 1e-9;
+        Neighbourhood {
+            centre: [0, 1, 2].map(|k| self.body.position[k] / h),
+            half: self.half.map(|half| half / h * slack),
+            reach2: self.reach2 / (h * h) * slack,
+            instructions: self.instructions,
         }
     }
 
@@ -207,6 +200,7 @@ impl<'s> Search<'s> {
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
+    #[inline(always)] // Most of its time would be the way of its answer through memory.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
         let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
@@ -226,42 +220,89 @@ impl<'s> Search<'s> {
     }
 }
 
-/// [`Search::next_near`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
+/// The body's box and the ball about it, in spacings.
+struct Neighbourhood {
+    centre: [f64; 3],
+    half: [f64; 3],
+    /// Square of the ball's radius.
+    reach2: f64,
+    instructions: InstructionSet,
+}
+
+impl Neighbourhood {
+    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
+    /// lies in `range`.
+    fn chunks(&self, x0: f64, [low, high]: [f64; 2], count: usize) -> [usize; 2] {
+        let ([x, ..], [half, ..]) = (self.centre, self.half);
+        // What lies before the first column becomes 0.
+        let chunk = |column: f64| ((column / CHUNK as f64) as usize).min(count);
+        [chunk(x - half - x0 - high), chunk(x + half - x0 - low) + 1]
+    }
+
+    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and how far each of its nodes is beyond them,
+    /// not above 0 inside. `columns`: those of a graded network; `first`: rest place of the row's first node.
+    fn next(
+        &self,
+        row: &[Chunk<HOT_PLANES>],
+        columns: &[Chunk<LINE_PLANES>],
+        chunks: [usize; 2],
+        first: [f64; 3],
+    ) -> Option<(usize, [f64; CHUNK])> {
+        let Neighbourhood { centre: [x, y, z], half, reach2, instructions } = *self;
+        let across = if columns.is_empty() { x - first[0] } else { x };
+        let centre = [across, y - first[1], z - first[2]];
+        if columns.is_empty() {
+            lanes::dispatch(instructions, Near::<false> { row, columns, chunks, centre, half, reach2 })
+        } else {
+            lanes::dispatch(instructions, Near::<true> { row, columns, chunks, centre, half, reach2 })
+        }
+    }
+}
+
+/// [`Neighbourhood::next`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
 struct Near<'a, const GRADED: bool> {
     columns: &'a [Chunk<LINE_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
-    from: usize,
+    chunks: [usize; 2],
     centre: [f64; 3],
     half: [f64; 3],
+    reach2: f64,
 }
 
 impl<const GRADED: bool> Job for Near<'_, GRADED> {
-    type Output = Option<usize>;
+    type Output = Option<(usize, [f64; CHUNK])>;
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> Option<usize> {
+    fn run<L: Lane>(self) -> Self::Output {
         const COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         let [cx, cy, cz] = self.centre.map(L::splat);
         let [hx, hy, hz] = self.half.map(L::splat);
-        let zero = L::splat(0.0);
-        for (c, [x, y, z, ..]) in self.row.iter().enumerate().skip(self.from) {
+        let (zero, reach2) = (L::splat(0.0), L::splat(self.reach2));
+        let [from, end] = self.chunks;
+        let part = self.row.get(from..end.min(self.row.len())).unwrap_or(&[]);
+        let mut distances = [0.0; CHUNK];
+        for (c, [x, y, z, ..]) in (from..).zip(part) {
             let (columns, column) = if GRADED {
                 (self.columns.get(c).map_or(&COLUMNS, |columns| &columns[PLACE]), zero.sub(cx))
             } else {
                 (&COLUMNS, L::splat((c * CHUNK) as f64).sub(cx))
             };
             let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(columns));
-            for (((x, y), z), columns) in groups {
+            let mut near = false;
+            for ((((x, y), z), columns), distances) in groups.zip(L::groups_mut(&mut distances)) {
                 let rx = L::load(columns).add(L::load(x)).add(column);
                 let (ry, rz) = (L::load(y).sub(cy), L::load(z).sub(cz));
-                // Distance beyond the box along each axis; none above zero: inside.
+                // Distance beyond the box along each axis, and of squares beyond the ball; none above zero: inside.
                 let beyond_x = rx.max(zero.sub(rx)).sub(hx);
                 let beyond_y = ry.max(zero.sub(ry)).sub(hy);
                 let beyond_z = rz.max(zero.sub(rz)).sub(hz);
-                let beyond = beyond_x.max(beyond_y).max(beyond_z);
-                if zero.sub(beyond).any_not_below(zero) {
-                    return Some(c);
-                }
+                let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
+                let beyond = beyond_x.max(beyond_y).max(beyond_z).max(beyond_ball);
+                beyond.store(distances);
+                near |= zero.sub(beyond).any_not_below(zero);
+            }
+            if near {
+                return Some((c, distances));
             }
         }
         None
@@ -383,12 +424,13 @@ fn sweeps<const FRICTION: bool>(
     let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
         if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
     };
-    let (mut fastest, mut farthest, mut supported) = (0.0, 0.0, false);
+    let (mut fastest, mut farthest, mut most_images, mut supported) = (0.0, 0.0, 0.0, false);
     for (k, slot) in candidates.iter_mut().enumerate() {
         let c = Candidate::read(slot);
         let [.., effective_mass, impulse] = slot;
         (*effective_mass, *impulse) = (plain_mass, 0.0);
         supported |= c.is_fixed();
+        most_images = math::max(c.images(), most_images);
         if turns || !whole || c.weight != 1.0 {
             let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
             let moving = if whole { c.images() } else { c.normal.dot(&push(&c)) };
@@ -415,10 +457,18 @@ fn sweeps<const FRICTION: bool>(
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
     let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
-    let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
+    // A node whose gap grows faster than the body's surface can follow takes no impulse: it is left out, as long as what all
+    // changes of the impulses together can do to the body, however they add up, leaves its surface below twice the speed.
+    let follows = most_images * (inertia.inverse_mass + farthest * inertia.inverse_moments.max());
+    let mut out_of_reach = if FRICTION { f64::INFINITY } else { 2.0 * moving };
+    let (mut sweeps, mut most, mut converged, mut changes) = (0, MAX_SWEEPS, false, 0.0);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
+            let [.., approach, _, _] = slot;
+            if *approach > out_of_reach {
+                continue;
+            }
             let mut c = Candidate::read(slot);
             if c.impulse > 0.0 {
                 c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
@@ -435,6 +485,7 @@ fn sweeps<const FRICTION: bool>(
                 let [.., place] = slot;
                 *place = impulse;
                 let mut size = math::abs(change);
+                changes += size;
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
@@ -465,6 +516,13 @@ fn sweeps<const FRICTION: bool>(
         }
         sweeps += 1;
         converged = largest_change <= tolerance;
+        let followed = changes * follows < 0.9 * moving;
+        if out_of_reach < f64::INFINITY && !followed {
+            // Once more from the start, with all of them.
+            (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
+            (velocity, rate) = (body.velocity, body.angular_velocity);
+            candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
+        }
     }
     Solved { sweeps, converged, velocity, angular_velocity: rate }
 }
@@ -534,6 +592,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let body = &system.state.body;
     let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
+    let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
     let mut count = 0;
     let mut deepest = 0.0;
@@ -544,24 +603,37 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         let y0 = rest_offset(row_of_ply, nodes_y) * rise;
         let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
         let z0 = ply as f64 * pile;
-        let [low, high] = ranges.get(j).copied().unwrap_or([0.0; 2]);
-        if !search.meets_row((y0 + low) * h, (y0 + high) * h) {
+        let Some([low, high, left, right]) = ranges.get_mut(j) else { break };
+        let [lowest, highest] = range_of([*low, *high]);
+        if !search.meets_row((y0 + lowest) * h, (y0 + highest) * h) {
+            *left = NOT_KEPT;
             continue;
         }
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
-        let mut from = 0;
-        while let Some(near) = search.next_near(row, net.columns, from, first, h) {
-            from = near + 1;
-            let Some(chunk) = row.get(near) else { break };
-            let places = match net.columns.get(near) {
+        let [mut from, end] = if layout.graded {
+            [0, chunks]
+        } else {
+            if *left == NOT_KEPT {
+                // From here on the sweep keeps it.
+                [*left, *right] = spread(row, system.instructions).map(end_of_range);
+            }
+            near.chunks(x0, range_of([*left, *right]), chunks)
+        };
+        while let Some((c, beyond)) = near.next(row, net.columns, [from, end], first) {
+            from = c + 1;
+            let Some(chunk) = row.get(c) else { break };
+            let places = match net.columns.get(c) {
                 Some(columns) => columns[PLACE],
-                None => core::array::from_fn(|lane| x0 + (near * CHUNK + lane) as f64),
+                None => core::array::from_fn(|lane| x0 + (c * CHUNK + lane) as f64),
             };
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
-                let i = near * CHUNK + lane;
+                if beyond[lane] > 0.0 {
+                    continue;
+                }
+                let i = c * CHUNK + lane;
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
                 let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
@@ -603,14 +675,23 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
-    for c in 0..count {
-        let Some(node) = system.blocks.candidate_nodes.get(c).map(|&k| k as usize) else { break };
-        let (i, j) = system.layout.column_and_row(node);
-        let (_, v) = system.node(i, j);
-        let Some(slot) = system.blocks.candidates.get_mut(c) else { break };
-        Found::read(slot).with_velocity(&Vector::from(v), system.model.unit_speed).write(slot);
-        if let Some(place) = system.blocks.tangential.get_mut(c) {
-            Tangential::read(place).with_velocity(&(Vector::from(v) * system.model.unit_speed)).write(place);
+    let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
+    let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
+    // They come row by row: one division for each row is enough.
+    let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
+    for (c, (slot, &node)) in candidates.iter_mut().zip(candidate_nodes.iter()).take(count).enumerate() {
+        let node = node as usize;
+        if node < start || node >= start + nx {
+            let (_, j) = system.layout.column_and_row(node);
+            (start, row) = (j * nx, planes::row(hot, chunks, j));
+        }
+        let i = node - start;
+        let lane = i % CHUNK;
+        let Some(chunk) = row.get(i / CHUNK) else { break };
+        let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+        Found::read(slot).with_velocity(&v, unit_speed).write(slot);
+        if let Some(place) = tangential.get_mut(c) {
+            Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
         }
     }
 }
@@ -755,7 +836,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         // The theta rule has put the node in its place already.
         let u = if system.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
         system.set_node(i, j, u, v);
-        widen(system, j, u[1]);
+        widen(system, j, u);
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
         let speed_after = if system.layout.implicit {
             candidate.speed_before + normal.dot(&push) * system.model.unit_speed
@@ -798,12 +879,23 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.friction += rubbed;
 }
 
-/// Notes that a row holds a moving node with this y displacement.
-fn widen(system: &mut System<'_>, j: usize, y: f64) {
+/// Notes that a row holds a moving node with this displacement.
+fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
     system.wake(j);
-    if let Some([low, high]) = system.blocks.ranges.get_mut(j) {
-        *low = math::min(y, *low);
-        *high = math::max(y, *high);
+    if let Some([low, high, left, right]) = system.blocks.ranges.get_mut(j) {
+        widen_range([low, high], y);
+        if *left != NOT_KEPT {
+            widen_range([left, right], x);
+        }
+    }
+}
+
+fn widen_range([low, high]: [&mut u32; 2], displacement: f64) {
+    let end = end_of_range(displacement);
+    if f32::from_bits(end) < f32::from_bits(*low) {
+        *low = end;
+    } else if f32::from_bits(end) > f32::from_bits(*high) {
+        *high = end;
     }
 }
 
@@ -957,12 +1049,12 @@ mod tests {
     }
 
     #[test]
-    fn the_next_chunk_is_the_first_with_a_node_in_the_box() {
+    fn the_next_chunk_is_the_first_with_a_node_in_the_box_and_the_ball() {
         let (solid, _, mut body) = sphere();
         let (h, first) = (1e-3, [-40.0, 2.0, 0.0]);
         body.position = Vector::new(0.0123, -0.004, 0.002);
         let half = (solid.radius() + h) / h;
-        let (mut hits, mut misses) = (0, 0);
+        let (mut hits, mut misses, mut left_out) = (0, 0, 0);
         for k in 0..400 {
             let row: Vec<Chunk<HOT_PLANES>> = (0..10)
                 .map(|c| {
@@ -974,14 +1066,23 @@ mod tests {
                     })
                 })
                 .collect();
-            let inside = |c: usize| {
-                (0..CHUNK).any(|i| {
+            // With the slack of the search a node has to be well inside or outside for this to be certain; all of them are.
+            let inside = |c: usize| -> [bool; CHUNK] {
+                core::array::from_fn(|i| {
                     let x = [first[0] + (c * CHUNK + i) as f64 + row[c][0][i], first[1] + row[c][1][i], row[c][2][i]];
-                    (0..3).all(|k| (x[k] - body.position[k] / h).abs() <= half)
+                    let r: [f64; 3] = core::array::from_fn(|k| x[k] - body.position[k] / h);
+                    r.iter().map(|x| x * x).sum::<f64>() <= half * half
                 })
             };
+            let set = InstructionSet::Scalar;
+            let range = spread(&row, set);
+            let [start, end] = Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], range, row.len());
+            for c in (0..10).filter(|c| !(start..end).contains(c)) {
+                left_out += 1;
+                assert_eq!(inside(c), [false; CHUNK]);
+            }
             for from in 0..=10 {
-                let expected = (from..10).find(|&c| inside(c));
+                let expected = (from..10).find(|&c| inside(c) != [false; CHUNK]);
                 if expected.is_some() {
                     hits += 1
                 } else {
@@ -989,11 +1090,14 @@ mod tests {
                 }
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
-                    assert_eq!(search.next_near(&row, &[], from, first, h), expected, "{set:?}");
+                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first);
+                    assert_eq!(found.map(|(c, _)| c), expected, "{set:?}");
+                    assert!(found.is_none_or(|(c, beyond)| beyond.map(|x| x <= 0.0) == inside(c)));
+                    assert_eq!(spread(&row, set), range);
                 }
             }
         }
-        assert!(hits > 200 && misses > 200, "{hits} {misses}");
+        assert!(hits > 200 && misses > 200 && left_out > 200, "{hits} {misses} {left_out}");
     }
 
     /// A turning rod of the mass of `nodes` nodes of a gram.
@@ -1149,6 +1253,47 @@ mod tests {
             }
         }
         assert!(pushed > 1000 && let_go > 1000 && given_up < 10, "{pushed} {let_go} {given_up}");
+    }
+
+    /// A light body that a node throws back at ten times its speed meets a node that went away too fast for it before.
+    #[test]
+    fn a_body_that_is_thrown_back_meets_what_was_out_of_its_reach() {
+        let (inertia, mut body) = rod(0.01, true);
+        (body.velocity, body.angular_velocity) = (Vector::z(), Vector::zeros());
+        let up = armed(Vector::z(), Vector::zeros(), 1.0, -10.0);
+        let far = armed(-Vector::z(), Vector::zeros(), 1.0, 3.0);
+        for mut slots in [[up, far], [far, up]] {
+            let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
+            assert!(
+                solved.velocity.z < -2.5 && slots.iter().all(|slot| Candidate::read(slot).impulse > 0.0),
+                "{solved:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn nodes_out_of_reach_change_no_bit() {
+        for k in 0..200 {
+            let draw = |m: u64| number(100 * k + m);
+            let (inertia, body) = rod(100.0, true);
+            // The first one sets the tolerance: it is the farthest.
+            let mut near: Vec<_> = Vec::from([armed(Vector::x(), Vector::zeros(), 1.0, 1e4)]);
+            let mut all = near.clone();
+            for node in 0..12 {
+                let draw = |m: u64| draw(8 * node + m);
+                let normal = Vector::new(draw(0), draw(1), 1.0 + draw(2)).normalize();
+                let arm = Vector::new(0.02 * draw(3), 0.02 * draw(4), 0.006 * draw(5));
+                near.push(armed(normal, arm, 1.0, 60.0 * draw(6)));
+                all.extend([armed(-normal, arm, 1.0, 900.0), near[near.len() - 1]]);
+            }
+            let alone = solve(&mut near, &body, &inertia, NODE, Symmetry::default());
+            let among = solve(&mut all, &body, &inertia, NODE, Symmetry::default());
+            assert_eq!(alone, among);
+            let pushed = |slots: &[[f64; CANDIDATE_REALS]]| -> Vec<f64> {
+                slots.iter().map(|slot| Candidate::read(slot).impulse).filter(|impulse| *impulse > 0.0).collect()
+            };
+            assert_eq!(pushed(&near), pushed(&all));
+        }
     }
 
     #[test]

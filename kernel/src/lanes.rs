@@ -6,7 +6,7 @@
 //! With `bands.rs` this is the only file of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
-use crate::planes::CHUNK;
+use crate::planes::{CHUNK, Chunk};
 
 /// One cache line of the caller's memory, aligned to 64 bytes. Its content does not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -309,6 +309,21 @@ pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     }
     let _ = set;
     run::<[f64; 2], J>(job)
+}
+
+/// Asks for the chunk that lies `ahead` chunks behind this one in memory: a hint, which changes nothing. Does nothing where the target
+/// has no such hint.
+#[inline(always)]
+pub fn fetch<const P: usize>(chunk: &Chunk<P>, ahead: usize) {
+    #[cfg(target_arch = "x86_64")]
+    for plane in 0..P {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let line = (&raw const *chunk).wrapping_add(ahead).cast::<i8>().wrapping_add(plane * size_of::<CacheLine>());
+        // SAFETY: every x86-64 has the instruction, and it takes any address: it reads and writes nothing that the program can see.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (chunk, ahead);
 }
 
 /// Does a job with lanes that every machine of the target has. Not inlined: the stack of one kind must not add to that of another.

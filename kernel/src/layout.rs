@@ -23,6 +23,10 @@ pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const TOUCH_REALS: usize = 6;
 
+/// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
+/// what the cores of a server share in their third level.
+const CACHED_REALS: usize = (12 << 20) / 8;
+
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
 
@@ -177,7 +181,7 @@ impl Layout {
         let scratch = chunks
             .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
             .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(nodes_y.checked_mul(2 + usize::from(viscous || rate))?)?
+            .checked_add(if viscous || rate { nodes_y } else { 0 })?
             .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
         // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
@@ -191,7 +195,7 @@ impl Layout {
         let reals = rows.checked_add(scratch)?;
 
         let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
-        let words = nodes_y.checked_mul(4)?.checked_add(watched)?.checked_add(candidates)?;
+        let words = nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(candidates)?;
         let columns = nodes_x.checked_mul(y.modelled())?;
         let words = words
             .checked_add(stack(plies.checked_mul(2)?))?
@@ -305,6 +309,11 @@ impl Layout {
         self.nodes_y + usize::from(self.y.mirrored)
     }
 
+    /// Whether the hot rows are too large for the caches, so that a pass has to fetch them from memory.
+    pub(crate) fn exceeds_caches(&self) -> bool {
+        self.nodes_y * self.chunks * CHUNK * HOT_PLANES > CACHED_REALS
+    }
+
     /// Whether there are several plies.
     pub fn is_stack(&self) -> bool {
         self.plies > 1
@@ -379,6 +388,16 @@ mod tests {
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
     }
 
+    #[test]
+    fn sheets_that_exceed_the_caches() {
+        let mut scene = Scene::sheet_3in_sphere();
+        // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
+        for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
+            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches(), exceeds);
+        }
+    }
+
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
     fn tiny() -> Scene {
         let mut scene = Scene::sheet_3in_sphere();
@@ -392,11 +411,11 @@ mod tests {
         let layout = Layout::of(&tiny()).unwrap();
         // Segments: 8 in each of 5 rows, 4 in each of 9 columns.
         assert_eq!((layout.nodes(), layout.segments(), layout.chunks), (45, 40 + 36, 2));
-        // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column and two a
-        // row; the candidates.
-        let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 5;
-        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 4 * 5 + 10));
-        assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 2);
+        // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column;
+        // the candidates. Words: eight a row.
+        let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
+        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 8 * 5 + 10));
+        assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 4);
         assert_eq!(layout.bytes(), 64 * layout.lines());
         let frame = frame_words(layout.parts());
         assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
@@ -447,7 +466,7 @@ mod tests {
         let layout = Layout::of(&scene).unwrap();
         // Rows 0 to 2 and the image of row 1; the columns have a segment from each of the three.
         assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
-        let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9 + 2 * 3;
+        let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
         assert_eq!(layout.reals, rows + 10 * CANDIDATE_REALS);
     }
 

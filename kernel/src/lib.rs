@@ -62,6 +62,7 @@ pub mod pose;
 pub mod prism;
 pub mod projectile;
 pub mod random;
+mod ranges;
 mod rate;
 mod relaxation;
 mod rows;

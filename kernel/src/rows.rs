@@ -10,6 +10,7 @@ use crate::planes::{
     STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::rate::Rates;
 use crate::sweep::{Constants, Pass, Report, Row, YarnRow};
 use crate::symmetry::Line;
@@ -24,6 +25,8 @@ pub(crate) struct Terms<'t> {
     pub toe: Toe,
     /// Dependence on the rate of strain.
     pub rates: Rates,
+    /// Whether rows are fetched from memory ahead of their turn.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
@@ -37,6 +40,7 @@ impl<'t> Terms<'t> {
             toe: self.toe,
             net,
             rates: &self.rates,
+            fetches: self.fetches,
             instructions: self.instructions,
         }
     }
@@ -92,8 +96,8 @@ pub(crate) struct Rows<'r> {
     pub taken: &'r mut [f64],
     /// Velocities along z before the sweep; empty for a single sheet.
     pub before: &'r mut [[f64; CHUNK]],
-    /// Least and greatest y displacement, one entry a row.
-    pub ranges: &'r mut [[f64; 2]],
+    /// Least and greatest displacement along y and x, one entry a row.
+    pub ranges: &'r mut [[u32; 4]],
     /// Fixed nodes, one entry a row.
     pub runs: &'r [[u32; 4]],
     /// Bars and widths of a graded network.
@@ -192,12 +196,17 @@ impl Rows<'_> {
             let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
             let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
             report = report.merged(met);
-            *range = reach;
             let pulls = if weighed {
                 restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
             } else {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
+            let [low, high, left, right] = range;
+            [*low, *high] = reach.map(end_of_range);
+            if *left != NOT_KEPT {
+                // While the row is at hand.
+                [*left, *right] = spread(row, terms.instructions).map(end_of_range);
+            }
             book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
@@ -335,6 +344,7 @@ pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: us
 
 #[cfg(test)]
 mod tests {
+    use crate::lanes::InstructionSet;
     use crate::{Failure, Layout, Scene, Sim};
 
     #[test]
@@ -367,6 +377,27 @@ mod tests {
         };
         for toe in [0.0, 0.02] {
             assert_eq!(run(toe, true), run(toe, false));
+        }
+    }
+
+    /// The path of sheets beyond the caches gives a small one the bits of its own.
+    #[test]
+    fn rows_fetched_from_memory_move_as_others_do() {
+        let run = |exceeds: bool, set: InstructionSet| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(!sim.system.fetches);
+            sim.system.fetches = exceeds;
+            sim.use_instructions(set).unwrap();
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            assert_eq!(run(true, set), run(false, set));
         }
     }
 }

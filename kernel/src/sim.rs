@@ -194,6 +194,7 @@ impl<'a> Sim<'a> {
         system.scene = *scene;
         start::place_body(scene, &system.model, &system.solid, &mut system.state.body)?;
         system.state = State::at_start(system.state.body);
+        system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
         system.blocks = Blocks::carve(memory, &system.layout)?;
         system.fill_model()?;

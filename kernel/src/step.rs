@@ -209,8 +209,8 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     let rates = rates(system);
     let failed = system.failed_segments > 0;
     let share = system.mass_share(ply);
-    let System { scene, layout, directions, model, state, blocks, instructions, .. } = &mut *system;
-    let terms = Terms { layout, directions, toe: model.toe, rates, instructions: *instructions };
+    let System { scene, layout, directions, model, state, blocks, fetches, instructions, .. } = &mut *system;
+    let terms = Terms { layout, directions, toe: model.toe, rates, fetches: *fetches, instructions: *instructions };
     let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
     blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     // No mark before the first failure.

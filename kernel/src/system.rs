@@ -16,6 +16,7 @@ use crate::planes::{
 };
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::ranges::{NOT_KEPT, end_of_range};
 use crate::rate::RateLaw;
 use crate::rows;
 use crate::scene::{CRITICAL_STRETCH_MAX, Scene};
@@ -40,6 +41,8 @@ pub(crate) struct System<'a> {
     /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
     pub awake: [usize; 2],
     pub skip_rest: bool,
+    /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
+    pub fetches: bool,
     pub instructions: InstructionSet,
 }
 
@@ -57,6 +60,7 @@ impl<'a> System<'a> {
         failure: None,
         awake: [0, 0],
         skip_rest: true,
+        fetches: false,
         instructions: InstructionSet::Scalar,
     };
 }
@@ -176,9 +180,9 @@ impl System<'_> {
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
-        let row = planes::row(self.blocks.hot, self.layout.chunks, j);
+        let chunk = planes::row(self.blocks.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
         let at = |plane: usize, turn: bool| {
-            let value = planes::get(row, plane, i).unwrap_or(0.0);
+            let value = chunk[plane][i % CHUNK];
             if turn { -value } else { value }
         };
         ([at(0, turn_x), at(1, turn_y), at(2, false)], [at(3, turn_x), at(4, turn_y), at(5, false)])
@@ -186,10 +190,11 @@ impl System<'_> {
 
     pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
         let row = planes::row_mut(self.blocks.hot, self.layout.chunks, j);
-        for (plane, value) in u.into_iter().chain(v).enumerate() {
-            if let Some(slot) = planes::get_mut(row, plane, i) {
-                *slot = value;
-            }
+        let Some(chunk) = row.get_mut(i / CHUNK) else { return };
+        let lane = i % CHUNK;
+        for k in 0..3 {
+            chunk[k][lane] = u[k];
+            chunk[3 + k][lane] = v[k];
         }
     }
 
@@ -432,7 +437,8 @@ impl System<'_> {
         }
         if let Some(range) = self.blocks.ranges.get_mut(j) {
             let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
-            *range = [least, high.iter().fold(0.0, |greatest, &y| math::max(y, greatest))];
+            let greatest = high.iter().fold(0.0, |greatest, &y| math::max(y, greatest));
+            *range = [end_of_range(least), end_of_range(greatest), NOT_KEPT, NOT_KEPT];
         }
         moved
     }

@@ -22,6 +22,7 @@ use crate::planes::{
 };
 use crate::pose::Vector;
 use crate::projectile::Body;
+use crate::ranges::{NOT_KEPT, end_of_range};
 use crate::rows::{place_image_column, place_image_row};
 use crate::scene::Integrator;
 use crate::state::COUNT_MAX;
@@ -260,7 +261,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
         if let Some(range) = system.blocks.ranges.get_mut(j) {
-            *range = [low, high];
+            *range = [end_of_range(low), end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
     system.awake = [0, system.layout.nodes_y];

@@ -300,7 +300,8 @@ class Average(NamedTuple):
 
 def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
     """MIL-STD-662F: the mean of as many of the fastest stopped shots as of the slowest that went through, 5, 3 or 2 of each, within
-    38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma."""
+    38, 27 or 18 m/s (125, 90, 60 ft/s): the largest such group. It has no interval and takes no account of sigma.
+    The spreads were not compared with the text of the standard."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     stopped, passed = numpy.sort(velocities[~through])[::-1], numpy.sort(velocities[through])
     for each, allowed in ((5, 38.1), (3, 27.432), (2, 18.288)):

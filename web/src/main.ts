@@ -28,13 +28,13 @@ const outcome = element("outcome", HTMLElement);
 const problem = element("problem", HTMLElement);
 
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
-const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3] };
+const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80] };
 const WHOLE: (keyof Choices)[] = ["nodes", "seed"];
 /** The field of the form that a parameter of the kernel comes from. */
 const FIELDS: [string, keyof Choices][] = [
   ["projectile.sector.inner_radius", "bore"], ["projectile.sector.outer_radius", "radius"], ["projectile.sector.angle", "angle"],
   ["projectile.sector.thickness", "length"], ["projectile.radius", "radius"], ["projectile.length", "length"], ["projectile.mass", "mass"],
-  ["projectile.velocity", "speed"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"], ["attachment", "attachment"], ["sheet", "nodes"],
+  ["projectile.velocity", "speed"], ["contact.friction", "friction"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"], ["attachment", "attachment"], ["sheet", "nodes"],
 ];
 
 /** What the page shows now. */
@@ -53,7 +53,7 @@ let waiting = false;
 const worker = new Worker(URL.createObjectURL(new Blob([workerText], { type: "text/javascript" })));
 const tell = (message: ToWorker): void => worker.postMessage(message);
 
-// The worker unpacks the kernel and makes the first scene while the page sets up its picture, at the end of this file.
+// The worker unpacks the kernel and makes the first scene while the page sets up its picture: beginPicture, at the end of this file.
 tell({ kind: "kernel", packed: kernelText });
 tell({ kind: "pace", pace: Number(pace.value) });
 
@@ -62,21 +62,21 @@ let view: View | undefined;
 const plots = element("plots", HTMLElement);
 const atTime = (seconds: number): void => goTo(Math.round(seconds / (ROW * dt)));
 const PLOTS = [
-  new Plot(plots, "Velocity of the fragment", "m/s", [{ name: "along flight", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
-  new Plot(plots, "Force against flight", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
+  new Plot(plots, "Velocity normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
+  new Plot(plots, "Force normal to the sheet", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
   new Plot(plots, "Energy absorbed", "J", [
     { name: "all", colour: "--a", of: (row) => row.contact_work_j },
     { name: "strain", colour: "--b", of: (row) => row.strain_j },
     { name: "kinetic", colour: "--c", of: (row) => row.fabric_kinetic_j },
     { name: "rupture", colour: "--d", of: (row) => row.dissipated_j },
-    { name: "contact loss", colour: "--e", of: (row) => row.contact_loss_j },
+    { name: "contact loss and friction", colour: "--e", of: (row) => row.contact_loss_j + row.friction_j },
     { name: "viscous", colour: "--f", of: (row) => row.viscous_j },
   ], atTime),
   new Plot(plots, "Energy balance: what does not close", "% of the impact", [{ name: "residual", colour: "--d", of: (row) => (100 * row.energy_residual_j) / Math.max(history[0]?.projectile_kinetic_j ?? 1, 1e-12) }], atTime),
 ];
 
 const VALUES = {
-  time: "Time", velocity: "Velocity of the fragment", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
+  time: "Time", velocity: "Velocity normal to the sheet", absorbed: "Energy absorbed", peak: "Peak force (mean of 1 µs)", failed: "Failed segments",
   balance: "Energy balance", outcomes: "Outcomes", digest: "Digest here", native: "Digest, native library", same: "Same bits", speed: "Speed of the steps", slower: "Slower than reality",
 };
 const values = Object.fromEntries(
@@ -224,6 +224,8 @@ side.addEventListener("change", () => view?.look(side.value as Side));
 worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
   if ("number" in data && data.number !== undefined && data.number !== number) return;
   switch (data.kind) {
+    case "begun":
+      return beginPicture();
     case "ready":
       element("version", HTMLElement).textContent = `Version ${data.version}.`;
       return;
@@ -253,6 +255,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
         wanted = undefined;
       }
       void Promise.resolve(view?.drawn()).then(() => {
+        if (picture.dataset.row === undefined) performance.mark("first picture");
         picture.dataset.row = String(data.frame.row);
         tell({ kind: "drawn" });
       });
@@ -376,14 +379,19 @@ element("link", HTMLButtonElement).addEventListener("click", (event) => {
 
 // Start.
 
+/** Sets up WebGL. That keeps the page busy until the browser's graphics have started, and a page that is busy starts no worker: so the
+ * worker goes first. */
+function beginPicture(): void {
+  try {
+    view = new View(picture);
+  } catch {
+    const note = element("nopicture", HTMLElement);
+    note.textContent = "This browser has no WebGL, so there is no picture. Everything else works.";
+    note.hidden = false;
+  }
+}
+
 if (matchMedia("(max-width: 860px)").matches) element("more", HTMLDetailsElement).open = false;
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => update());
 new ResizeObserver(() => update()).observe(plots);
 open();
-try {
-  view = new View(picture);
-} catch {
-  const note = element("nopicture", HTMLElement);
-  note.textContent = "This browser has no WebGL, so there is no picture. Everything else works.";
-  note.hidden = false;
-}

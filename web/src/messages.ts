@@ -63,6 +63,8 @@ export type ToWorker =
   | { kind: "check" };
 
 export type FromWorker =
+  /** The worker runs: it is the first message. */
+  | { kind: "begun" }
   | { kind: "ready"; version: string }
   | { kind: "made"; number: number; nodes: [number, number]; dt: number }
   | { kind: "refused"; number: number; field: string; text: string }

@@ -52,7 +52,8 @@ export class Plot {
   draw(rows: readonly Row[], at: number): void {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const context = canvas.getContext("2d");
+    // Drawn by the processor: for so few lines the graphics processor takes longer to set up.
+    const context = canvas.getContext("2d", { willReadFrequently: true });
     if (!context || width === 0) return;
     const ratio = Math.min(2, window.devicePixelRatio);
     canvas.width = Math.round(width * ratio);

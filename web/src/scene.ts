@@ -20,6 +20,10 @@ export interface Choices {
   angle: number;
   mass: number;
   speed: number;
+  /** Angle of the flight to the normal of the sheet, towards x. */
+  oblique: number;
+  /** Coefficient between yarn and fragment. */
+  friction: number;
   tiltX: number;
   tiltY: number;
   turn: number;
@@ -29,7 +33,7 @@ export interface Choices {
 }
 
 export const DEFAULTS: Choices = {
-  fabric: "", nodes: 105, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, angle: 60, mass: 8.4, speed: 100,
+  fabric: "", nodes: 105, attachment: "four_sides", shape: "sphere", radius: 6.35, bore: 10, length: 12.7, angle: 60, mass: 8.4, speed: 100, oblique: 0, friction: 0,
   tiltX: 0, tiltY: 0, turn: 0, x: 0, y: 0, seed: 1,
 };
 
@@ -162,10 +166,12 @@ export function assignments(choices: Choices): Assignment[] {
     if (choices.shape === "cylinder") all.push({ key: "projectile.length", value: [rounded(1e-3 * choices.length)] });
   }
   const gap = 2e-5;
+  const flight = (choices.oblique * Math.PI) / 180;
   all.push(
     { key: "projectile.position", value: [1e-3 * choices.x, 1e-3 * choices.y, -reach(choices, q) - gap].map(rounded) },
-    { key: "projectile.velocity", value: [0, 0, choices.speed] },
+    { key: "projectile.velocity", value: [choices.speed * Math.sin(flight), 0, choices.speed * Math.cos(flight)].map(rounded) },
     { key: "projectile.orientation", value: q },
+    { key: "contact.friction", value: [choices.friction] },
   );
   return all;
 }

@@ -270,3 +270,5 @@ function answer(data: ToWorker): void {
       return module && check(module);
   }
 }
+
+page.postMessage({ kind: "begun" });

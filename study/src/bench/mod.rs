@@ -11,6 +11,7 @@
 //! several), of the process for peers. All instruction sets must end in the same bits.
 
 mod callgrind;
+mod compare;
 mod fmu;
 mod parts;
 mod peers;
@@ -50,6 +51,13 @@ pub struct Options {
     /// Only this instruction set: scalar, sse2, avx2 or avx512.
     #[arg(long, value_name = "SET", default_value = "")]
     instructions: String,
+    /// Build this revision too (a git name) and measure both in turn: of one case, that of --only, or of the sweep and the whole run
+    /// at 105 x 105 and 350 x 350.
+    #[arg(long, value_name = "REV")]
+    compare: Option<String>,
+    /// How often both are measured.
+    #[arg(long, value_name = "COUNT", default_value_t = 11, requires = "compare")]
+    pairs: usize,
     /// Only step a case of the size that callgrind counts.
     #[arg(long, value_name = "STEPS", hide = true)]
     count_steps: Option<u64>,
@@ -69,7 +77,9 @@ enum Group {
     Fmu,
     States,
     Instructions,
-    Preset(&'static str, fn() -> Scene),
+    Preset(&'static str, Preset),
+    Answer(&'static str, Preset),
+    V50,
 }
 
 impl Group {
@@ -88,13 +98,15 @@ impl Group {
             Group::States => "states".to_string(),
             Group::Instructions => "instructions".to_string(),
             Group::Preset(name, _) => format!("preset {name}"),
+            Group::Answer(name, _) => format!("answer {name}"),
+            Group::V50 => "answer V50".to_string(),
         }
     }
 
     /// Rounds, for the progress bar.
     fn pieces(&self, rounds: usize) -> usize {
         match self {
-            Group::Ports | Group::Memory | Group::Preset(..) => 1,
+            Group::Ports | Group::Memory | Group::Preset(..) | Group::Answer(..) | Group::V50 => 1,
             Group::Instructions => 2 * InstructionSet::ALL.into_iter().filter(|set| set.available()).count(),
             Group::Fmu => 4 * rounds,
             Group::Rest(_) => 3 * rounds.min(3),
@@ -127,19 +139,35 @@ fn groups(options: &Options) -> Vec<Group> {
     groups.extend([105, 350, 700].map(Group::Contact));
     groups.extend([105, 350].map(Group::Ledger));
     groups.extend([Group::Memory, Group::Fmu, Group::States, Group::Instructions]);
-    groups.push(Group::Preset("3 in sheet, sphere", Scene::sheet_3in_sphere));
-    groups.push(Group::Preset("10 in sheet, cylinder", Scene::sheet_10in_cylinder));
+    let [(small, sphere), (large, cylinder)] = PRESETS;
+    groups.extend([Group::Preset(small, sphere), Group::Preset(large, cylinder)]);
+    if !options.quick {
+        groups.extend([Group::Answer(small, sphere), Group::Answer(large, cylinder), Group::V50]);
+    }
     groups
 }
 
+/// Makes a scene.
+type Preset = fn() -> Scene;
+
+/// The presets.
+const PRESETS: [(&str, Preset); 2] =
+    [("3 in sheet, sphere", Scene::sheet_3in_sphere), ("10 in sheet, cylinder", Scene::sheet_10in_cylinder)];
+
 /// Simulated time of the presets, s.
 const PRESET_SECONDS: f64 = 0.5e-3;
+
+/// How often an answer is waited for.
+const ANSWERS: usize = 3;
 
 /// Measures, prints and writes. False if two ways to step disagree about the bits.
 pub fn run(options: &Options) -> Result<bool> {
     if let Some(steps) = options.count_steps {
         callgrind::step(&options.only, &options.instructions, steps)?;
         return Ok(true);
+    }
+    if let Some(revision) = &options.compare {
+        return compare::run(revision, &options.only, &options.instructions, options.pairs, &options.out);
     }
     let groups = groups(options);
     if options.only == "list" {
@@ -231,6 +259,14 @@ fn measure(
             progress.add(1, || format!("preset {name}"));
             parts::preset(name, &scene(), PRESET_SECONDS, report)?;
         }
+        Group::Answer(name, scene) => {
+            progress.add(1, || format!("answer {name}"));
+            parts::preset_to_end(name, &scene(), ANSWERS, report)?;
+        }
+        Group::V50 => {
+            progress.add(1, || "answer V50".to_string());
+            parts::v50(ANSWERS, report)?;
+        }
     }
     Ok(())
 }
@@ -244,7 +280,8 @@ fn print(report: &Report) {
         load(report.load_at_start),
         load(report.load_at_end)
     );
-    let heading = ["case", "nodes", "instructions", "threads", "ns/node-step", "median", "x the kernel's", "digest"];
+    let heading =
+        ["case", "nodes", "instructions", "threads", "ns/node-step", "median", "noise", "x the kernel's", "digest"];
     let mut rows = Vec::new();
     for row in &report.rows {
         let number = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.2}"));
@@ -255,6 +292,7 @@ fn print(report: &Report) {
             row.threads.to_string(),
             row.ns_per_node_step.map_or("not on this machine".to_string(), |ns| format!("{ns:.2}")),
             number(row.median),
+            row.noise.map_or("-".to_string(), |noise| format!("{:.1} %", 100.0 * noise)),
             number(row.times_slower),
             row.digest.clone().unwrap_or("-".to_string()),
         ]);

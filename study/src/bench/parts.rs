@@ -2,6 +2,7 @@
 
 use super::rows::{Report, Row};
 use super::sheets::{self, Effort};
+use crate::hits;
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
@@ -159,6 +160,55 @@ pub fn preset(name: &str, scene: &Scene, seconds: f64, report: &mut Report) -> R
     report.figure("presets", format!("{name}, {ms} ms: wall time of both"), wall, "s");
     report.rows.push(row_of_preset(name, &sim, stepping, steps));
     Ok(())
+}
+
+/// Simulated time after which a run is given up, s.
+const LONGEST: f64 = 2e-3;
+
+/// Wall time of a preset to its end, with everything from the memory on, `rounds` times.
+pub fn preset_to_end(name: &str, scene: &Scene, rounds: usize, report: &mut Report) -> Result<()> {
+    let mut times = Vec::new();
+    for _ in 0..rounds {
+        let wall = Wall::start();
+        hits::impact(scene, LONGEST)?;
+        times.push(wall.seconds());
+    }
+    answered(&format!("{name}, to its end"), &times, report);
+    Ok(())
+}
+
+/// Shots of a V50.
+const SHOTS: u64 = 60;
+/// Where an up-and-down test begins, m/s, and its stride.
+const FIRST: f64 = 47.0;
+const STRIDE: f64 = 1.05;
+
+/// Wall time of an up-and-down test of 60 shots on the 3 in preset, one after another on one core, `rounds` times. The fit of the
+/// shots takes milliseconds and is left out.
+pub fn v50(rounds: usize, report: &mut Report) -> Result<()> {
+    let (mut times, mut log_sum, scene) = (Vec::new(), 0.0, Scene::sheet_3in_sphere());
+    for _ in 0..rounds {
+        let wall = Wall::start();
+        let mut velocity = FIRST;
+        log_sum = 0.0;
+        for hit in 0..SHOTS {
+            log_sum += velocity.ln();
+            let through = hits::impact(&hits::shot(&scene, velocity, hit), LONGEST)?.through;
+            velocity *= if through { 1.0 / STRIDE } else { STRIDE };
+        }
+        times.push(wall.seconds());
+    }
+    answered(&format!("V50 of the 3 in sheet, {SHOTS} shots"), &times, report);
+    let mean = (log_sum / SHOTS as f64).exp();
+    report.figure("answers", format!("V50 of the 3 in sheet, {SHOTS} shots: mean velocity"), mean, "m/s");
+    Ok(())
+}
+
+/// The median of wall times, and their noise.
+fn answered(name: &str, seconds: &[f64], report: &mut Report) {
+    let rounds = seconds.len();
+    report.figure("answers", format!("{name}: wall time, median of {rounds}"), statistics::median(seconds), "s");
+    report.figure("answers", format!("{name}: noise"), 100.0 * statistics::noise(seconds), "%");
 }
 
 fn row_of_preset(name: &str, sim: &Sim<'_>, seconds: f64, steps: u64) -> Row {

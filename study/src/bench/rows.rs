@@ -17,6 +17,8 @@ pub struct Row {
     pub ns_per_node_step: Option<f64>,
     /// Median over the rounds, ns.
     pub median: Option<f64>,
+    /// Half the range of the middle half of the rounds, in parts of the median.
+    pub noise: Option<f64>,
     /// Digest of the state at the end; None for peers.
     pub digest: Option<String>,
     /// Largest deflection at the start of the rounds, m; for cases that peers run too.
@@ -40,6 +42,7 @@ impl Row {
             threads,
             ns_per_node_step: None,
             median: None,
+            noise: None,
             digest: None,
             deflection: None,
             contacts: None,

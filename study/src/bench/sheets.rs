@@ -212,6 +212,7 @@ pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -
         Row {
             ns_per_node_step: Some(report::least(&times[k])),
             median: Some(report::median(&times[k])),
+            noise: Some(report::noise(&times[k])),
             digest: digests[k].clone(),
             contacts: Some(counters.contacts),
             failed_segments: Some(counters.failed_segments),

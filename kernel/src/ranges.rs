@@ -1,0 +1,45 @@
+//! The range of a row's displacements along x, kept as the sweep leaves it, so that contact reads of a row only the chunks that may be near.
+
+use crate::lanes::{self, InstructionSet, Job, Lane};
+use crate::math;
+use crate::planes::{CHUNK, Chunk, HOT_PLANES};
+
+/// In place of a row's range along x: contact does not ask for it, and the sweep need not find it.
+pub(crate) const NOT_KEPT: u32 = u32::MAX;
+
+/// A row's least displacement, not above 0, or greatest one, not below 0, as it is kept: the bits of a number of half the length.
+pub(crate) fn end_of_range(end: f64) -> u32 {
+    (end as f32).to_bits()
+}
+
+/// The range of a row from its ends as they are kept: no narrower than it was.
+pub(crate) fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
+    [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
+}
+
+/// Least and greatest displacement along x of a row, or 0.
+#[inline(never)] // It must not add to the stack of the sweep.
+pub(crate) fn spread(row: &[Chunk<HOT_PLANES>], instructions: InstructionSet) -> [f64; 2] {
+    lanes::dispatch(instructions, Spread(row))
+}
+
+/// [`spread`] as a job for the lanes.
+struct Spread<'a>(&'a [Chunk<HOT_PLANES>]);
+
+impl Job for Spread<'_> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> [f64; 2] {
+        let (mut low, mut high) = ([0.0; CHUNK], [0.0; CHUNK]);
+        for [x, ..] in self.0 {
+            let bounds = L::groups_mut(&mut low).iter_mut().zip(L::groups_mut(&mut high));
+            for (x, (low, high)) in L::groups(x).iter().zip(bounds) {
+                let x = L::load(x);
+                x.min(L::load(low)).store(low);
+                x.max(L::load(high)).store(high);
+            }
+        }
+        [low.iter().fold(0.0, |a, &b| math::min(b, a)), high.iter().fold(0.0, |a, &b| math::max(b, a))]
+    }
+}
