@@ -75,7 +75,8 @@ class Scene:
         """The same with the projectile against the sheet, so that its centre flies through `point`.
 
         The point (m) is given in the sheet's plane from its middle. The projectile touches the first ply in its way with its
-        foremost point; with a velocity askew the centre reaches the plane beside that.
+        foremost point; with a velocity askew the centre reaches the plane beside that. A point more than a mesh beside the sheet is
+        refused.
         """
 
     def check(self) -> None:
@@ -187,7 +188,7 @@ class Simulation:
     def step(self, steps: int = 1) -> None:
         """Takes so many steps."""
 
-    def run(self, until: Sequence[str], steps: int) -> int:
+    def run(self, until: str | Sequence[str], steps: int) -> int:
         """Steps until one of the outcomes ("arrested", "detached", "exited", "passed") has come, or so many steps are taken.
 
         Returns the steps taken. Ctrl-C stops it between two steps.

@@ -9,6 +9,7 @@ import hashlib
 import json
 import math
 import os
+import signal
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -56,6 +57,8 @@ def ensemble(
 
     Raises Refused, with the name of the field, if a scene cannot be simulated; ClusterLost if the workers are gone.
     """
+    if isinstance(scenes, Scene):
+        raise TypeError("scenes: must be a list of scenes; of one scene it is [scene]")
     if batch < 1:
         raise ValueError(f"batch: must be at least 1; it is {batch}")
     keys = [run_key(scene, until, steps) for scene in scenes]
@@ -119,7 +122,8 @@ def _locally(work: Any, tasks: list[list[Any]], workers: int) -> Iterator[list[t
     """In processes of this machine. If one of them dies all are replaced, and what had not come is run again."""
     waiting, losses = dict(enumerate(tasks)), 0
     while waiting:
-        pool = ProcessPoolExecutor(min(workers, len(waiting)))
+        # Ctrl-C is for the caller; a worker that it reaches too ends without a word.
+        pool = ProcessPoolExecutor(min(workers, len(waiting)), initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_DFL))
         try:
             futures = {pool.submit(work, task): number for number, task in waiting.items()}
             for future in as_completed(futures):
@@ -223,7 +227,11 @@ def vary(
 ) -> list[Scene]:
     """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
 
-    - `speed`: of the projectile, m/s, in the direction it has in `base`;
+    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats.
+    So `(40, 60)` is one of the two numbers 40 and 60, and not a range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100,
+    because its second argument is the width.
+
+    - `speed`: of the projectile, m/s, above 0, in the direction it has in `base`;
     - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;
     - `attitude`: "random": every orientation is equally likely; or a unit quaternion, scalar first;
     - `tilt`: angle, rad, by which the body is turned besides, about an axis across its velocity, all of which are equally likely;
@@ -232,6 +240,8 @@ def vary(
     The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or a
     tilt the projectile is placed against the sheet (`Scene.aimed`).
     """
+    if count < 0:
+        raise ValueError(f"count: must be at least 0; it is {count}")
     return [_drawn(base, numpy.random.default_rng([seed, k]), speed, point, attitude, tilt, parameters or {}) for k in range(count)]
 
 
@@ -276,6 +286,8 @@ def _drawn(
 
 def _scaled(velocity: Sequence[float], speed: float) -> tuple[float, ...]:
     """A velocity of this size."""
+    if not speed > 0.0:
+        raise ValueError(f"speed: must be greater than 0; it is {speed:g}")
     length = math.hypot(*velocity)
     if length == 0.0:
         raise ValueError("speed: the projectile of the scene has no velocity, so no direction")

@@ -8,11 +8,13 @@ shots allow.
 import argparse
 import itertools
 import os
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kernel import Scene
+from .about import SCENE_HELP, described, positive, scene_named
 from .ensembles import ensemble, vary
 
 if TYPE_CHECKING:
@@ -41,16 +43,21 @@ def fragment_map(
     - `points`: where the centre meets the plane of the sheet, m from the middle;
     - `shots`: of each cell; other `options` are those of `ensemble` (`keep`, `on`, ...).
 
-    Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped` and `unknown` (neither came, or the
-    computation failed); `perforation`, the share that went through of those known, with its interval from `low` to `high` (exact,
-    Clopper and Pearson; a shot of unknown end may have ended either way); `residual_speed` (m/s) and `residual_kinetic` (J), the means
-    of those that went through, and `absorbed` (J), of all known, each with its standard deviation, `..._sd`.
+    Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed` (passed without contact) and
+    `unknown` (none of these came, or the computation failed); `perforation`, the share that went through of those known, with its
+    interval from `low` to `high` (exact, Clopper and Pearson, of those not missed; a shot of unknown end may have ended either way);
+    `residual_speed` (m/s) and `residual_kinetic` (J), the means of those that went through, and `absorbed` and `viscous` (J; what the
+    viscosity of the yarn took of it), of all known, each with its standard deviation, `..._sd`.
+
+    Raises Refused, with the name of the argument, for a point beside the sheet or an impossible attitude.
     """
     import pandas
     import scipy.stats
 
     if shots < 1:
         raise ValueError(f"shots: must be at least 1; it is {shots}")
+    for point in points:
+        shield.aimed(point)
     cells = list(itertools.product(velocities, attitudes, points))
     spacings = [shield["sheet.spacing"], shield["sheet.spacing_y"] or shield["sheet.spacing"]]
     scenes = []
@@ -65,31 +72,38 @@ def fragment_map(
         runs = results.iloc[number * shots : (number + 1) * shots]
         known = runs[runs["stopped"].notna()]
         through = known[~known["stopped"].astype(bool)]
-        unknown = shots - len(known)
-        least = scipy.stats.binomtest(len(through), shots).proportion_ci(confidence, method="exact").low
-        most = scipy.stats.binomtest(len(through) + unknown, shots).proportion_ci(confidence, method="exact").high
+        missed = int((runs["outcome"] == "passed").sum())
+        hits = shots - missed
+        unknown = hits - len(known)
+        least, most = 0.0, 1.0
+        if hits:
+            least = scipy.stats.binomtest(len(through), hits).proportion_ci(confidence, method="exact").low
+            most = scipy.stats.binomtest(len(through) + unknown, hits).proportion_ci(confidence, method="exact").high
         row = {"velocity": velocity, "attitude": attitude, "point_x": x, "point_y": y, "shots": shots}
-        row |= {"through": len(through), "stopped": len(known) - len(through), "unknown": unknown}
+        row |= {"through": len(through), "stopped": len(known) - len(through), "missed": missed, "unknown": unknown}
         row |= {"perforation": len(through) / len(known) if len(known) else None, "low": least, "high": most}
         for column, of, name in (
             ("speed", through, "residual_speed"),
             ("residual_kinetic", through, "residual_kinetic"),
             ("absorbed", known, "absorbed"),
+            ("viscous", known, "viscous"),
         ):
             row |= {name: of[column].astype(float).mean(), f"{name}_sd": of[column].astype(float).std()}
         rows.append(row)
     return pandas.DataFrame(rows)
 
 
-def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None) -> "matplotlib.figure.Figure":
+def draw_map(
+    table: "pandas.DataFrame", path: str | os.PathLike[str] | None = None, about: Sequence[str] = ()
+) -> "matplotlib.figure.Figure":
     """Draws a table of `fragment_map`: for each impact point the probability of perforation with its interval, and the kinetic
-    energy that is left, over velocity and attitude. Writes it to `path` if one is given."""
+    energy that is left, over velocity and attitude. Writes it to `path` if one is given. `about`: lines that say what was shot at."""
     import matplotlib
     from matplotlib.figure import Figure
 
     points = list(dict.fromkeys(zip(table["point_x"], table["point_y"])))
     attitudes, velocities = list(dict.fromkeys(table["attitude"])), sorted(set(table["velocity"]))
-    size = (1.6 + 1.15 * len(velocities) * len(points), 2.2 + 1.3 * len(attitudes))
+    size = (max(1.6 + 1.15 * len(velocities) * len(points), 5.0), 2.2 + 1.3 * len(attitudes) + (1.2 if about else 0.0))
     figure = Figure(figsize=size, layout="constrained")
     panels = figure.subplots(2, len(points), squeeze=False)
     most = table["residual_kinetic"].max()
@@ -114,6 +128,9 @@ def draw_map(table: "pandas.DataFrame", path: str | os.PathLike[str] | None = No
             label = "share through, and its interval" if name == "perforation" else "mean kinetic energy left, J"
             if column == len(points) - 1:
                 figure.colorbar(image, ax=panel, label=label)
+    if about:
+        width = int(13.0 * size[0])
+        figure.suptitle("\n".join(part for line in about for part in textwrap.wrap(line, width)), fontsize=7)
     if path is not None:
         # The same table gives the same bytes.
         with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
@@ -126,12 +143,22 @@ def _attitude(text: str) -> tuple[str, str | tuple[float, ...]]:
     if text == "random":
         return text, text
     name, _, numbers = text.partition("=")
-    return name, tuple(float(number) for number in numbers.split(","))
+    return name, _numbers(numbers, 4, text)
 
 
 def _point(text: str) -> tuple[float, float]:
-    x, y = (float(number) for number in text.split(","))
+    x, y = _numbers(text, 2, text)
     return x, y
+
+
+def _numbers(text: str, count: int, whole: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(number) for number in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise argparse.ArgumentTypeError(f"must have {count} numbers with commas between them; it is {whole}")
+    return numbers
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -140,8 +167,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         prog="fabric-fragments",
         description="How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point.",
     )
-    parser.add_argument("scene", help="a scene file, see docs/tables/scene.md")
-    parser.add_argument("--velocities", type=float, nargs="+", required=True, metavar="V", help="m/s")
+    parser.add_argument("scene", help=SCENE_HELP)
+    parser.add_argument("--velocities", type=positive, nargs="+", required=True, metavar="V", help="m/s")
     parser.add_argument(
         "--attitudes", type=_attitude, nargs="+", default=[], metavar="NAME=W,X,Y,Z",
         help='unit quaternions with a name each, or "random"; default: that of the scene',
@@ -152,18 +179,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     parser.add_argument("--out", type=Path, default=Path("fragments"), help="folder for table.csv, map.svg and runs.jsonl")
     given = parser.parse_args(arguments)
-    scene = Scene.read(given.scene)
-    table = fragment_map(
-        scene,
-        velocities=given.velocities,
-        attitudes=dict(given.attitudes) or {"as given": scene["projectile.orientation"]},
-        points=given.points,
-        shots=given.shots,
-        seed=given.seed,
-        keep=given.out / "runs.jsonl",
-        on=int(given.on) if given.on and given.on.isdigit() else given.on,
-    )
-    print(table.to_string(index=False))
-    table.to_csv(given.out / "table.csv", index=False)
-    draw_map(table, given.out / "map.svg")
+    try:
+        scene, fabric = scene_named(given.scene)
+        about = described(scene, fabric)
+        print("\n".join(about))
+        table = fragment_map(
+            scene,
+            velocities=given.velocities,
+            attitudes=dict(given.attitudes) or {"as given": scene["projectile.orientation"]},
+            points=given.points,
+            shots=given.shots,
+            seed=given.seed,
+            keep=given.out / "runs.jsonl",
+            on=int(given.on) if given.on and given.on.isdigit() else given.on,
+        )
+        print(table.to_string(index=False))
+        table.to_csv(given.out / "table.csv", index=False)
+        draw_map(table, given.out / "map.svg", about)
+    except (ValueError, RuntimeError, OSError) as error:
+        parser.exit(1, f"error: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, f"interrupted: what has ended is in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
     print(f"written to {given.out}: table.csv, map.svg, runs.jsonl")

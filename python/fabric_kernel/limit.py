@@ -38,6 +38,9 @@ class Interval(NamedTuple):
     low: float
     high: float
 
+    def __str__(self) -> str:
+        return self.text()
+
     def text(self, digits: int = 1) -> str:
         low, high = (f"{end:.{digits}f}" if math.isfinite(end) else None for end in self)
         if low and high:

@@ -9,8 +9,9 @@ from ._kernel import Failed, Scene, Simulation
 if TYPE_CHECKING:
     import pandas
 
-UNTIL = ("arrested", "detached", "exited", "passed")
-"""Outcomes that end a run, if nothing else is asked for."""
+UNTIL = ("arrested", "exited", "passed")
+"""Outcomes that end a run, if nothing else is asked for: those of `fabric-study run`. With "detached" besides, a run ends when the
+contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
 
@@ -18,10 +19,12 @@ STEPS = 100_000
 def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
     """Runs a scene to one of the outcomes `until`, or for so many steps, and returns what came of it as one row of a table.
 
-    - `outcome`: the outcomes that ended the run, "timeout" if the steps did, "failed" if the computation could not go on;
+    - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached" where
+      the projectile carries torn cloth, else "timeout";
     - `failure`: the code of that failure, else None;
-    - `stopped`: whether the fabric stopped the projectile: True if it was arrested, False after any other outcome, None if no
-      outcome came: then it is not known;
+    - `stopped`: whether the fabric stopped the projectile: True if it was arrested, False if it exited or carries torn cloth, None if
+      no outcome came: then it is not known; None also if it passed beside the sheet without contact;
+    - `detached`: time at which the contact was with torn cloth only, s, else None;
     - `steps`, `time`: steps taken, and the time at the end, s;
     - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s; `angular_velocity_x`, `_y`, `_z`, rad/s;
     - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
@@ -45,9 +48,12 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     else:
         come = simulation.outcomes()
         ended = [name for name in come if name in until]
+        if not ended and "detached" in come:
+            ended = ["detached"]
         row["outcome"] = " and ".join(ended) or "timeout"
-        row["stopped"] = "arrested" in come if ended else None
+        row["stopped"] = "arrested" in come if ended and "passed" not in ended else None
     failed = row["failure"] is not None
+    row["detached"] = simulation.outcomes().get("detached", {}).get("time")
     counters = simulation.counters()
     row["steps"] = counters["steps"]
     row["time"] = simulation.time

@@ -1,6 +1,6 @@
 """The ballistic limit of a scene: shots chosen one after the other, the fit, its intervals and a report.
 
-`v50` works with any function that shoots; `shooter` makes one from a scene; `fabric-v50 scene.toml` is both as a command.
+`v50` works with any function that shoots; `Shooter` makes one from a scene; `fabric-v50 scene.toml` is both as a command.
 How velocities are chosen stands in `designs.py`, what is made of the results in `limit.py`, how often its intervals hold the truth in
 docs/tables/v50.md.
 """
@@ -49,6 +49,7 @@ class Test(NamedTuple):
     average: limit.Average
     residual: limit.Residual
     notes: tuple[str, ...]
+    about: tuple[str, ...] = ()  # what was shot at
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """For each share: its name, estimate, interval and the plain profile-likelihood interval, m/s."""
@@ -62,7 +63,7 @@ class Test(NamedTuple):
     def sentences(self) -> list[str]:
         """What the numbers are and what the reader must know of them."""
         fit, average, residual = self.fit, self.average, self.residual
-        lines = [f"Design: {self.design}.", f"{self.seeds}", f"{fit.shots} shots, {fit.through} went through."]
+        lines = [*self.about, f"Design: {self.design}.", f"{self.seeds}", f"{fit.shots} shots, {fit.through} went through."]
         if fit.method != "none":
             method = "maximum likelihood" if fit.method == "maximum likelihood" else "Firth's penalised likelihood"
             lines.append(f"Fit: {fit.link}, {method}: V50 {fit.mu:.2f} m/s, standard deviation of single limits {fit.deviation:.2f} m/s.")
@@ -203,6 +204,7 @@ def v50(
     seed: int = 1,
     title: str = "Ballistic limit",
     seeds: str = "",
+    about: Sequence[str] = (),
     say: Callable[[str], None] | None = None,
 ) -> Test:
     """Shoots, fits and returns the test.
@@ -210,7 +212,7 @@ def v50(
     - `design`: chooses the velocities; one that is not positive ends the test, which says so;
     - `link`: "probit" or "logit", the law of single limits;
     - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
-    - `seeds`: words about the draws of the shots, for the report; `say`: receives a line after each shot.
+    - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line after each shot.
 
     Raises ValueError with the name of the argument; what `shoot` raises is passed on.
     """
@@ -233,7 +235,8 @@ def v50(
         stopped, residual = shoot(velocity, number)
         made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
         if say:
-            say(f"shot {number + 1} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s"))
+            kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
+            say(f"shot {number + 1} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
     if not made:
         raise ValueError(f"design: {notes[0]}")
     v = numpy.array([shot.velocity for shot in made])
@@ -244,54 +247,82 @@ def v50(
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     words = f"{seeds} {simulated}".strip()
-    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes))
+    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes + list(getattr(shoot, "notes", list)())), tuple(about))
 
 
-def shooter(
-    scene: "Scene",
-    *,
-    seed: int = 1,
-    point: tuple[float, float] | None = (0.0, 0.0),
-    attitude: str | Sequence[float] | None = None,
-    tilt: Any = None,
-    keep: str | os.PathLike[str] | None = None,
-    steps: int | None = None,
-) -> Shoot:
+class Shooter:
     """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, and where
     within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as the scene says.
 
     - `attitude`, `tilt`: as for `vary`;
-    - `keep`: a file that receives each shot as it comes; what is in it is not shot again.
-
+    - `keep`: a file that receives each shot as it comes; what is in it is not shot again;
     - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly.
 
-    A shot that neither stops nor goes through within the steps raises RuntimeError.
+    A shot ends when it is arrested or has exited, or when its contact is with torn cloth only: the shot went through then, but that
+    cloth may still slow it, so that its residual velocity is an upper estimate.
+    A shot that neither stops nor goes through within the steps, or misses the sheet, raises RuntimeError.
     """
-    import scipy.stats
 
-    from . import fly, vary
-    from .ensembles import append, kept, run_key
-    from .runs import STEPS, UNTIL
+    UNTIL = ("arrested", "detached", "exited", "passed")
 
-    most = 10 * STEPS if steps is None else steps
-    spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
-    mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
-    rows = dict(kept(Path(keep))) if keep is not None else {}
+    def __init__(
+        self,
+        scene: "Scene",
+        *,
+        seed: int = 1,
+        point: tuple[float, float] | None = (0.0, 0.0),
+        attitude: str | Sequence[float] | None = None,
+        tilt: Any = None,
+        keep: str | os.PathLike[str] | None = None,
+        steps: int | None = None,
+    ) -> None:
+        import scipy.stats
 
-    def shoot(velocity: float, shot: int) -> tuple[bool, float]:
-        one = vary(scene, shot + 1, seed=seed, speed=velocity, point=mesh, attitude=attitude, tilt=tilt)[shot]
-        key = run_key(one, UNTIL, most)
-        if key not in rows:
-            rows[key] = fly(one, steps=most)
-            if keep is not None:
-                append(Path(keep), [(key, json.dumps(rows[key]))])
-        row = rows[key]
+        from .ensembles import kept
+        from .runs import STEPS
+
+        self.scene, self.seed, self.attitude, self.tilt = scene, seed, attitude, tilt
+        self.steps = 10 * STEPS if steps is None else steps
+        spacings = [scene["sheet.spacing"], scene["sheet.spacing_y"] or scene["sheet.spacing"]]
+        self.mesh = None if point is None else tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings))
+        self.keep = None if keep is None else Path(keep)
+        self.rows = dict(kept(self.keep)) if self.keep is not None else {}
+        self.was_kept = False
+        """Whether the last shot was in the file."""
+        self.made: dict[str, dict[str, Any]] = {}
+
+    def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
+        from . import fly, vary
+        from .ensembles import append, run_key
+
+        one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
+        key = run_key(one, self.UNTIL, self.steps)
+        self.was_kept = key in self.rows
+        if not self.was_kept:
+            self.rows[key] = fly(one, until=self.UNTIL, steps=self.steps)
+            if self.keep is not None:
+                append(self.keep, [(key, json.dumps(self.rows[key]))])
+        row = self.made[key] = self.rows[key]
         if row["stopped"] is None:
             ended = f"{row['failure'] or row['outcome']} after {row['steps']} steps"
             raise RuntimeError(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
         return row["stopped"], row["speed"]
 
-    return shoot
+    def notes(self) -> list[str]:
+        """What the reader of the shots made so far must know."""
+        rows = [row for row in self.made.values() if row["stopped"] is not None]
+        through = [row for row in rows if not row["stopped"]]
+        torn = sum(row["outcome"] == "detached" for row in through)
+        absorbed = sum(row["absorbed"] for row in rows)
+        notes = []
+        if torn:
+            notes.append(
+                f"{torn} of {len(through)} shots that went through ended when their contact was with torn cloth only: that cloth may still "
+                "slow the projectile, so their residual velocities, and the curve fitted to them, are upper estimates (docs/v50.md)."
+            )
+        if absorbed > 0.0:
+            notes.append(f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed energy.")
+        return notes
 
 
 def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:
@@ -309,14 +340,17 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric-v50`."""
+    # The statistics work without the kernel.
+    from .about import SCENE_HELP, described, positive, scene_named
+
     parser = argparse.ArgumentParser(prog="fabric-v50", description="The ballistic limit of the projectile and the sheet of a scene, with its interval.")
-    parser.add_argument("scene", help="a scene file, see docs/tables/scene.md")
+    parser.add_argument("scene", help=SCENE_HELP)
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
     parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
-    parser.add_argument("--low", type=float, help="V50 is probably above this, m/s; default: half the velocity of the scene")
-    parser.add_argument("--high", type=float, help="V50 is probably below this, m/s; default: three halves of it")
-    parser.add_argument("--deviation", type=float, help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle")
-    parser.add_argument("--plan", type=float, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
+    parser.add_argument("--low", type=positive, help="V50 is probably above this, m/s; default: half the velocity of the scene")
+    parser.add_argument("--high", type=positive, help="V50 is probably below this, m/s; default: three halves of it")
+    parser.add_argument("--deviation", type=positive, help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle")
+    parser.add_argument("--plan", type=positive, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
     parser.add_argument("--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01")
     parser.add_argument("--last", type=int, help="how many shots that are; default: a third")
     parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
@@ -328,14 +362,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--as-aimed", action="store_true", help="fly as the scene says, not through a point drawn within one mesh")
     parser.add_argument("--out", type=Path, default=Path("v50"), help="folder for report.html, plot.svg, shots.csv, test.json, runs.jsonl")
     given = parser.parse_args(arguments)
-
-    from . import Scene
+    for design, names in {"three-phase": ("aim", "last"), "plan": ("plan",)}.items():
+        for name in names:
+            if given.design != design and getattr(given, name) not in (None, []):
+                parser.exit(1, f"error: --{name} goes with --design {design} only\n")
+    if given.last is not None and given.aim is None:
+        parser.exit(1, "error: --last goes with --aim only\n")
 
     try:
-        scene = Scene.read(given.scene)
+        scene, fabric = scene_named(given.scene)
         shots = given.shots if given.shots is not None else len(given.plan) if given.design == "plan" else 20
         design = design_named(given.design, math.hypot(*scene["projectile.velocity"]), shots, given)
-        shoot = shooter(
+        shoot = Shooter(
             scene,
             seed=given.seed,
             point=None if given.as_aimed else (0.0, 0.0),
@@ -346,10 +384,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         where = "as the scene says" if given.as_aimed else "through a point drawn within one mesh about the middle"
         test = v50(
             shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=print,
-            title=f"Ballistic limit of {given.scene}", seeds=f"Shots: seed {given.seed}, yarns drawn for each, {where}.",
+            title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=f"Shots: seed {given.seed}, yarns drawn for each, {where}.",
         )  # fmt: skip
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, f"interrupted: the shots so far are in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
     print()
     print(test.text())
     test.write(given.out)

@@ -1,5 +1,6 @@
 //! Refusals and failures as Python's exceptions.
 
+use fabric::fields::{FIELDS, field};
 use fabric_scene::BadKey;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -23,7 +24,14 @@ create_exception!(
 pub fn of(error: fabric::Error) -> PyErr {
     let code = format!("{:?}", error.code);
     if error.code.number() > -50 {
-        return refused([error.field, error.with], &code, error.text().to_string(), [error.value, error.limit]);
+        let mut text = error.text().to_string();
+        let limits = field(error.field).map(|field| field.limits());
+        if let (fabric::Code::OutOfRange, Some([least, greatest])) = (error.code, limits)
+            && !(least..=greatest).contains(&error.value)
+        {
+            text += &format!("; it goes from {least} to {greatest}");
+        }
+        return refused([error.field, error.with], &code, text, [error.value, error.limit]);
     }
     let failed = Failed::new_err(error.text().to_string());
     with(failed, |failed| failed.setattr("code", code))
@@ -40,7 +48,31 @@ pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
         return of(*error);
     }
     let key = error.downcast_ref::<BadKey>().map_or("", |bad| &bad.key);
-    bad(key, error.to_string())
+    let mut text = error.to_string();
+    if !key.is_empty() && text.starts_with("unknown key") {
+        text += &meant(key);
+    }
+    bad(key, text)
+}
+
+/// What somebody may have meant who wrote a key that there is not.
+fn meant(key: &str) -> String {
+    let names = || FIELDS.iter().map(|field| field.name);
+    let (name, last) = (key.split('[').next().unwrap_or(key), key.rsplit('.').next().unwrap_or(key));
+    if field(name).is_some() {
+        return format!("; an element has no key of its own: set the whole of `{name}`");
+    }
+    let mut near: Vec<String> =
+        names().filter(|name| name.rsplit('.').next() == Some(last)).map(String::from).collect();
+    if near.is_empty() {
+        let close = |py: Python<'_>| -> PyResult<Vec<String>> {
+            let names: Vec<&str> = names().collect();
+            py.import("difflib")?.call_method1("get_close_matches", (key, names))?.extract()
+        };
+        near = Python::attach(close).unwrap_or_default();
+    }
+    let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
+    if near.is_empty() { String::new() } else { format!("; is it {}?", near.join(" or ")) }
 }
 
 /// A key or an argument that is not what it must be.

@@ -105,3 +105,9 @@ fn toml_value(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Val
     })?;
     Ok(Value::Float(number))
 }
+
+/// An argument of so many numbers.
+pub fn array<const N: usize>(name: &str, given: Option<&Bound<'_, PyAny>>, default: [f64; N]) -> PyResult<[f64; N]> {
+    let found = given.map_or(Ok(default), |given| given.extract());
+    found.map_err(|_| bad(name, format!("{name}: must be {N} numbers")))
+}

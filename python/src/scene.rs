@@ -71,7 +71,10 @@ impl Scene {
     /// The scene of a file.
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Scene> {
-        Scene::parse(&std::fs::read_to_string(path)?)
+        // Rust does not say which file it was, Python does.
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| PyErr::from(std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))))?;
+        Scene::parse(&text)
     }
 
     /// The scene of a file's text.
@@ -90,13 +93,20 @@ impl Scene {
     }
 
     /// The same with the projectile just before the sheet, so that its centre flies through a point of it.
-    #[pyo3(signature = (point = [0.0, 0.0], *, velocity = None, orientation = None))]
-    fn aimed(&self, point: [f64; 2], velocity: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> PyResult<Scene> {
+    #[pyo3(signature = (point = None, *, velocity = None, orientation = None))]
+    fn aimed(
+        &self,
+        point: Option<&Bound<'_, PyAny>>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        orientation: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Scene> {
         let mut scene = self.scene;
         let body = &mut scene.projectile;
-        body.velocity = velocity.unwrap_or(body.velocity);
-        body.orientation = orientation.unwrap_or(body.orientation);
+        let point = parameters::array("point", point, [0.0; 2])?;
+        body.velocity = parameters::array("velocity", velocity, body.velocity)?;
+        body.orientation = parameters::array("orientation", orientation, body.orientation)?;
         scene.check().map_err(errors::of)?;
+        within_the_sheet(&scene, point)?;
         let position = in_our_environment(|| aim(&scene, point)).ok_or_else(|| {
             errors::bad("projectile.velocity", "projectile.velocity: does not lead to the sheet".into())
         })?;
@@ -141,6 +151,17 @@ impl Scene {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         Ok((py.get_type::<Scene>(), self.difference(py)?))
     }
+}
+
+/// Refuses a point beside the sheet, from its middle, m: a millimetre is easily written as a metre. A mesh beyond the edge is allowed.
+fn within_the_sheet(scene: &fabric::Scene, point: [f64; 2]) -> PyResult<()> {
+    let ([x, y], [half_x, half_y]) = (point, scene.half_size());
+    let mesh = scene.sheet.spacing.max(scene.sheet.spacing_y);
+    if fabric::math::abs(x) <= half_x + mesh && fabric::math::abs(y) <= half_y + mesh {
+        return Ok(());
+    }
+    let reach = format!("the sheet reaches {half_x:.4} m and {half_y:.4} m from its middle");
+    Err(errors::bad("point", format!("point: ({x}, {y}) m lies beside the sheet; {reach}")))
 }
 
 /// Where the projectile's centre must be so that it touches the first ply in its way with its foremost point, and flies through a

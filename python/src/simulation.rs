@@ -83,14 +83,23 @@ impl Simulation {
     }
 }
 
-/// The set of outcomes of these names.
-fn outcome_set(names: &[String]) -> PyResult<OutcomeSet> {
+/// The set of outcomes of these names; one name alone is a set, too.
+fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
     let known = Outcome::ALL.map(Outcome::name).join(", ");
+    let one = until.extract::<String>().map(|name| vec![name]);
+    let names: Vec<String> = one
+        .or_else(|_| until.extract())
+        .map_err(|_| bad("until", format!("until: must be names of outcomes; there are {known}")))?;
     let outcome = |name: &String| {
         let found = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
         found.ok_or_else(|| bad("until", format!("until: there is no outcome {name:?}; there are {known}")))
     };
     names.iter().map(outcome).collect()
+}
+
+/// A number of steps.
+fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
+    steps.extract().map_err(|_| bad("steps", "steps: must be a whole number, at least 0 and below 2^64".into()))
 }
 
 /// The numbers of an array, in place where they lie one behind the other.
@@ -138,14 +147,15 @@ impl Simulation {
     }
 
     /// Takes so many steps.
-    #[pyo3(signature = (steps = 1))]
-    fn step(&mut self, py: Python<'_>, steps: u64) -> PyResult<()> {
+    #[pyo3(signature = (steps = None))]
+    fn step(&mut self, py: Python<'_>, steps: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let steps = steps.map_or(Ok(1), count)?;
         self.advance(py, OutcomeSet::NONE, steps).map(|_| ())
     }
 
     /// Steps until one of the outcomes has come, or so many steps are taken. Returns the steps taken.
-    fn run(&mut self, py: Python<'_>, until: Vec<String>, steps: u64) -> PyResult<u64> {
-        let until = outcome_set(&until)?;
+    fn run(&mut self, py: Python<'_>, until: &Bound<'_, PyAny>, steps: &Bound<'_, PyAny>) -> PyResult<u64> {
+        let (until, steps) = (outcome_set(until)?, count(steps)?);
         self.advance(py, until, steps)
     }
 

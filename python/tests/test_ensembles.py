@@ -1,6 +1,8 @@
 """Ensembles: one table, bit for bit, whatever the workers, the order and the accidents."""
 
+import contextlib
 import functools
+import io
 import json
 import math
 import os
@@ -11,11 +13,15 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import numpy
+import pandas
 import scipy.stats
 
 import fabric_kernel as fk
+from fabric_kernel.fragments import main
+from fabric_kernel.runs import UNTIL
 
 BASE = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
 SCENES = fk.vary(BASE, 12, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))
@@ -158,7 +164,67 @@ class Ensembles(unittest.TestCase):
         self.assertGreater(scipy.stats.kstest(heights, scipy.stats.uniform(-1.0, 2.0).cdf).pvalue, 0.01)
 
 
+    def test_a_run_goes_on_with_the_torn_cloth(self):
+        """A cylinder on Kevlar KM2 held on two sides carries cloth that is torn off and still slows it."""
+        scene = fk.Scene(
+            fabric={"name": "kevlar_km2_s706"},
+            sheet={"nodes_x": 61, "nodes_y": 61},
+            attachment={"kind": "two_sides"},
+            projectile={"shape": "cylinder", "radius": 4e-3, "length": 20e-3, "mass": 8.4e-3, "velocity": [0.0, 0.0, 70.0]},
+        ).aimed()
+        short = fk.fly(scene, until=[*UNTIL, "detached"])
+        row = fk.fly(scene, steps=2 * short["steps"])
+        self.assertEqual((short["outcome"], short["stopped"], short["time"]), ("detached", False, short["detached"]))
+        # However it ends, it ends later, and went through.
+        self.assertEqual((row["stopped"], row["detached"]), (False, short["detached"]))
+        self.assertGreater(row["steps"], short["steps"])
+        self.assertNotEqual(row["speed"], short["speed"])
+        if row["steps"] == 2 * short["steps"]:
+            self.assertEqual(row["outcome"], "detached")
+
+    def test_what_cannot_be_drawn_or_run(self):
+        with self.assertRaisesRegex(ValueError, "count"):
+            fk.vary(BASE, -3, seed=1)
+        with self.assertRaisesRegex(ValueError, "speed: must be greater than 0"):
+            fk.vary(BASE, 1, seed=1, speed=-5.0)
+        with self.assertRaisesRegex(TypeError, "scenes: must be a list"):
+            fk.ensemble(BASE)
+
+
 class Fragments(unittest.TestCase):
+    def test_a_miss_is_no_perforation(self):
+        # Aimed at an edge and away from it: half of the shots pass.
+        small = BASE.replace(projectile={"velocity": [0.0, 0.0, 50.0]})
+        row = fk.fly(small.replace({"projectile.position": (0.1, 0.0, -0.01)}))
+        self.assertEqual((row["outcome"], row["stopped"]), ("passed", None))
+        with self.assertRaisesRegex(fk.Refused, "point: .* lies beside the sheet") as refused:
+            fk.fragment_map(BASE, velocities=[50.0], attitudes={"random": "random"}, points=[(15.0, 15.0)])
+        self.assertEqual(refused.exception.field, "point")
+        rows = {"outcome": ["passed", "exited"], "stopped": [None, False], "speed": [50.0, 30.0]}
+        rows |= {"residual_kinetic": [1.0, 0.5], "absorbed": [0.0, 0.5], "viscous": [0.0, 0.1]}
+        with unittest.mock.patch("fabric_kernel.fragments.ensemble", return_value=pandas.DataFrame(rows)):
+            cell = fk.fragment_map(BASE, velocities=[50.0], attitudes={"random": "random"}, shots=2).iloc[0]
+        self.assertEqual((cell["through"], cell["missed"], cell["unknown"], cell["perforation"]), (1, 1, 0, 1.0))
+        # One shot of one: 0.025 from below.
+        self.assertAlmostEqual(cell["low"], 0.025, places=12)
+
+    def test_the_command(self):
+        with tempfile.TemporaryDirectory() as name:
+            for words, told in (
+                (["--velocities", "-5"], "must be a number above 0; it is -5"),
+                (["--velocities", "50", "--attitudes", "side=1,2"], "must have 4 numbers"),
+                (["--velocities", "50", "--points", "15,15"], "point: (15, 15) m lies beside the sheet"),
+            ):
+                with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
+                    with self.assertRaises(SystemExit):
+                        main(["sheet_3in_sphere", *words, "--out", name])
+                self.assertIn(told, errors.getvalue().splitlines()[-1])
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                main(["sheet_3in_sphere", "--velocities", "200", "--shots", "1", "--on", "1", "--out", name])
+            for text in (said.getvalue(), (pathlib.Path(name) / "map.svg").read_text()):
+                self.assertIn("Projectile: sphere", text)
+                self.assertIn("Not validated", text)
+
     def test_table_and_picture(self):
         cylinder = BASE.replace(projectile={"shape": "cylinder", "length": 0.01, "radius": 4e-3, "mass": 4e-3})
         with tempfile.TemporaryDirectory() as folder:

@@ -147,6 +147,33 @@ class Inputs(unittest.TestCase):
         with self.assertRaises(KeyError):
             fk.Scene()["window"]
 
+    def test_a_name_that_is_nearly_one(self):
+        for name, told in (
+            ("velocity", "is it `projectile.velocity`"),
+            ("projectile.mas", "is it `projectile.mass`"),
+            ("projectile.velocity[2]", "set the whole of `projectile.velocity`"),
+        ):
+            with self.assertRaises(fk.Refused) as refused:
+                fk.Scene().replace({name: 1.0})
+            self.assertIn(told, str(refused.exception))
+
+    def test_arguments_are_named(self):
+        simulation = small_simulation()
+        for call, told in (
+            (lambda: simulation.step(-5), "steps: must be a whole number"),
+            (lambda: simulation.run(["arrested"], 1.5), "steps: must be a whole number"),
+            (lambda: simulation.run(3, 5), "until: must be names of outcomes"),
+            (lambda: fk.Scene().aimed(velocity=80), "velocity: must be 3 numbers"),
+            (lambda: fk.Scene().aimed(orientation=(1.0, 0.0)), "orientation: must be 4 numbers"),
+            (lambda: fk.Scene().aimed((15.0, 15.0)), "point: .15, 15. m lies beside the sheet"),
+            (lambda: fk.Scene(sheet={"nodes_x": 1}).check(), "sheet.nodes_x: out of range; it is 1; it goes from"),
+        ):
+            with self.assertRaisesRegex(fk.Refused, told):
+                call()
+        self.assertEqual(simulation.run("arrested", 5), 5)
+        with self.assertRaisesRegex(FileNotFoundError, "no.toml"):
+            fk.Scene.read("no.toml")
+
     def test_scenes_are_their_text_their_repr_and_their_values(self):
         for preset in fk.PRESETS:
             scene = fk.Scene(preset, seed=7, slack_toe=0.02)

@@ -5,10 +5,11 @@ import importlib.util
 import io
 import json
 import pathlib
+import signal
 import tempfile
 import unittest
 
-from fabric_kernel.v50 import main, shooter
+from fabric_kernel.v50 import main, Shooter
 
 # The statistics need no kernel, this does.
 BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
@@ -24,18 +25,19 @@ class OfAScene(unittest.TestCase):
     def test_a_shot_is_that_of_its_number(self):
         from fabric_kernel import fly, vary
 
-        shoot = shooter(self.scene(), seed=3, point=None)
+        shoot = Shooter(self.scene(), seed=3, point=None)
         stopped, residual = shoot(70.0, 2)
-        row = fly(vary(self.scene(), 3, seed=3, speed=70.0)[2], steps=1_000_000)
+        row = fly(vary(self.scene(), 3, seed=3, speed=70.0)[2], until=Shooter.UNTIL, steps=1_000_000)
         self.assertEqual((stopped, residual), (row["stopped"], row["speed"]))
+        self.assertEqual(shoot.notes()[-1], f"The viscosity of the yarn took {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy.")
         # Within a mesh about the middle: another point, the same for each call.
-        about = shooter(self.scene(), seed=3)
+        about = Shooter(self.scene(), seed=3)
         self.assertEqual(about(70.0, 2), about(70.0, 2))
         self.assertNotEqual(about(70.0, 2), about(70.0, 1))
 
     def test_too_few_steps_are_an_error_that_names_the_shot(self):
         with self.assertRaisesRegex(RuntimeError, "shot 1 at 70 m/s: timeout after 10 steps"):
-            shooter(self.scene(), steps=10)(70.0, 0)
+            Shooter(self.scene(), steps=10)(70.0, 0)
 
     def test_the_command_goes_on_where_it_was(self):
         with tempfile.TemporaryDirectory() as name:
@@ -51,19 +53,53 @@ class OfAScene(unittest.TestCase):
             again = (folder / "out/runs.jsonl").read_text()
             self.assertTrue(again.startswith(kept))
             self.assertEqual([len(kept.splitlines()), len(again.splitlines())], [4, 6])
-            self.assertEqual(first.getvalue().replace("of 4:", "of 6:").splitlines()[:4], second.getvalue().splitlines()[:4])
+            shots = [line.replace("of 4:", "of 6:") + ", kept from before" for line in first.getvalue().splitlines()[:4]]
+            self.assertEqual(shots, second.getvalue().splitlines()[:4])
+            self.assertNotIn("kept", second.getvalue().splitlines()[4])
             self.assertEqual(len(json.loads((folder / "out/test.json").read_text())["shots"]), 6)
 
     def test_a_bad_argument_is_told_in_one_line(self):
         with tempfile.TemporaryDirectory() as name:
             path = pathlib.Path(name) / "scene.toml"
             path.write_text(self.scene().text())
-            for words, told in ((["--low", "60", "--high", "20"], "low"), (["--design", "plan"], "velocities"), (["--shots", "0"], "shots")):
+            for words, told in ((["--low", "60", "--high", "20"], "low"), (["--design", "plan"], "velocities"), (["--shots", "0"], "shots"),
+                (["--aim", "0.01"], "--aim goes with --design three-phase"), (["--design", "three-phase", "--last", "3"], "--aim")):
                 with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit) as left:
                     main([str(path), *words, "--out", name])
                 self.assertEqual(left.exception.code, 1)
                 self.assertIn(told, errors.getvalue())
                 self.assertEqual(len(errors.getvalue().splitlines()), 1)
+                self.assertFalse((pathlib.Path(name) / "runs.jsonl").exists())
+
+    def test_a_velocity_that_is_not_positive_and_a_file_that_is_not_there(self):
+        for words, told in ((["sheet_3in_sphere", "--low", "-1"], "--low: must be a number above 0; it is -1"), (["no.toml"], "no.toml: No such file")):
+            with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit):
+                main(words)
+            self.assertIn(told, errors.getvalue().splitlines()[-1])
+
+    def test_a_report_says_what_was_shot_at(self):
+        with tempfile.TemporaryDirectory() as name:
+            words = ["sheet_10in_cylinder", "--design", "plan", "--plan", "200", "--tests", "0", "--out", name]
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                main(words)
+            page = (pathlib.Path(name) / "report.html").read_text()
+            for text in ("sheet_10in_cylinder, ", "held: two sides", "Projectile: ", "mass ", "scene ", "Not validated"):
+                self.assertIn(text, said.getvalue())
+                self.assertIn(text, page)
+
+    def test_an_interrupt_tells_how_to_go_on(self):
+        def interrupt(*_):
+            raise KeyboardInterrupt
+
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        with tempfile.TemporaryDirectory() as name:
+            errors = io.StringIO()
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors), self.assertRaises(SystemExit) as left:
+                signal.setitimer(signal.ITIMER_REAL, 1.0)
+                main(["sheet_3in_sphere", "--shots", "500", "--out", name])
+        self.assertEqual(left.exception.code, 130)
+        self.assertIn("the same command goes on", errors.getvalue())
 
 
 if __name__ == "__main__":

@@ -1,0 +1,62 @@
+"""What the commands share: scenes by file or preset, and what a report must say of the scene."""
+
+import argparse
+import hashlib
+import json
+import math
+import tomllib
+from pathlib import Path
+
+from ._kernel import PRESETS, VERSION, Scene
+
+CAVEAT = (
+    "Not validated: the agreement with reality. docs/validation.md has the comparisons with measurements, misses among them. "
+    "The yarn of the presets is about 3.7 times too stiff and strong for its mass, and results depend on the viscosity of the yarn."
+)
+SCENE_HELP = f"a scene file, see docs/tables/scene.md, or a preset: {', '.join(PRESETS)}"
+
+
+def scene_named(name: str) -> tuple[Scene, str]:
+    """The scene of a file or a preset, and the name of its fabric, if the file tells one."""
+    if name in PRESETS and not Path(name).exists():
+        return Scene(name), name
+    scene = Scene.read(name)
+    file = tomllib.loads(Path(name).read_text())
+    fabric = file.get("fabric", {})
+    return scene, (fabric.get("name") or "its own") if fabric else str(file.get("preset", PRESETS[0]))
+
+
+def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
+    """Sheet, projectile, version and caveat, a sentence each."""
+    value = scene.values()
+    spacing = value["sheet.spacing"]
+    sizes = [(value["sheet.nodes_x"], spacing), (value["sheet.nodes_y"], value["sheet.spacing_y"] or spacing)]
+    size = " x ".join(f"{1e3 * (nodes - 1) * h:.4g}" for nodes, h in sizes)
+    plies = f"{value['stack.plies']} separate plies" if value["stack.plies"] > 1 else f"{value['sheet.plies']} plies lumped into one sheet"
+    if value["stack.plies"] == value["sheet.plies"] == 1:
+        plies = "1 ply"
+    yarn = f"modulus {1e-9 * value['yarn.modulus_mean']:.4g} GPa, critical stretch {value['yarn.critical_stretch']:.5g}"
+    viscosity = ", ".join(f"{value[f'yarn.viscosity_{kind}']:g}" for kind in ("linear", "quadratic", "bending"))
+    body = [value["projectile.shape"].replace("_", " "), f"mass {1e3 * value['projectile.mass']:.4g} g", f"radius {1e3 * value['projectile.radius']:.4g} mm"]
+    if "cylinder" in body[0]:
+        body.append(f"length {1e3 * value['projectile.length']:.4g} mm")
+    name = f"{fabric}, " if fabric else ""
+    hashed = hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
+    nodes = " x ".join(str(count) for count, _ in sizes)
+    return (
+        f"Sheet: {name}{plies}, {nodes} nodes, {size} mm, held: {value['attachment.kind'].replace('_', ' ')}; yarn: {yarn}, viscosity {viscosity}.",
+        f"Projectile: {', '.join(body)}.",
+        f"fabric_kernel {VERSION}, scene {hashed} (the start of the SHA-256 of its parameters).",
+        CAVEAT,
+    )
+
+
+def positive(text: str) -> float:
+    """A velocity of a command."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not (number > 0.0 and math.isfinite(number)):
+        raise argparse.ArgumentTypeError(f"must be a number above 0; it is {text}")
+    return number
