@@ -149,7 +149,9 @@ const tests = {
       ["nodes", "5000", /takes 11 to 501/],
       ["speed", "90000", /projectile/],
       ["radius", "0.1", /radius/],
-      ["mass", "-1", /mass/],
+      ["mass", "-1", /takes 0.001/],
+      ["speed", "-50", /takes 0.1/],
+      ["x", "500", /does not meet the sheet/],
       ["oblique", "90", /takes -80 to 80/],
       ["friction", "-1", /friction/],
     ]) {
@@ -164,9 +166,9 @@ const tests = {
       await page.waitForFunction(() => document.getElementById("problem").textContent === "" && !document.getElementById("run").disabled);
     }
     await close(page);
-    const strange = await open("#speed=fast&colour=red&mass=9");
+    const strange = await open("#speed=fast&colour=red&mass=9&fabric=foo");
     await says(strange, /Ready/);
-    assert.match(await text(strange, "problem"), /speed, colour/);
+    assert.match(await text(strange, "problem"), /speed=fast, colour=red, fabric=foo/);
     assert.equal(await strange.inputValue("#mass"), "9");
     await close(strange);
   },

@@ -28,7 +28,7 @@ const outcome = element("outcome", HTMLElement);
 const problem = element("problem", HTMLElement);
 
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
-const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80] };
+const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
 const WHOLE: (keyof Choices)[] = ["nodes", "seed"];
 /** The field of the form that a parameter of the kernel comes from. */
 const FIELDS: [string, keyof Choices][] = [
@@ -49,6 +49,10 @@ let speed: Speed | undefined;
 /** The row that was asked for last, and whether an answer is due. */
 let wanted: number | undefined;
 let waiting = false;
+/** Outcomes so far. */
+let latched: string[] = [];
+/** What of the address was left out, in words. */
+let leftOut = "";
 
 const worker = new Worker(URL.createObjectURL(new Blob([workerText], { type: "text/javascript" })));
 const tell = (message: ToWorker): void => worker.postMessage(message);
@@ -63,7 +67,7 @@ const plots = element("plots", HTMLElement);
 const atTime = (seconds: number): void => goTo(Math.round(seconds / (ROW * dt)));
 const PLOTS = [
   new Plot(plots, "Velocity normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], atTime),
-  new Plot(plots, "Force normal to the sheet", "N", [{ name: "mean of 64 steps", colour: "--b", of: (row) => -row.force_z_n }], atTime),
+  new Plot(plots, "Force normal to the sheet, mean of 64 steps", "N", [{ name: "force", colour: "--b", of: (row) => -row.force_z_n }], atTime),
   new Plot(plots, "Energy absorbed", "J", [
     { name: "all", colour: "--a", of: (row) => row.contact_work_j },
     { name: "strain", colour: "--b", of: (row) => row.strain_j },
@@ -115,6 +119,10 @@ function read(): Choices | { field: keyof Choices; text: string } {
     if (value < least || value > most) return { field: key, text: `${label}: this page takes ${least} to ${most}.` };
     Object.assign(found, { [key]: value });
   }
+  const half = 500 * (found.nodes - 1) * spacing(found.fabric);
+  for (const key of ["x", "y"] as const) {
+    if (Math.abs(found[key]) > half) return { field: key, text: `The ${inWords(found.shape)} does not meet the sheet, which reaches ${half.toFixed(1)} mm to each side of its middle.` };
+  }
   return found;
 }
 
@@ -144,7 +152,7 @@ function fit(): void {
 }
 
 function complain(field: string, text: string): void {
-  problem.textContent = text;
+  problem.textContent = `${text} ${leftOut}`.trim();
   for (const input of inputs) {
     const bad = input.name === field;
     if (bad) {
@@ -171,6 +179,7 @@ function take(): void {
 
 form.addEventListener("submit", (event) => event.preventDefault());
 form.addEventListener("change", () => {
+  leftOut = "";
   const found = read();
   if ("text" in found) return complain(found.field, found.text);
   choices = found;
@@ -180,6 +189,7 @@ named.append(...[{ name: "", title: "your own" }, ...NAMED].map(({ name, title }
 named.addEventListener("change", () => {
   const scene = NAMED.find(({ name }) => name === named.value);
   if (!scene) return fit();
+  leftOut = "";
   choices = { ...DEFAULTS, ...scene.changes };
   write();
   take();
@@ -189,10 +199,16 @@ window.addEventListener("hashchange", () => open());
 /** Takes the scene of the address. */
 function open(): void {
   const { choices: found, unknown } = fromAddress(location.hash.slice(1));
+  leftOut = unknown.length > 0 ? `The address has what this page does not know: ${unknown.join(", ")}. The default stands in its place.` : "";
   choices = found;
   write();
+  const checked = read();
+  if ("text" in checked) {
+    leftOut = `The scene of the address cannot be shown: ${checked.text} This is the default one.`;
+    choices = { ...DEFAULTS };
+    write();
+  }
   take();
-  if (unknown.length > 0) problem.textContent = `The address has what this page does not know: ${unknown.join(", ")}. The default stands in its place.`;
 }
 
 // Time.
@@ -245,7 +261,8 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       return update();
     case "shown":
       history.push(...data.rows);
-      ({ frame, speed, rest, running } = data);
+      ({ frame, speed, rest, running, latched } = data);
+      if (running && latched.includes("detached")) outcome.textContent = "Running: only torn cloth is touched now. Pause when you like.";
       waiting = false;
       show();
       if (rest) announce(rest);
@@ -266,7 +283,7 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
 };
 
 /** What came out, in words. */
-function announce({ ended, latched }: Rest): void {
+function announce({ ended }: Rest): void {
   const row = frame && history[frame.row];
   if (!row) return;
   const at = `at ${microseconds(frame?.row ?? 0)}`;
@@ -317,7 +334,7 @@ function update(): void {
   values.peak.textContent = `${frame.peakForce.toFixed(1)} N`;
   values.failed.textContent = failed.toLocaleString("en");
   values.balance.textContent = `open by ${((100 * row.energy_residual_j) / Math.max(start, 1e-12)).toFixed(4)} %`;
-  values.outcomes.textContent = rest ? rest.latched.join(", ") || "none yet" : "running";
+  values.outcomes.textContent = latched.join(", ") || "none yet";
   values.digest.textContent = rest?.digest ?? "at the next stop";
   values.native.textContent = pin ? `${pin.digest} at the end` : "run the TOML natively";
   const same = sameBits();

@@ -40,8 +40,6 @@ export interface Speed {
 /** The state when nothing moves. */
 export interface Rest {
   digest: string;
-  /** Outcomes that have latched. */
-  latched: string[];
   /** What ended the run; "" if it can go on. */
   ended: string;
 }
@@ -68,7 +66,8 @@ export type FromWorker =
   | { kind: "ready"; version: string }
   | { kind: "made"; number: number; nodes: [number, number]; dt: number }
   | { kind: "refused"; number: number; field: string; text: string }
-  | { kind: "shown"; number: number; rows: Row[]; frame: Frame; speed: Speed | undefined; rest: Rest | undefined; running: boolean }
+  /** latched: outcomes so far. */
+  | { kind: "shown"; number: number; rows: Row[]; frame: Frame; speed: Speed | undefined; rest: Rest | undefined; running: boolean; latched: string[] }
   /** number: of the scene; without one the kernel itself cannot run. */
   | { kind: "failed"; number: number | undefined; text: string }
   | { kind: "checked"; digests: Record<string, string>; seconds: number };

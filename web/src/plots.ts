@@ -77,7 +77,8 @@ export class Plot {
     const step = stepOf(high - low);
     context.textAlign = "right";
     context.textBaseline = "middle";
-    for (let value = Math.ceil(low / step) * step; value <= high + 1e-9 * step; value += step) {
+    for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k += 1) {
+      const value = k * step;
       context.beginPath();
       context.moveTo(this.left, y(value));
       context.lineTo(width - 6, y(value));

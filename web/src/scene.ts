@@ -202,7 +202,7 @@ export function toAddress(choices: Choices): string {
   return new URLSearchParams(differing.map((key) => [key, String(choices[key])])).toString();
 }
 
-/** Choices from an address, and the keys that it has and the page does not understand. */
+/** Choices from an address, and what it has and the page does not understand. */
 export function fromAddress(address: string): { choices: Choices; unknown: string[] } {
   const choices: Choices = { ...DEFAULTS };
   const unknown: string[] = [];
@@ -217,7 +217,7 @@ export function fromAddress(address: string): { choices: Choices; unknown: strin
     const value = names ? text : Number(text);
     const good = names ? names.includes(text) : text.trim() !== "" && Number.isFinite(value);
     if (known && good) Object.assign(choices, { [known]: value });
-    else unknown.push(key);
+    else unknown.push(`${key}=${text}`);
   }
   return { choices, unknown };
 }

@@ -121,13 +121,13 @@ class Run {
     const rest: Rest | undefined = this.running ? undefined : this.rest();
     const rows = this.rows;
     this.rows = [];
-    const message: FromWorker = { kind: "shown", number: this.number, rows, frame, speed, rest, running: this.running };
+    const message: FromWorker = { kind: "shown", number: this.number, rows, frame, speed, rest, running: this.running, latched: this.sim.outcome().latched };
     page.postMessage(message, [frame.positions.buffer, frame.strain.buffer, frame.damage.buffer, frame.failed.buffer]);
   }
 
   private rest(): Rest {
-    const { latched, ended } = this.sim.outcome();
-    return { digest: this.sim.digest(), latched, ended: ended === "" && this.ended ? "the step limit" : ended };
+    const { ended } = this.sim.outcome();
+    return { digest: this.sim.digest(), ended: ended === "" && this.ended ? "the step limit" : ended };
   }
 
   private frame(): Frame {
