@@ -7,6 +7,7 @@ import { createRequire } from "node:module";
 import { loadavg } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
+import { build } from "esbuild";
 import { drawn, goTo, says, start } from "./browser.mjs";
 
 const [program, folder, study] = process.argv.slice(2);
@@ -166,11 +167,76 @@ const tests = {
       await page.waitForFunction(() => document.getElementById("problem").textContent === "" && !document.getElementById("run").disabled);
     }
     await close(page);
-    const strange = await open("#speed=fast&colour=red&mass=9&fabric=foo");
-    await says(strange, /Ready/);
-    assert.match(await text(strange, "problem"), /speed=fast, colour=red, fabric=foo/);
-    assert.equal(await strange.inputValue("#mass"), "9");
-    await close(strange);
+  },
+
+  async "names what it leaves out of a link, and why"() {
+    for (const [hash, left, kept] of [
+      ["#speed=fast&colour=red&mass=9", /speed=fast \(not a number\), colour=red \(not known\)/, ["mass", "9"]],
+      ["#fabric=foo&speed=abc&nodes=9999&mass=9", /fabric=foo \(no such choice\), speed=abc \(not a number\), nodes=9999 \(.*11 to 501\)/, ["mass", "9"]],
+      ["#x=500&speed=-50&seed=3", /speed=-50 \(.*\), x=500 \(.*does not meet the sheet/, ["seed", "3"]],
+      ["#colour=red&radius=-9000", /radius.*; it is -9 m Left out of the link: colour=red/, ["radius", "-9000"]],
+      ["#colour=red&shape=disc_sector&radius=0", /Left out of the link: colour=red/, ["radius", "0"]],
+      ["#colour=red&friction=-1", /friction.*; it is -1 Left out of the link: colour=red/, ["friction", "-1"]],
+    ]) {
+      const page = await open(hash);
+      await page.waitForFunction(() => /Ready|refuses/.test(document.getElementById("outcome").textContent));
+      assert.match(await text(page, "problem"), left);
+      assert.equal(await page.inputValue(`#${kept[0]}`), kept[1]);
+      await close(page);
+    }
+  },
+
+  async "takes a fragment that only reaches over the edge of the sheet"() {
+    const page = await open("#x=40");
+    await says(page, /Ready/);
+    assert.equal(await text(page, "problem"), "");
+    await toTheEnd(page);
+    assert.ok(parseFloat(await text(page, "value-absorbed")) > 0);
+    await close(page);
+  },
+
+  async "shows nothing of the run before when a change is refused"() {
+    for (const [field, value, message] of [["friction", "-1", /friction.*; it is -1$/], ["radius", "-1", /radius.*; it is -1e-3 m$/], ["speed", "0", /takes 0.1/]]) {
+      const page = await open();
+      await says(page, /Ready/);
+      await page.selectOption("#pace", "20");
+      await page.click("#run");
+      await page.waitForFunction(() => Number(document.getElementById("time").value) > 3);
+      const good = await page.inputValue(`#${field}`);
+      await page.fill(`#${field}`, value);
+      await page.locator(`#${field}`).blur();
+      await page.waitForFunction(([source]) => new RegExp(source).test(document.getElementById("problem").textContent), [message.source]);
+      assert.match(await text(page, "outcome"), /refuses this scene/);
+      assert.equal(await text(page, "run"), "Run");
+      assert.equal(await text(page, "value-velocity"), "-");
+      await page.fill(`#${field}`, good);
+      await page.locator(`#${field}`).blur();
+      await says(page, /Ready/);
+      await toTheEnd(page);
+      assert.equal(await text(page, "value-same"), "yes");
+      await close(page);
+    }
+  },
+
+  async "labels zero as zero"() {
+    const { outputFiles } = await build({ entryPoints: ["src/plots.ts"], bundle: true, write: false, format: "esm" });
+    const { marks } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+    // A sum of steps of 0.1 from -0.3 gives -2.8e-17 here.
+    assert.deepEqual(marks(-0.35, 0).map(([, label]) => label), ["-0.3", "-0.2", "-0.1", "0"]);
+  },
+
+  async "says that only torn cloth is touched"() {
+    const page = await open("#attachment=four_corners&nodes=41&speed=300");
+    await says(page, /Ready/);
+    await page.evaluate(() => {
+      window.said = new Set();
+      new MutationObserver(() => window.said.add(document.getElementById("outcome").textContent + document.getElementById("value-outcomes").textContent)).observe(document.body, { subtree: true, childList: true, characterData: true });
+    });
+    await page.selectOption("#pace", "0");
+    await page.click("#run");
+    await page.waitForFunction(() => [...window.said].some((words) => /only torn cloth.*detached/.test(words)) || /Exited|Passed|Arrested|limit/.test(document.getElementById("outcome").textContent), undefined, { timeout: 60_000 });
+    assert.ok((await page.evaluate(() => [...window.said])).some((words) => /only torn cloth.*detached/.test(words)));
+    await close(page);
   },
 
   async "shares a scene by its address, and as a file that runs natively to the same bits"() {

@@ -5,7 +5,7 @@ import workerText from "built:worker";
 import { COLUMNS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, Speed, ToWorker } from "./messages";
 import { Plot } from "./plots";
-import { DEFAULTS, DIMENSIONS, NAMED, assignments, changesOf, fromAddress, nameOf, spacing, toAddress, toToml } from "./scene";
+import { DEFAULTS, DIMENSIONS, NAMED, assignments, changesOf, fromAddress, misses, nameOf, spacing, toAddress, toToml } from "./scene";
 import type { Choices, Shape } from "./scene";
 import { View } from "./view";
 import type { Colouring, Side } from "./view";
@@ -30,11 +30,12 @@ const problem = element("problem", HTMLElement);
 /** Least and most of what the page itself limits: 501 x 501 nodes take some 60 MB. */
 const LIMITS: Partial<Record<keyof Choices, [number, number]>> = { nodes: [11, 501], seed: [0, Number.MAX_SAFE_INTEGER], bore: [0, 1e3], oblique: [-80, 80], speed: [0.1, 1e6], mass: [1e-3, 1e6] };
 const WHOLE: (keyof Choices)[] = ["nodes", "seed"];
-/** The field of the form that a parameter of the kernel comes from. */
-const FIELDS: [string, keyof Choices][] = [
-  ["projectile.sector.inner_radius", "bore"], ["projectile.sector.outer_radius", "radius"], ["projectile.sector.angle", "angle"],
-  ["projectile.sector.thickness", "length"], ["projectile.radius", "radius"], ["projectile.length", "length"], ["projectile.mass", "mass"],
-  ["projectile.velocity", "speed"], ["contact.friction", "friction"], ["projectile.position", "x"], ["projectile.orientation", "tiltX"], ["attachment", "attachment"], ["sheet", "nodes"],
+/** The field of the form that a parameter of the kernel comes from, and the parameter's unit in the kernel. */
+const FIELDS: [string, keyof Choices, string][] = [
+  ["projectile.sector.inner_radius", "bore", "m"], ["projectile.sector.outer_radius", "radius", "m"], ["projectile.sector.angle", "angle", "rad"],
+  ["projectile.sector.thickness", "length", "m"], ["projectile.radius", "radius", "m"], ["projectile.length", "length", "m"], ["projectile.mass", "mass", "kg"],
+  ["projectile.velocity", "speed", "m/s"], ["contact.friction", "friction", ""], ["projectile.position", "x", "m"], ["projectile.orientation", "tiltX", ""],
+  ["attachment", "attachment", ""], ["sheet", "nodes", ""],
 ];
 
 /** What the page shows now. */
@@ -119,9 +120,10 @@ function read(): Choices | { field: keyof Choices; text: string } {
     if (value < least || value > most) return { field: key, text: `${label}: this page takes ${least} to ${most}.` };
     Object.assign(found, { [key]: value });
   }
-  const half = 500 * (found.nodes - 1) * spacing(found.fabric);
-  for (const key of ["x", "y"] as const) {
-    if (Math.abs(found[key]) > half) return { field: key, text: `The ${inWords(found.shape)} does not meet the sheet, which reaches ${half.toFixed(1)} mm to each side of its middle.` };
+  if (misses(found)) {
+    const half = 500 * (found.nodes - 1) * spacing(found.fabric);
+    const field = Math.abs(found.x) > Math.abs(found.y) ? "x" : "y";
+    return { field, text: `The ${inWords(found.shape)} does not meet the sheet, which reaches ${half.toFixed(1)} mm to each side of its middle.` };
   }
   return found;
 }
@@ -166,10 +168,25 @@ function complain(field: string, text: string): void {
   runButton.disabled = text !== "";
 }
 
-/** Takes the choices up: a new scene in the worker, and in the address. */
-function take(): void {
+/** Gives up the scene before: what the worker still says of it is not heard. */
+function drop(): void {
   number += 1;
   [history, frame, rest, speed, wanted, waiting, running] = [[], undefined, undefined, undefined, undefined, false, false];
+}
+
+/** Says why there is no scene, and shows none: the results of the scene before are not those of the form. */
+function refuse(field: string, text: string, who: string): void {
+  drop();
+  tell({ kind: "pause" });
+  complain(field, text);
+  outcome.textContent = `${who} refuses this scene.`;
+  view?.hide();
+  update();
+}
+
+/** Takes the choices up: a new scene in the worker, and in the address. */
+function take(): void {
+  drop();
   complain("", "");
   fit();
   const address = toAddress(choices);
@@ -181,7 +198,7 @@ form.addEventListener("submit", (event) => event.preventDefault());
 form.addEventListener("change", () => {
   leftOut = "";
   const found = read();
-  if ("text" in found) return complain(found.field, found.text);
+  if ("text" in found) return refuse(found.field, found.text, "The page");
   choices = found;
   take();
 });
@@ -199,15 +216,16 @@ window.addEventListener("hashchange", () => open());
 /** Takes the scene of the address. */
 function open(): void {
   const { choices: found, unknown } = fromAddress(location.hash.slice(1));
-  leftOut = unknown.length > 0 ? `The address has what this page does not know: ${unknown.join(", ")}. The default stands in its place.` : "";
   choices = found;
   write();
-  const checked = read();
-  if ("text" in checked) {
-    leftOut = `The scene of the address cannot be shown: ${checked.text} This is the default one.`;
-    choices = { ...DEFAULTS };
+  // Every default is good beside any other good value, so this ends.
+  for (let checked = read(); "text" in checked; checked = read()) {
+    const { field, text } = checked;
+    unknown.push(`${field}=${choices[field]} (${text.replace(/\.$/, "")})`);
+    choices = { ...choices, [field]: DEFAULTS[field] };
     write();
   }
+  leftOut = unknown.length > 0 ? `Left out of the link: ${unknown.join(", ")}. The defaults stand in their place.` : "";
   take();
 }
 
@@ -250,9 +268,8 @@ worker.onmessage = ({ data }: MessageEvent<FromWorker>): void => {
       view?.make(data.nodes, (data.nodes[0] - 1) * spacing(choices.fabric), choices, side.value as Side);
       return;
     case "refused": {
-      const field = FIELDS.find(([start]) => data.field.startsWith(start))?.[1] ?? "";
-      outcome.textContent = "The kernel refuses this scene.";
-      return complain(field, data.text);
+      const [, field = "", unit = ""] = FIELDS.find(([start]) => data.field.startsWith(start)) ?? [];
+      return refuse(field, data.text.replace(/; it is \S+$/, (value) => `${value} ${unit}`).trim(), "The kernel");
     }
     case "failed":
       running = false;
@@ -318,7 +335,12 @@ function show(): void {
 function update(): void {
   runButton.textContent = running ? "Pause" : rest?.ended ? "Run again" : "Run";
   const row = frame && history[frame.row];
-  if (!frame || !row) return;
+  if (!frame || !row) {
+    for (const value of Object.values(values)) [value.textContent, value.className] = ["-", ""];
+    element("clock", HTMLElement).textContent = "";
+    for (const plot of PLOTS) plot.draw([], 0);
+    return;
+  }
   time.max = String(history.length - 1);
   time.value = String(frame.row);
   time.setAttribute("aria-valuetext", microseconds(frame.row));

@@ -15,6 +15,14 @@ function stepOf(range: number): number {
   return power * (part > 5 ? 10 : part > 2 ? 5 : part > 1 ? 2 : 1);
 }
 
+/** The values at which a plot from low to high has lines, with their labels. A multiple of the step: a sum of steps misses zero. */
+export function marks(low: number, high: number): [number, string][] {
+  const step = stepOf(high - low);
+  const found: [number, string][] = [];
+  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k += 1) found.push([k * step, String(Number((k * step).toPrecision(6)) + 0)]);
+  return found;
+}
+
 export class Plot {
   private readonly canvas: HTMLCanvasElement;
 
@@ -74,16 +82,14 @@ export class Plot {
     context.lineWidth = 1;
     context.fillStyle = colour("--quiet");
     context.strokeStyle = colour("--line");
-    const step = stepOf(high - low);
     context.textAlign = "right";
     context.textBaseline = "middle";
-    for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k += 1) {
-      const value = k * step;
+    for (const [value, label] of marks(low, high)) {
       context.beginPath();
       context.moveTo(this.left, y(value));
       context.lineTo(width - 6, y(value));
       context.stroke();
-      context.fillText(String(Number(value.toPrecision(6)) + 0), this.left - 5, y(value));
+      context.fillText(label, this.left - 5, y(value));
     }
     context.textAlign = "center";
     const stepTime = stepOf(1e6 * this.last);

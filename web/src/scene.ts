@@ -129,6 +129,17 @@ function reach(choices: Choices, q: Quaternion): number {
   return Math.max(...corners.map((corner) => height(q, corner)));
 }
 
+/** Whether the fragment cannot meet the sheet: whether the ball about it does not, on its way through the sheet's plane. Not so where its
+ * dimensions make no body: those the kernel refuses. */
+export function misses(choices: Choices): boolean {
+  const half = 0.5 * (choices.nodes - 1) * spacing(choices.fabric);
+  const [radius, length, x, y] = [choices.radius, choices.length, choices.x, choices.y].map((value) => 1e-3 * value) as [number, number, number, number];
+  const flat = choices.shape === "disc_sector" ? Math.max(...profile(choices).map((corner) => Math.hypot(...corner))) : radius;
+  const ball = choices.shape === "sphere" ? Math.abs(radius) : Math.hypot(flat, length / 2);
+  const way = 2 * ball * Math.tan((choices.oblique * Math.PI) / 180);
+  return x + Math.min(0, way) - ball > half || x + Math.max(0, way) + ball < -half || Math.abs(y) - ball > half;
+}
+
 /** What a fabric changes in the preset; nothing for "". */
 export function changesOf(fabric: string): Record<string, number[]> {
   const changes = fabric === "" ? {} : fabrics[fabric];
@@ -202,7 +213,7 @@ export function toAddress(choices: Choices): string {
   return new URLSearchParams(differing.map((key) => [key, String(choices[key])])).toString();
 }
 
-/** Choices from an address, and what it has and the page does not understand. */
+/** Choices from an address, and what it has and the page does not understand, with the reason. */
 export function fromAddress(address: string): { choices: Choices; unknown: string[] } {
   const choices: Choices = { ...DEFAULTS };
   const unknown: string[] = [];
@@ -217,7 +228,7 @@ export function fromAddress(address: string): { choices: Choices; unknown: strin
     const value = names ? text : Number(text);
     const good = names ? names.includes(text) : text.trim() !== "" && Number.isFinite(value);
     if (known && good) Object.assign(choices, { [known]: value });
-    else unknown.push(`${key}=${text}`);
+    else unknown.push(`${key}=${text} (${!known ? "not known" : names ? "no such choice" : "not a number"})`);
   }
   return { choices, unknown };
 }

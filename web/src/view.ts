@@ -57,6 +57,7 @@ export class View {
   /** A new sheet and body. The camera moves only if the sheet has another size; then it looks from the side `view`. */
   make(nodes: [number, number], side: number, choices: Choices, view: Side): void {
     this.nodes = nodes;
+    this.scene.visible = true;
     const count = nodes[0] * nodes[1];
     for (const thing of [this.cloth, this.yarns]) {
       thing.geometry.dispose();
@@ -83,6 +84,12 @@ export class View {
       this.resize();
       this.look(view);
     }
+  }
+
+  /** Nothing until the next sheet. */
+  hide(): void {
+    this.scene.visible = false;
+    this.draw();
   }
 
   look(side: Side): void {
