@@ -84,8 +84,9 @@ pub fn parse(text: &str) -> Result<Scene> {
 
 /// Gives a scene what a table of keys says, `[fabric]` first.
 pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
-    if let Some(textile) = table.remove("fabric") {
-        textile::apply(scene, &textile)?;
+    let fabric = table.remove("fabric");
+    if let Some(textile) = &fabric {
+        textile::apply(scene, textile)?;
     }
     let (automatic, back) = (takes_automatic_grading(&mut table), table.remove("back_fabric"));
     let given = flat("", Value::Table(table))?;
@@ -94,11 +95,18 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     for (key, value) in sheet {
         assign(scene, key, value)?;
     }
-    if let Some(textile) = back {
-        textile::apply_back(scene, &textile).map_err(|error| format!("back_fabric: {error}"))?;
+    if let Some(textile) = &back {
+        textile::apply_back(scene, textile).map_err(|error| format!("back_fabric: {error}"))?;
     }
     for (key, value) in others {
         assign(scene, key, value)?;
+    }
+    let numbers = given.iter().any(|(key, _)| key.starts_with("back.") && key != "back.plies");
+    if back.is_some() && scene.back.plies == 0 {
+        return bad("back_fabric", "no ply is of this fabric: give back.plies".into());
+    }
+    if scene.back.plies > 0 && fabric.is_some() && back.is_none() && !numbers {
+        return bad("back.plies", "the fabric of these plies is missing: give the table [back_fabric]".into());
     }
     let counted = |key: &str| given.iter().any(|(name, _)| name == key);
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
@@ -384,6 +392,10 @@ mod tests {
         assert!((scene.back.node_mass / (h_x * h_y) / 0.180 - 1.0).abs() < 0.01);
         let error = parse("preset = \"sheet_3in_sphere\"\n[back_fabric]\nmodulus = 84.6\n").unwrap_err().to_string();
         assert!(error.starts_with("back_fabric: fabric.modulus"), "{error}");
+        let error = parse(&text.replace("[back]\nplies = 2\n", "[back]\n")).unwrap_err().to_string();
+        assert!(error.contains("give back.plies"), "{error}");
+        let front = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"zylon_as_500_35\"\n[stack]\nplies = 5\n[back]\nplies = 2\n";
+        assert!(parse(front).unwrap_err().to_string().contains("[back_fabric]"));
     }
 
     #[test]
