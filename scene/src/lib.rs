@@ -103,10 +103,10 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     }
     let numbers = given.iter().any(|(key, _)| key.starts_with("back.") && key != "back.plies");
     if back.is_some() && scene.back.plies == 0 {
-        return bad("back_fabric", "no ply is of this fabric: give back.plies".into());
+        return bad("back_fabric", "back_fabric: no ply is of this fabric: give back.plies".into());
     }
     if scene.back.plies > 0 && fabric.is_some() && back.is_none() && !numbers {
-        return bad("back.plies", "the fabric of these plies is missing: give the table [back_fabric]".into());
+        return bad("back.plies", "back.plies: the fabric of these plies is missing: give the table [back_fabric]".into());
     }
     let counted = |key: &str| given.iter().any(|(name, _)| name == key);
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
