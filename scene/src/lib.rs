@@ -106,7 +106,10 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         return bad("back_fabric", "back_fabric: no ply is of this fabric: give back.plies".into());
     }
     if scene.back.plies > 0 && fabric.is_some() && back.is_none() && !numbers {
-        return bad("back.plies", "back.plies: the fabric of these plies is missing: give the table [back_fabric]".into());
+        return bad(
+            "back.plies",
+            "back.plies: the fabric of these plies is missing: give the table [back_fabric]".into(),
+        );
     }
     let counted = |key: &str| given.iter().any(|(name, _)| name == key);
     if let Some((_, Value::Array(planes))) = given.iter().find(|(name, _)| name == "projectile.faces.planes")
