@@ -96,7 +96,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         assign(scene, key, value)?;
     }
     if let Some(textile) = &back {
-        textile::apply_back(scene, textile).map_err(|error| format!("back_fabric: {error}"))?;
+        textile::apply_back(scene, textile)?;
     }
     for (key, value) in others {
         assign(scene, key, value)?;
@@ -141,12 +141,11 @@ pub fn preset(name: Option<Value>) -> Result<Scene> {
     found.map_or_else(|| bad("preset", format!("preset = {name}: must be one of {names}")), |(_, make)| Ok(make()))
 }
 
-/// Prints a preset, or the scene of a file, as a scene file with every key.
-pub fn print(name: &str) -> Result<bool> {
+/// A preset, or the scene of a file, as a scene file with every key.
+pub fn whole(name: &str) -> Result<String> {
     let file = name.ends_with(".toml");
     let scene = if file { read(Path::new(name))? } else { preset(Some(Value::from(name)))? };
-    print!("{}", write(if file { PRESETS[0].0 } else { name }, &scene));
-    Ok(true)
+    Ok(write(if file { PRESETS[0].0 } else { name }, &scene))
 }
 
 /// A scene as such a file, with every key and what it is.
@@ -394,7 +393,7 @@ mod tests {
         let [h_x, h_y] = scene.spacings();
         assert!((scene.back.node_mass / (h_x * h_y) / 0.180 - 1.0).abs() < 0.01);
         let error = parse("preset = \"sheet_3in_sphere\"\n[back_fabric]\nmodulus = 84.6\n").unwrap_err().to_string();
-        assert!(error.starts_with("back_fabric: fabric.modulus"), "{error}");
+        assert!(error.starts_with("back_fabric.modulus"), "{error}");
         let error = parse(&text.replace("[back]\nplies = 2\n", "[back]\n")).unwrap_err().to_string();
         assert!(error.contains("give back.plies"), "{error}");
         let front = "preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"zylon_as_500_35\"\n[stack]\nplies = 5\n[back]\nplies = 2\n";

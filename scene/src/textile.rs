@@ -52,28 +52,53 @@ const OF_BOTH: [(&str, Place, &[Unit]); 9] = [
     ("gauge_length", |t| &mut t.gauge_length, &LENGTH),
 ];
 
+/// The table of the last plies of a stack, and its keys that the kernel may refuse.
+const BACK: &str = "back_fabric";
+const KEYS_OF_BACK: [&str; 15] = [
+    "back_fabric.warp.linear_density",
+    "back_fabric.warp.count",
+    "back_fabric.warp.crimp",
+    "back_fabric.weft.linear_density",
+    "back_fabric.weft.count",
+    "back_fabric.weft.crimp",
+    "back_fabric.fibre_density",
+    "back_fabric.modulus",
+    "back_fabric.modulus_sd",
+    "back_fabric.failure_strain",
+    "back_fabric.strength",
+    "back_fabric.weaving_loss",
+    "back_fabric.damage_rate",
+    "back_fabric.weibull_shape",
+    "back_fabric.gauge_length",
+];
+
 /// Makes the sheet of a scene that of its table `[fabric]`.
 pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
-    let textile = textile(table)?;
-    refuse_wrong_units(&textile)?;
-    scene.set_textile(&textile)?;
+    scene.set_textile(&textile("fabric", table)?)?;
     Ok(())
 }
 
 /// Makes the fabric of the last plies of a scene that of its table `[back_fabric]`.
 pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
-    let textile = textile(table)?;
-    refuse_wrong_units(&textile)?;
-    scene.set_back_textile(&textile)?;
+    scene.set_back_textile(&textile(BACK, table)?).map_err(of_back)?;
     Ok(())
 }
 
-/// The textile of a table.
-fn textile(table: &Value) -> Result<Textile> {
-    let Value::Table(own) = table else { return Err("`fabric` is a table, [fabric]".into()) };
+/// The kernel's refusal of a textile with the names of the keys of `[back_fabric]`.
+fn of_back(error: fabric::Error) -> fabric::Error {
+    let key = |field: &'static str| {
+        let ends = |key: &&&str| key.strip_prefix(BACK) == field.strip_prefix("textile").filter(|end| !end.is_empty());
+        KEYS_OF_BACK.iter().find(ends).copied().unwrap_or(field)
+    };
+    fabric::Error { field: key(error.field), with: key(error.with), ..error }
+}
+
+/// The textile of a table with this name.
+fn textile(table: &str, values: &Value) -> Result<Textile> {
+    let Value::Table(own) = values else { return Err(format!("`{table}` is a table, [{table}]").into()) };
     let mut own = own.clone();
     let mut all = match own.remove("name") {
-        Some(name) => named(&name)?,
+        Some(name) => named(table, &name)?,
         None => Table::new(),
     };
     // Of strength and failure strain the one that is given replaces the other, and a number of both directions those of each.
@@ -100,47 +125,49 @@ fn textile(table: &Value) -> Result<Textile> {
     let mut textile = Textile::default();
     // The density goes first: units of strength per linear density need it.
     if let Some(density) = all.get("fibre_density") {
-        set(&mut textile, "fibre_density", density)?;
+        set(&mut textile, table, "fibre_density", density)?;
     }
     // Both directions before each.
     let (sides, others): (Vec<_>, Vec<_>) =
         all.into_iter().partition(|(key, _)| ["warp", "weft"].contains(&key.as_str()));
     for (key, value) in others {
-        set(&mut textile, &key, &value)?;
+        set(&mut textile, table, &key, &value)?;
     }
     for (side, values) in sides {
-        let Value::Table(values) = values else { return Err(format!("fabric.{side}: must be a table").into()) };
+        let Value::Table(values) = values else { return Err(format!("{table}.{side}: must be a table").into()) };
         for (key, value) in values {
             let threads = if side == "warp" { &mut textile.warp } else { &mut textile.weft };
-            set_threads(threads, &key, &value).ok_or_else(|| unknown(&format!("{side}.{key}")))??;
+            let place = format!("{table}.{side}");
+            set_threads(threads, &place, &key, &value).ok_or_else(|| unknown(table, &format!("{side}.{key}")))??;
         }
     }
+    refuse_wrong_units(table, &textile)?;
     Ok(textile)
 }
 
 /// Gives a number of a textile its value.
-fn set(textile: &mut Textile, key: &str, value: &Value) -> Result<()> {
+fn set(textile: &mut Textile, table: &str, key: &str, value: &Value) -> Result<()> {
     let density = textile.fibre_density;
     if let Some((_, place, units)) = OF_BOTH.iter().find(|(name, ..)| *name == key) {
-        *place(textile) = number(key, value, units, density)?;
+        *place(textile) = number(&format!("{table}.{key}"), value, units, density)?;
         return Ok(());
     }
-    set_threads(&mut textile.warp, key, value).ok_or_else(|| unknown(key))??;
-    set_threads(&mut textile.weft, key, value).unwrap_or(Ok(()))
+    set_threads(&mut textile.warp, table, key, value).ok_or_else(|| unknown(table, key))??;
+    set_threads(&mut textile.weft, table, key, value).unwrap_or(Ok(()))
 }
 
 /// Says what the table may have.
-fn unknown(key: &str) -> String {
+fn unknown(table: &str, key: &str) -> String {
     let of_threads: Vec<_> = OF_THREADS.iter().map(|(name, ..)| *name).collect();
     let of_both: Vec<_> = OF_BOTH.iter().map(|(name, ..)| *name).collect();
     let (threads, both) = (of_threads.join(", "), of_both.join(", "));
     format!(
-        "unknown key `fabric.{key}`; there are name, {both}, and, for both directions or below warp and weft, {threads}"
+        "unknown key `{table}.{key}`; there are name, {both}, and, for both directions or below warp and weft, {threads}"
     )
 }
 
 /// What textiles are made of, in SI units: a number outside has the wrong unit.
-fn refuse_wrong_units(textile: &Textile) -> Result<()> {
+fn refuse_wrong_units(table: &str, textile: &Textile) -> Result<()> {
     let titer = |threads: &Threads| threads.linear_density;
     for (key, value, [least, most], unit) in [
         ("fibre_density", textile.fibre_density, [500.0, 10_000.0], "kg/m3"),
@@ -152,7 +179,7 @@ fn refuse_wrong_units(textile: &Textile) -> Result<()> {
     ] {
         if value > 0.0 && !(least..=most).contains(&value) {
             let text = format!(
-                "fabric.{key} = {value:e} {unit}: no textile has that; a plain number is in SI units, else write {{ value, unit }}"
+                "{table}.{key} = {value:e} {unit}: no textile has that; a plain number is in SI units, else write {{ value, unit }}"
             );
             return Err(text.into());
         }
@@ -160,13 +187,13 @@ fn refuse_wrong_units(textile: &Textile) -> Result<()> {
     Ok(())
 }
 
-/// Gives a number of one direction its value, if it is one.
-fn set_threads(threads: &mut Threads, key: &str, value: &Value) -> Option<Result<()>> {
-    let (_, place, units) = OF_THREADS.iter().find(|(name, ..)| *name == key)?;
-    Some(number(key, value, units, 0.0).map(|number| *place(threads) = number))
+/// Gives a number of one direction its value, if it is one; `place` is the table's name.
+fn set_threads(threads: &mut Threads, place: &str, key: &str, value: &Value) -> Option<Result<()>> {
+    let (_, number_of, units) = OF_THREADS.iter().find(|(name, ..)| *name == key)?;
+    Some(number(&format!("{place}.{key}"), value, units, 0.0).map(|number| *number_of(threads) = number))
 }
 
-/// A number in SI units: as it is, or `{ value, unit }`.
+/// A number in SI units: as it is, or `{ value, unit }`. `key`: its whole name.
 fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64> {
     let real = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
     if let Some(number) = real(value) {
@@ -176,7 +203,7 @@ fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64>
     let mut known: Vec<_> = units.iter().map(|(name, _)| *name).collect();
     known.extend(tenacity.then_some("cN/dtex"));
     let wanted =
-        || format!("fabric.{key} = {value}: must be a number, or {{ value, unit }} with one of {}", known.join(", "));
+        || format!("{key} = {value}: must be a number, or {{ value, unit }} with one of {}", known.join(", "));
     let given = value.get("value").and_then(real).ok_or_else(wanted)?;
     let unit = value.get("unit").and_then(Value::as_str).ok_or_else(wanted)?;
     if tenacity && unit == "cN/dtex" {
@@ -187,9 +214,9 @@ fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64>
 }
 
 /// The table of a named textile.
-fn named(name: &Value) -> Result<Table> {
+fn named(table: &str, name: &Value) -> Result<Table> {
     let names = FILES.map(|(name, _)| format!("\"{name}\"")).join(", ");
-    let unknown = || format!("fabric.name = {name}: must be one of {names}");
+    let unknown = || format!("{table}.name = {name}: must be one of {names}");
     let (_, text) = FILES.iter().find(|(known, _)| name.as_str() == Some(known)).ok_or_else(unknown)?;
     let file: Table = text.parse()?;
     Ok(file.get("fabric").and_then(Value::as_table).cloned().unwrap_or_default())
@@ -212,7 +239,7 @@ pub fn all() -> Result<Vec<Named>> {
     let read = |(name, text): (&'static str, &'static str)| {
         let file: Table = text.parse()?;
         let title = file.get("title").and_then(Value::as_str).unwrap_or_default().to_string();
-        Ok(Named { name, title, file: text, textile: textile(&file["fabric"])? })
+        Ok(Named { name, title, file: text, textile: textile("fabric", &file["fabric"])? })
     };
     FILES.into_iter().map(read).collect()
 }
@@ -224,7 +251,7 @@ mod tests {
 
     fn of(text: &str) -> Result<Textile> {
         let file: Table = text.parse()?;
-        textile(&file["fabric"])
+        textile("fabric", &file["fabric"])
     }
 
     fn close(value: f64, expected: f64) {
@@ -292,6 +319,29 @@ mod tests {
         }
     }
 
+    /// Of the table's own keys, and of those that the kernel refuses.
+    #[test]
+    fn what_is_wrong_of_the_back_fabric_is_named_by_its_key() {
+        for (line, named) in [
+            ("modulus = 84.6", "back_fabric.modulus = 8.46e1 Pa"),
+            ("modulus_mean = 8e10", "`back_fabric.modulus_mean`"),
+            ("modulus = { value = 1, unit = \"kg\" }", "back_fabric.modulus = {"),
+            ("count = \"many\"", "back_fabric.count = \"many\""),
+            ("warp.count = \"many\"", "back_fabric.warp.count = \"many\""),
+            ("warp.ends = 600", "`back_fabric.warp.ends`"),
+            ("warp = 600", "back_fabric.warp: must be a table"),
+            ("weaving_loss = 1.5", "back_fabric.weaving_loss: "),
+            ("weft.crimp = -1.0", "back_fabric.weft.crimp: "),
+            ("strength = 3e9\nfailure_strain = 0.03", "back_fabric.strength: "),
+        ] {
+            let text = format!("preset = \"sheet_3in_sphere\"\n[back_fabric]\nname = \"kevlar_km2_s706\"\n{line}\n");
+            let message = crate::parse(&text).unwrap_err().to_string();
+            assert!(message.contains(named) && !message.contains("textile."), "{message}");
+        }
+        let cotton = crate::parse("preset = \"sheet_3in_sphere\"\n[back_fabric]\nname = \"cotton\"\n").unwrap_err();
+        assert!(cotton.to_string().starts_with("back_fabric.name = \"cotton\""), "{cotton}");
+    }
+
     /// The marks of how a number is known: read in the source, in a transcription of it, derived.
     const MARKS: [&str; 3] = ["S", "2", "D"];
 
@@ -317,7 +367,7 @@ mod tests {
                     None => has_its_source(&format!("{name}: {key}"), value),
                 }
             }
-            textile(&file["fabric"]).unwrap().critical_stretch().unwrap();
+            textile("fabric", &file["fabric"]).unwrap().critical_stretch().unwrap();
         }
     }
 

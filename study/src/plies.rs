@@ -132,6 +132,11 @@ impl Pack {
     }
 }
 
+/// A pack of so many separate plies, [`GAP`] apart, and its sphere.
+pub fn separate(plies: u32, smoke: bool) -> Result<Scene> {
+    Pack { part: Part::Number, form: Form::Separate, plies, gap: GAP, guess: 0.0 }.scene(smoke)
+}
+
 /// All packs of a part.
 fn packs(part: Part, smoke: bool) -> Vec<Pack> {
     let pack = |form: Form, (plies, guess): (u32, f64), gap: f64| Pack { part, form, plies, gap, guess };
