@@ -47,4 +47,14 @@ def report(folder, docs=None):
         html.figure(folder / file, caption)
     html.section("Numbers")
     html.table(["", ""], [[key.replace("_", " "), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
+    if plies[1:]:
+        html.section("Plies")
+        html.table(*ply_table(summary), (1, 2))
     html.write(folder / "report.html")
+
+
+def ply_table(summary):
+    """What each ply is and holds, from the front."""
+    heading = ["ply", "fabric", "turned by 90°", "failed segments", "kinetic, J", "strain, J", "dissipated, J"]
+    energies = lambda ply: [f"{ply[key]:.4f}" for key in ("kinetic", "strain", "dissipated")]
+    return heading, [[k, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)] for k, ply in enumerate(summary["plies"])]

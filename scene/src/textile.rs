@@ -13,6 +13,7 @@
 use crate::Result;
 use fabric::textile::{centinewton_per_dtex, denier, dtex, per_inch};
 use fabric::{Scene, Textile, Threads};
+use std::path::Path;
 use toml::{Table, Value};
 
 /// The named textiles: their files.
@@ -82,6 +83,12 @@ pub fn apply(scene: &mut Scene, table: &Value) -> Result<()> {
 pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
     scene.set_back_textile(&textile(BACK, table)?).map_err(of_back)?;
     Ok(())
+}
+
+/// Names of the textiles of a scene file's tables `[fabric]` and `[back_fabric]`; none where it has no such table or name.
+pub fn names(file: &Path) -> Result<[Option<String>; 2]> {
+    let file: Table = std::fs::read_to_string(file)?.parse()?;
+    Ok(["fabric", BACK].map(|table| Some(file.get(table)?.get("name")?.as_str()?.to_string())))
 }
 
 /// The kernel's refusal of a textile with the names of the keys of `[back_fabric]`.
@@ -202,8 +209,7 @@ fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64>
     let tenacity = units.len() == STRESS.len() && units[0].0 == STRESS[0].0;
     let mut known: Vec<_> = units.iter().map(|(name, _)| *name).collect();
     known.extend(tenacity.then_some("cN/dtex"));
-    let wanted =
-        || format!("{key} = {value}: must be a number, or {{ value, unit }} with one of {}", known.join(", "));
+    let wanted = || format!("{key} = {value}: must be a number, or {{ value, unit }} with one of {}", known.join(", "));
     let given = value.get("value").and_then(real).ok_or_else(wanted)?;
     let unit = value.get("unit").and_then(Value::as_str).ok_or_else(wanted)?;
     if tenacity && unit == "cN/dtex" {
@@ -247,7 +253,6 @@ pub fn all() -> Result<Vec<Named>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     fn of(text: &str) -> Result<Textile> {
         let file: Table = text.parse()?;

@@ -38,7 +38,7 @@ mod viscosity;
 use crate::effort::{self, Effort};
 use crate::machine;
 use crate::table::{Cell, Table};
-use crate::{Result, report};
+use crate::{Result, report, say};
 use clap::Args;
 use fabric::scene::STEP_MAX_FRACTION;
 use fabric::{Integrator, IntegratorKind, Scene, StepCheck, TimeStep};
@@ -76,15 +76,15 @@ pub fn run(options: &Options) -> Result<bool> {
     let effort = options.flags.effort();
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    println!("machine: {}; times are {}", machine::processor(), machine::CLOCK_NAME);
+    say::line(format_args!("machine: {}; times are {}", machine::processor(), machine::CLOCK_NAME));
     let about = serde_json::json!({
         "effort": effort.option(),
         "machine": machine::processor(), "clock": machine::CLOCK_NAME,
     });
     std::fs::write(out.join("error-time.json"), about.to_string())?;
-    eprintln!(
+    say::aside(format_args!(
         "warning: steps above {STEP_MAX_FRACTION} dt_crit are run unchecked here; everywhere else they are refused"
-    );
+    ));
     let wanted = |part: Part| options.only.is_empty() || options.only.contains(&part);
     let mut sound = true;
     if wanted(Part::Smooth) {
@@ -114,7 +114,7 @@ pub fn run(options: &Options) -> Result<bool> {
     if wanted(Part::Coupling) {
         coupling::run(effort, out)?;
     }
-    println!("{}", report::written(out, "error-time"));
+    say::line(format_args!("{}", report::written(out, "error-time")));
     Ok(sound)
 }
 

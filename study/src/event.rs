@@ -41,6 +41,10 @@ pub struct Latched {
 /// What one ply holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct InPly {
+    /// Its fabric: name if it has one, areal density, modulus, strain at which it begins to fail.
+    pub fabric: String,
+    /// Whether it is turned by 90 degrees.
+    pub turned: bool,
     /// Segments with alpha = 0.
     pub failed_segments: u64,
     /// Kinetic energy, J.
@@ -54,13 +58,27 @@ pub struct InPly {
 impl InPly {
     /// Every ply of a stack; none of a single sheet.
     fn of_stack(sim: &Sim<'_>) -> Result<Vec<InPly>> {
-        let plies = sim.scene().stack.plies;
-        let all = (0..if plies > 1 { plies } else { 0 }).map(|ply| {
-            let fabric::Ply { failed_segments, kinetic, strain, dissipated } = sim.ply(ply)?;
-            Ok(InPly { failed_segments, kinetic, strain, dissipated })
+        let scene = sim.scene();
+        let plies = if scene.stack.plies > 1 { scene.stack.plies } else { 0 };
+        let all = (0..plies).map(|number| {
+            let fabric::Ply { failed_segments, kinetic, strain, dissipated } = sim.ply(number)?;
+            let (fabric, turned) = (fabric_of(scene, number), scene.stack.turned && number % 2 == 1);
+            Ok(InPly { fabric, turned, failed_segments, kinetic, strain, dissipated })
         });
         all.collect()
     }
+}
+
+/// The numbers of a ply's fabric.
+fn fabric_of(scene: &Scene, ply: u32) -> String {
+    let (yarn, back) = (&scene.yarn, &scene.back);
+    let (mass, modulus, stretch) = match ply < scene.front_plies() {
+        true => (scene.sheet.node_mass * f64::from(scene.sheet.plies), yarn.modulus_mean, yarn.critical_stretch),
+        false => (back.node_mass * f64::from(scene.sheet.plies), back.modulus_mean, back.critical_stretch),
+    };
+    let [h_x, h_y] = scene.spacings();
+    let (density, strain) = (mass / (h_x * h_y), 100.0 * (stretch - 1.0));
+    format!("{density:.3} kg/m2, {:.1} GPa, fails from {strain:.2} %", 1e-9 * modulus)
 }
 
 /// What one impact gave. All of it is reproducible to the bit.
@@ -78,6 +96,12 @@ pub struct Summary {
     pub time: f64,
     /// Kinetic energy of the projectile at the start, J.
     pub initial_kinetic_energy: f64,
+    /// Coefficient of friction between yarn and projectile; none without friction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_coefficient: Option<f64>,
+    /// Gap between the separate plies, m; none for a single sheet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ply_gap: Option<f64>,
     /// Momentum of the projectile at the start, N s.
     pub initial_momentum: f64,
     /// Velocity of the projectile at the end, m/s.
@@ -167,6 +191,8 @@ impl Summary {
             dt_over_dt_crit: limits.dt / limits.dt_crit,
             time: sim.time(),
             initial_kinetic_energy: start,
+            friction_coefficient: Some(sim.scene().contact.friction).filter(|friction| *friction > 0.0),
+            ply_gap: Some(sim.scene().stack).filter(|stack| stack.plies > 1).map(|stack| stack.gap),
             initial_momentum: sim.scene().projectile.mass * length(sim.scene().projectile.velocity),
             residual_velocity: motion.velocity,
             residual_angular_velocity: motion.angular_velocity,
@@ -208,6 +234,27 @@ impl Summary {
 mod tests {
     use super::*;
     use fabric::Shape;
+
+    /// A single sheet without friction says nothing of plies and friction.
+    #[test]
+    fn what_is_on_is_named() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 11);
+        let summary = |scene: &Scene| {
+            let mut buffers = crate::memory::Buffers::of(scene).unwrap();
+            Summary::of(&buffers.sim(scene).unwrap(), OutcomeSet::NONE).unwrap()
+        };
+        let plain = serde_json::to_string(&summary(&scene)).unwrap();
+        assert!(!plain.contains("friction_coefficient") && !plain.contains("ply_gap"), "{plain}");
+        (scene.contact.friction, scene.stack.plies, scene.stack.gap, scene.stack.turned) = (0.2, 3, 1e-4, true);
+        (scene.back.plies, scene.back.modulus_mean, scene.back.critical_stretch) = (1, 9e10, 1.04);
+        (scene.back.damage_slope, scene.back.damage_intercept) = (0.0, 2000.0);
+        let found = summary(&scene);
+        assert_eq!((found.friction_coefficient, found.ply_gap), (Some(0.2), Some(1e-4)));
+        assert_eq!(found.plies.iter().map(|ply| ply.turned).collect::<Vec<_>>(), [false, true, false]);
+        assert_eq!(found.plies[0].fabric, found.plies[1].fabric);
+        assert!(found.plies[2].fabric.ends_with("90.0 GPa, fails from 4.00 %"), "{}", found.plies[2].fabric);
+    }
 
     #[test]
     fn a_body_that_turns_has_energy() {

@@ -1,6 +1,6 @@
 //! `fabric-study fabrics`: the named textiles.
 
-use crate::{Result, report};
+use crate::{Result, report, say};
 use fabric_scene::textile;
 
 /// A line for each named textile, or the file of one.
@@ -9,7 +9,8 @@ pub fn print(name: Option<&str>) -> Result<bool> {
     if let Some(name) = name {
         let names: Vec<_> = all.iter().map(|named| named.name).collect();
         let found = all.iter().find(|named| named.name == name);
-        print!("{}", found.ok_or_else(|| format!("no fabric {name}: one of {}", names.join(", ")))?.file);
+        let found = found.ok_or_else(|| format!("no fabric {name}: one of {}", names.join(", ")))?;
+        say::text(format_args!("{}", found.file));
         return Ok(true);
     }
     let mut rows = Vec::new();
@@ -29,6 +30,6 @@ pub fn print(name: Option<&str>) -> Result<bool> {
         ]);
     }
     let heading = ["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c", "title"];
-    println!("{}\n\nsources: fabric-study fabrics NAME", report::table(&heading, &rows));
+    say::line(format_args!("{}\n\nsources: fabric-study fabrics NAME", report::table(&heading, &rows)));
     Ok(true)
 }

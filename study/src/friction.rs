@@ -12,7 +12,7 @@ use crate::effort::{self, Effort};
 use crate::hits::{Impact, each, impact, limit, shot};
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
-use crate::{Result, plies, report};
+use crate::{Result, plies, report, say};
 use clap::Args;
 use fabric::{Scene, StepAfterFailure};
 use std::path::PathBuf;
@@ -62,7 +62,13 @@ fn cases(smoke: bool) -> Result<Vec<Case>> {
     if !smoke {
         let scene = fabric_scene::parse(include_str!("../scenes/kevlar_km2_s706.toml"))?;
         let velocities = vec![150.0, 200.0, 300.0, 450.0, 600.0];
-        cases.push(Case { name: "Kevlar KM2 S706, 0.69 g sphere, four sides", scene, guess: 135.0, velocities, runs: 6 });
+        cases.push(Case {
+            name: "Kevlar KM2 S706, 0.69 g sphere, four sides",
+            scene,
+            guess: 135.0,
+            velocities,
+            runs: 6,
+        });
     }
     let velocities = if smoke { vec![315.0] } else { vec![315.0, 442.0] };
     cases.push(Case { name: PACK, scene: plies::separate(5, smoke)?, guess: 210.0, velocities, runs: 12 });
@@ -163,7 +169,7 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     impacts.write(&options.out.join("friction.csv"))?;
     limits.write(&options.out.join("friction_limits.csv"))?;
-    println!("largest energy residual: {:.3} % of the impact energy", 100.0 * worst);
-    println!("{}", report::written(&options.out, "friction"));
+    say::line(format_args!("largest energy residual: {:.3} % of the impact energy", 100.0 * worst));
+    say::line(format_args!("{}", report::written(&options.out, "friction")));
     Ok(worst < 0.01)
 }

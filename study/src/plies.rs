@@ -21,7 +21,7 @@ use crate::hits::{each, impact, limit, shot};
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
 use crate::validate::{named, sheet};
-use crate::{Result, report};
+use crate::{Result, report, say};
 use clap::Args;
 use fabric::{Scene, Shape, StrengthDraw};
 use std::path::PathBuf;
@@ -163,8 +163,8 @@ pub fn run(options: &Options) -> Result<bool> {
             worst = worst.max(part_of(part, options)?);
         }
     }
-    println!("largest energy residual: {:.3} % of the impact energy", 100.0 * worst);
-    println!("{}", report::written(&options.out, "plies"));
+    say::line(format_args!("largest energy residual: {:.3} % of the impact energy", 100.0 * worst));
+    say::line(format_args!("{}", report::written(&options.out, "plies")));
     Ok(worst < 0.01)
 }
 

@@ -1,5 +1,6 @@
 //! Progress of long work: a bar on a terminal, a plain line every few seconds otherwise, always on standard error.
 
+use crate::say;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -31,7 +32,7 @@ impl Progress {
             bar
         });
         if bar.is_none() {
-            eprintln!("{what} ...");
+            say::aside(format_args!("{what} ..."));
         }
         Progress { bar, what: what.to_string(), total: total.max(1), done: Mutex::new((0, Instant::now())) }
     }
@@ -44,7 +45,7 @@ impl Progress {
             bar.set_message(message());
             bar.set_position(done.0);
         } else if done.1.elapsed() > PAUSE {
-            eprintln!("{} {:>3} %  {}", self.what, 100 * done.0.min(self.total) / self.total, message());
+            say::aside(format_args!("{} {:>3} %  {}", self.what, 100 * done.0.min(self.total) / self.total, message()));
             done.1 = Instant::now();
         }
     }

@@ -5,7 +5,7 @@ use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::picture::{self, Picture, Series};
 use crate::progress::Progress;
-use crate::{Result, report, threads};
+use crate::{Result, report, say, threads};
 use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
@@ -164,11 +164,18 @@ pub fn run(options: &Options) -> Result<bool> {
     let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
     write_history(&out.join("history.csv"), &history)?;
     if let Some(failure) = failure {
-        eprintln!("error: the run failed at step {}: {failure}", sim.counters().steps);
+        say::aside(format_args!("error: the run failed at step {}: {failure}", sim.counters().steps));
         return Ok(false);
     }
 
-    let summary = Summary::of(&sim, mask)?;
+    let mut summary = Summary::of(&sim, mask)?;
+    let [front, back] = fabric_scene::textile::names(&options.scene)?;
+    for (number, ply) in summary.plies.iter_mut().enumerate() {
+        let name = if number < scene.front_plies() as usize { &front } else { &back };
+        if let Some(name) = name {
+            ply.fabric = format!("{name}: {}", ply.fabric);
+        }
+    }
     let ns = 1e9 * stepping / (summary.steps.max(1) * sim.layout().nodes() as u64) as f64;
     let clock = match options.threads {
         1 => crate::machine::CLOCK_NAME.to_string(),
@@ -177,7 +184,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let stepping = format!("{ns:.2} ns per node-step ({clock})");
     let text = table(&name, &scene, &sim, &summary, wall.seconds(), stepping);
     let text = if summary.plies.is_empty() { text } else { format!("{text}\n\n{}", plies(&summary)) };
-    println!("{text}");
+    say::line(format_args!("{text}"));
     warn(&scene, &sim, &summary);
     std::fs::write(out.join("summary.txt"), text + "\n")?;
     std::fs::write(out.join("summary.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
@@ -187,7 +194,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let frames = series.map_or(Ok(Vec::new()), |series| series.end(&sim, &scene))?;
     let kept = Kept { movie: options.movie, vtk: options.vtk, frames };
     std::fs::write(out.join("frames.json"), serde_json::to_string(&kept)? + "\n")?;
-    println!("{}", report::written(&out, "run"));
+    say::line(format_args!("{}", report::written(&out, "run")));
     Ok(true)
 }
 
@@ -262,7 +269,20 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         let [nx, ny] = [sim.layout().nodes_x, sim.layout().nodes_y];
         row("  nodes of the graded network", format!("{nx} x {ny}"));
     }
+    if let Some(gap) = summary.ply_gap {
+        let turned = if scene.stack.turned { ", every other one turned by 90 degrees" } else { "" };
+        row("separate plies", format!("{}, {} mm apart{turned}", scene.stack.plies, report::shortest(1e3 * gap)));
+        let mut first = 0;
+        for plies in summary.plies.chunk_by(|one, next| one.fabric == next.fabric) {
+            let next = first + plies.len();
+            row(&format!("  fabric of plies {first} to {}", next - 1), plies[0].fabric.clone());
+            first = next;
+        }
+    }
     row("projectile", projectile(&scene.projectile));
+    if let Some(friction) = summary.friction_coefficient {
+        row("coefficient of friction on the projectile", report::shortest(friction));
+    }
     row("time step", format!("{:.4e} s = {:.3} dt_crit", summary.dt, summary.dt_over_dt_crit));
     let viscosity = scene.viscosity();
     if viscosity != [0.0; 3] {
@@ -349,28 +369,28 @@ fn projectile(body: &fabric::Projectile) -> String {
 /// What the numbers alone do not say loudly enough.
 fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
     if scene.step_check == StepCheck::None {
-        eprintln!(
+        say::aside(format_args!(
             "warning: the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible"
-        );
+        ));
     }
     if summary.energy_residual_relative.abs() > 0.01 {
-        eprintln!(
+        say::aside(format_args!(
             "warning: the energy balance does not close within 1 % of the kinetic energy at the start: take a smaller step; for \
              a sheet that hangs slack take step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")"
-        );
+        ));
     }
     if summary.unconverged > 0 {
-        eprintln!(
+        say::aside(format_args!(
             "warning: {} contact solves ended at the largest number of sweeps: their impulses are inexact",
             summary.unconverged
-        );
+        ));
     }
     if summary.beyond_fine > 0 {
-        eprintln!(
+        say::aside(format_args!(
             "warning: for {} steps the projectile met the sheet beyond the fine part of the graded network, where nodes may be too far \
              apart to feel it: move sheet.grading.centre or enlarge half_width",
             summary.beyond_fine
-        );
+        ));
     }
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
@@ -378,7 +398,7 @@ fn warn(scene: &Scene, sim: &Sim<'_>, summary: &Summary) {
         (fixed as usize) < nx
     };
     if !(0..ny).any(free) {
-        eprintln!("warning: every node is fixed: there is nothing to hit");
+        say::aside(format_args!("warning: every node is fixed: there is nothing to hit"));
     }
 }
 

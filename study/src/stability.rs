@@ -19,7 +19,7 @@ mod steps;
 use crate::effort::{self, Effort};
 use crate::event::Summary;
 use crate::progress::Progress;
-use crate::{Result, machine, report};
+use crate::{Result, machine, report, say};
 use clap::Args;
 use fmu::FmuCase;
 use rayon::prelude::*;
@@ -161,10 +161,10 @@ pub fn run(options: &Options) -> Result<bool> {
         .unzip();
     progress.finish();
     for row in rows.iter().filter(|row| !row.pass) {
-        println!("MISSED: {}: expected {}, happened: {}", row.case, row.expected, row.happened);
+        say::line(format_args!("MISSED: {}: expected {}, happened: {}", row.case, row.expected, row.happened));
     }
     let missed = rows.iter().filter(|row| !row.pass).count();
-    println!("{} rows, {missed} missed, {:.1} s", rows.len(), wall.seconds());
+    say::line(format_args!("{} rows, {missed} missed, {:.1} s", rows.len(), wall.seconds()));
 
     let mut writer = csv::Writer::from_path(options.out.join("stability.csv"))?;
     rows.iter().try_for_each(|row| writer.serialize(row))?;
@@ -173,7 +173,7 @@ pub fn run(options: &Options) -> Result<bool> {
         let wall = machine::Wall::start();
         let cells = map::compute(&cells)?;
         map::write_csv(&cells, &options.out.join("map.csv"))?;
-        println!("map of {} runs, {:.1} s", cells.len(), wall.seconds());
+        say::line(format_args!("map of {} runs, {:.1} s", cells.len(), wall.seconds()));
     }
     if let Some(path) = &options.fmu_cases {
         let named = rows.iter().zip(fmu).filter_map(|(row, case)| Some((row.case.as_str(), case?)));
@@ -181,7 +181,7 @@ pub fn run(options: &Options) -> Result<bool> {
             named.map(|(name, case)| Ok((name.to_string(), serde_json::to_value(case)?))).collect::<Result<_>>()?;
         std::fs::write(path, serde_json::to_string_pretty(&named)?).map_err(|error| in_folder(error, path))?;
     }
-    println!("{}", report::written(&options.out, "stability"));
+    say::line(format_args!("{}", report::written(&options.out, "stability")));
     Ok(rows.iter().all(|row| row.pass))
 }
 

@@ -18,7 +18,7 @@ mod spacing;
 mod strength;
 mod yarn;
 
-use crate::{Result, machine, report};
+use crate::{Result, machine, report, say};
 use clap::Args;
 use fabric::{AttachmentKind, Scene, Textile};
 use fabric_scene::textile;
@@ -79,7 +79,7 @@ pub fn run(options: &Options) -> Result<bool> {
     if wanted(Part::Packs) {
         packs::run(quick, out)?;
     }
-    println!("{:.0} s; {}", wall.seconds(), report::written(out, "validate"));
+    say::line(format_args!("{:.0} s; {}", wall.seconds(), report::written(out, "validate")));
     Ok(sound)
 }
 

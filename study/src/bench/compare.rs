@@ -6,10 +6,10 @@
 //! Limits: cases that both revisions have under the same name; a load that changes within a pair, some seconds, is not cancelled.
 
 use super::programs::{folder, output, top};
-use crate::Result;
 use crate::machine;
 use crate::progress::Progress;
 use crate::report::{median, noise, table};
+use crate::{Result, say};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -121,8 +121,8 @@ fn line(key: Key, pairs: &Pairs) -> Line {
 
 fn print(revision: &str, lines: &[Line], pairs: usize, load: Option<f64>) {
     let shown = |load: Option<f64>| load.map_or("unknown".to_string(), |load| format!("{load:.2}"));
-    println!("machine: {}", machine::processor());
-    println!("{pairs} pairs; load at the start {}, at the end {}", shown(load), shown(machine::load()));
+    say::line(format_args!("machine: {}", machine::processor()));
+    say::line(format_args!("{pairs} pairs; load at the start {}, at the end {}", shown(load), shown(machine::load())));
     let heading =
         ["case", "nodes", "instructions", "threads", &format!("ns, {revision}"), "ns, now", "ratio", "noise", "bits"];
     let row = |line: &Line| {
@@ -138,7 +138,7 @@ fn print(revision: &str, lines: &[Line], pairs: usize, load: Option<f64>) {
             if line.same_bits { "same" } else { "DIFFERENT" }.to_string(),
         ]
     };
-    println!("{}", table(&heading, &lines.iter().map(row).collect::<Vec<_>>()));
+    say::line(format_args!("{}", table(&heading, &lines.iter().map(row).collect::<Vec<_>>())));
 }
 
 /// One program's medians, and digests.
@@ -168,7 +168,7 @@ fn build(revision: &str) -> Result<PathBuf> {
     }
     let checkout = folder.join(commit);
     let place = checkout.to_string_lossy().into_owned();
-    eprintln!("building {revision} ({commit}) ...");
+    say::aside(format_args!("building {revision} ({commit}) ..."));
     if !checkout.exists() {
         git(&["worktree", "add", "--detach", "--force", &place, commit])?;
     }

@@ -22,10 +22,10 @@ mod sheets;
 
 pub use sheets::throw;
 
-use crate::Result;
 use crate::machine::{self, Wall};
 use crate::progress::Progress;
 use crate::report::{table, written};
+use crate::{Result, say};
 use clap::Args;
 use fabric::{InstructionSet, Scene};
 use rows::{Figure, Report};
@@ -171,7 +171,7 @@ pub fn run(options: &Options) -> Result<bool> {
     }
     let groups = groups(options);
     if options.only == "list" {
-        groups.iter().for_each(|group| println!("{}", group.name()));
+        groups.iter().for_each(|group| say::line(format_args!("{}", group.name())));
         return Ok(true);
     }
     let groups: Vec<Group> = groups.into_iter().filter(|group| group.name().contains(&options.only)).collect();
@@ -222,7 +222,7 @@ pub fn run(options: &Options) -> Result<bool> {
     let out = &options.out;
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     std::fs::write(out.join("bench.json"), serde_json::to_string_pretty(&report)? + "\n")?;
-    println!("{}", written(out, "bench"));
+    say::line(format_args!("{}", written(out, "bench")));
     Ok(report.different_bits().is_empty())
 }
 
@@ -273,13 +273,13 @@ fn measure(
 
 fn print(report: &Report) {
     let load = |load: Option<f64>| load.map_or("unknown".to_string(), |load| format!("{load:.2}"));
-    println!("machine: {}", report.machine);
-    println!(
+    say::line(format_args!("machine: {}", report.machine));
+    say::line(format_args!(
         "clock: {} (peers: process CPU time); load at the start {}, at the end {}",
         report.clock,
         load(report.load_at_start),
         load(report.load_at_end)
-    );
+    ));
     let heading =
         ["case", "nodes", "instructions", "threads", "ns/node-step", "median", "noise", "x the kernel's", "digest"];
     let mut rows = Vec::new();
@@ -298,18 +298,21 @@ fn print(report: &Report) {
         ]);
     }
     if !rows.is_empty() {
-        println!("{}", table(&heading, &rows));
+        say::line(format_args!("{}", table(&heading, &rows)));
     }
     if !report.figures.is_empty() {
         let row = |figure: &Figure| vec![figure.name.clone(), figures(figure.value), figure.unit.to_string()];
-        println!("{}", table(&["figure", "value", "unit"], &report.figures.iter().map(row).collect::<Vec<_>>()));
+        say::line(format_args!(
+            "{}",
+            table(&["figure", "value", "unit"], &report.figures.iter().map(row).collect::<Vec<_>>())
+        ));
     }
-    report.missing.iter().for_each(|missing| println!("not measured: {missing}"));
+    report.missing.iter().for_each(|missing| say::line(format_args!("not measured: {missing}")));
     match report.different_bits() {
-        none if none.is_empty() => println!("every way to step gave the same bits"),
-        some => some.iter().for_each(|row| println!("DIFFERENT BITS: {row}")),
+        none if none.is_empty() => say::line(format_args!("every way to step gave the same bits")),
+        some => some.iter().for_each(|row| say::line(format_args!("DIFFERENT BITS: {row}"))),
     }
-    println!("measured in {:.0} s", report.seconds);
+    say::line(format_args!("measured in {:.0} s", report.seconds));
 }
 
 /// Three significant figures, and all digits before the point.

@@ -1,6 +1,6 @@
 //! Other programs that the benchmark builds, installs and runs.
 
-use crate::Result;
+use crate::{Result, say};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -40,7 +40,7 @@ pub fn python() -> Result<PathBuf> {
     if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(python);
     }
-    eprintln!("installing the peers into {} ...", venv.display());
+    say::aside(format_args!("installing the peers into {} ...", venv.display()));
     output(Command::new("python3").args(["-m", "venv"]).arg(&venv))?;
     let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
     output(Command::new(&python).args(pip).arg(&list))?;

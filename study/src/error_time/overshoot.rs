@@ -18,8 +18,8 @@
 //! contact becomes slower than the kink with its k m/s: 1 to 4 us for R = 6.35 mm. The strain is never above the closed form's.
 
 use super::{Cell, Effort, Table};
-use crate::Result;
 use crate::memory::Buffers;
+use crate::{Result, say};
 use fabric::scene::STEP_DEFAULT_FRACTION;
 use fabric::{AttachmentKind, Drive, Scene, Shape, Sim, TimeStep};
 use rayon::prelude::*;
@@ -311,7 +311,11 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
         profiles.add(vec![Cell::text("none"), Cell::Number(0.0), Cell::Number(place), Cell::Number(strain)]);
     }
     profiles.write(&out.join("overshoot_profile.csv"))?;
-    println!("profiles of {PICTURE} m/s, R = {:.2} mm, after {:.1} us", 1e3 * thin, 1e3 * front / speeds.front);
+    say::line(format_args!(
+        "profiles of {PICTURE} m/s, R = {:.2} mm, after {:.1} us",
+        1e3 * thin,
+        1e3 * front / speeds.front
+    ));
 
     if effort == Effort::Full {
         strips.extend([strip(thin, 1, 0.1, 1.0), strip(thin, 4, 0.1, 1.0), strip(thin, 1, STEP_DEFAULT_FRACTION, 0.5)]);
@@ -341,10 +345,10 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
         row.extend(found.map(Cell::Number));
         velocities.add(row);
     }
-    println!(
+    say::line(format_args!(
         "mean strain behind the front, and what breaks viscous yarn: {}",
         if sound { "as in the closed form" } else { "NOT as in the closed form" }
-    );
+    ));
     table.write(&out.join("overshoot_strain.csv"))?;
     velocities.write(&out.join("overshoot_breaking.csv"))?;
     Ok(sound)

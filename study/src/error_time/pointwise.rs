@@ -9,8 +9,8 @@
 
 use super::impact::ROUNDING;
 use super::{Cell, Effort, Table};
-use crate::Result;
 use crate::memory::Buffers;
+use crate::{Result, say};
 use fabric::{AttachmentKind, Scene, Sim};
 use rayon::prelude::*;
 use std::path::Path;
@@ -142,7 +142,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
     }
     table.write(&out.join("pointwise.csv"))?;
     if !sound {
-        println!("at step {} nodes are apart by more than {TOLERANCE:e} h: NOT as it must be", ROWS[0]);
+        say::line(format_args!("at step {} nodes are apart by more than {TOLERANCE:e} h: NOT as it must be", ROWS[0]));
     }
     Ok(sound)
 }

@@ -7,8 +7,8 @@
 
 use super::impact::{self, CASES, Network, Setting};
 use super::{Cell, Effort, Table};
-use crate::Result;
 use crate::memory::Buffers;
+use crate::{Result, say};
 use fabric::Sim;
 use fabric::scene::STEP_DEFAULT_FRACTION;
 use std::path::Path;
@@ -66,7 +66,10 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
     }
     table.write(&out.join("quarter.csv"))?;
     if !sound {
-        println!("at step {} the quarter is off by more than {TOLERANCE:e} h: NOT as it must be", LOOKS[0]);
+        say::line(format_args!(
+            "at step {} the quarter is off by more than {TOLERANCE:e} h: NOT as it must be",
+            LOOKS[0]
+        ));
     }
     Ok(sound)
 }

@@ -7,7 +7,7 @@ use super::{Cell, Effort, Table, integrator_name, node_steps, theta, with_step};
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
-use crate::{Result, bench, report};
+use crate::{Result, bench, report, say};
 use fabric::{Integrator, Scene, TimeStep};
 use std::path::Path;
 
@@ -99,7 +99,7 @@ pub fn run(effort: Effort, out: &Path) -> Result<bool> {
     }
     table.write(&out.join("smooth.csv"))?;
     let (verdict, sound) = verdict(&rows);
-    println!("{verdict}");
+    say::line(format_args!("{verdict}"));
     Ok(sound)
 }
 

@@ -5,7 +5,7 @@ use crate::effort::Effort;
 use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
-use crate::{Result, event, picture};
+use crate::{Result, event, picture, say};
 use fabric::fields::FIELDS;
 use fabric::snapshot::Hash;
 use fabric::{AttachmentKind, Outcome, OutcomeSet, Scene, Sim, Symmetry};
@@ -512,7 +512,12 @@ impl Runs {
         let left_out = if only_kept { std::mem::take(&mut missing).len() } else { 0 };
         // The longest first, so that no core idles at the end; otherwise in the order of the plan.
         missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-        eprintln!("{wanted} runs: {} taken from {}, {} to do", there.len(), path.display(), missing.len());
+        say::aside(format_args!(
+            "{wanted} runs: {} taken from {}, {} to do",
+            there.len(),
+            path.display(),
+            missing.len()
+        ));
         let file = Mutex::new(open(&path)?);
         let progress = Progress::new("paper", missing.iter().map(Job::cost).sum());
         let count = std::sync::atomic::AtomicUsize::new(0);

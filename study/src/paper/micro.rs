@@ -1,7 +1,7 @@
 //! The micro scale (Figs 3, 5, 6): fibrils to yarn law, over a population of yarns.
 
-use crate::Result;
 use crate::machine::Clock;
+use crate::{Result, say};
 use fabric::calibrate::{self, Fit, FittedLaw};
 use fabric::fibril::{Bundle, BundleYarn};
 use serde::Serialize;
@@ -113,6 +113,9 @@ pub fn compute(count: u64, out: &Path) -> Result<()> {
         laws: [Fit::Rate, Fit::RateAndConstants].map(|fit| Law::of(&calibrate::fit(&yarn, critical, fit))),
     };
     std::fs::write(out.join("micro.json"), serde_json::to_string(&micro)? + "\n")?;
-    println!("micro scale: {count} yarns of {} fibrils drawn and fitted in {seconds:.2} s on one core", bundle.fibrils);
+    say::line(format_args!(
+        "micro scale: {count} yarns of {} fibrils drawn and fitted in {seconds:.2} s on one core",
+        bundle.fibrils
+    ));
     Ok(())
 }

@@ -13,7 +13,7 @@ mod vtk;
 use crate::effort::{self, Effort};
 use crate::machine::Wall;
 use crate::picture::{self, Picture};
-use crate::{Result, report};
+use crate::{Result, report, say};
 use clap::{Args, ValueEnum};
 use jobs::{Job, Runs};
 use plan::{Point, Yarn};
@@ -223,13 +223,13 @@ pub fn run(options: &Options) -> Result<bool> {
         frames: if options.vtk { vtk::series(out, effort)? } else { Vec::new() },
     };
     std::fs::write(out.join("paper.json"), serde_json::to_string(&index)? + "\n")?;
-    println!(
+    say::line(format_args!(
         "{} runs done, {} taken from {}; {:.0} s",
         runs.done,
         runs.kept,
         jobs::path_of_runs(out).display(),
         wall.seconds()
-    );
-    println!("{}", report::written(out, "paper"));
+    ));
+    say::line(format_args!("{}", report::written(out, "paper")));
     Ok(true)
 }

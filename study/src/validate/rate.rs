@@ -7,10 +7,10 @@
 //! Limit: crimp is left out, as the published modulus is that of the stretched fabric.
 
 use super::measured_rows;
-use crate::Result;
 use crate::hits::each;
 use crate::memory::Buffers;
 use crate::table::{Cell, Table};
+use crate::{Result, say};
 use fabric::{AttachmentKind, Scene, TimeStep};
 use std::path::Path;
 
@@ -127,6 +127,9 @@ pub fn run(out: &Path) -> Result<bool> {
         table.add(cells.into_iter().map(Cell::Number).collect());
     }
     table.write(&out.join("rate.csv"))?;
-    println!("Kevlar 49 fabric at three rates: {}", if sound { "as measured" } else { "NOT as measured" });
+    say::line(format_args!(
+        "Kevlar 49 fabric at three rates: {}",
+        if sound { "as measured" } else { "NOT as measured" }
+    ));
     Ok(sound)
 }

@@ -9,12 +9,12 @@
 //! Limit: 17 yarns an inch is a choice, as no count could be cited; a chain does not depend on it, a strip hardly.
 
 use super::{measured_rows, named};
-use crate::Result;
 use crate::hits::each;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::report;
 use crate::table::{Cell, Table};
+use crate::{Result, say};
 use fabric::textile::{denier, per_inch};
 use fabric::{AttachmentKind, Scene, Sim};
 use std::path::Path;
@@ -187,7 +187,7 @@ pub fn run(quick: bool, out: &Path) -> Result<bool> {
         table.add(row);
     }
     table.write(&out.join("strip.csv"))?;
-    println!("Kevlar 49 yarn at six lengths: {}", if sound { "as measured" } else { "NOT as measured" });
+    say::line(format_args!("Kevlar 49 yarn at six lengths: {}", if sound { "as measured" } else { "NOT as measured" }));
     Ok(sound)
 }
 

@@ -13,12 +13,12 @@
 //! between 0.2 and 0.4 of the way to the front, where the first contact no longer shows; the speeds are slopes of least-squares lines.
 
 use super::named;
-use crate::Result;
 use crate::error_time::overshoot::{self, VISCOUS, viscosity_name, with_viscosity};
 use crate::hits::each;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::table::{Cell, Table};
+use crate::{Result, say};
 use fabric::{AttachmentKind, Drive, Scene, Shape, Textile};
 use std::path::Path;
 
@@ -272,7 +272,10 @@ pub fn run(quick: bool, out: &Path) -> Result<bool> {
     }
     table.write(&out.join("critical.csv"))?;
     progress.finish();
-    println!("one yarn hit across: {}", if sound { "as in the closed form" } else { "NOT as in the closed form" });
+    say::line(format_args!(
+        "one yarn hit across: {}",
+        if sound { "as in the closed form" } else { "NOT as in the closed form" }
+    ));
     Ok(sound)
 }
 
