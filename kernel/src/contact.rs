@@ -24,9 +24,9 @@ use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
 use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::scene::{Drive, Scene, Symmetry};
-use crate::shape::Solid;
+use crate::shape::{self, Solid};
 use crate::system::System;
-use crate::weave::in_runs;
+use crate::weave::{in_runs, meets_runs};
 
 /// Sweeps after which a solve is given up and counted.
 pub const MAX_SWEEPS: u32 = 200;
@@ -38,6 +38,10 @@ pub const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
 /// three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of the difference. The number of nodes
 /// does not enter: impulses this small no longer change the velocity of a body that is heavier than a few nodes.
 const ROUNDING: f64 = 1e-15;
+
+/// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
+/// to the others that far.
+const OUT_OF_REACH: f64 = 0.01;
 
 /// One candidate node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +58,7 @@ pub struct Candidate {
     pub speed_before: f64,
     /// phi/dt + n.v with the node's velocity v in this step before any impulse, m/s.
     pub approach: f64,
-    /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way; with mirror planes the body's part is that of all images together.
+    /// 1/(1/m + 1/M + arm.I^-1 arm), kg, without 1/m for a fixed node, 0 if nothing gives way or the body cannot reach it; with mirror planes the body's part is that of all images together.
     pub effective_mass: f64,
     /// Impulse, N s.
     pub impulse: f64,
@@ -156,11 +160,6 @@ impl<'s> Search<'s> {
         Search { solid, body, half, reach2: reach * reach, margin, instructions }
     }
 
-    /// Whether any of the y values from `low` to `high`, m, lies in the body's box.
-    pub fn meets_row(&self, low: f64, high: f64) -> bool {
-        high >= self.body.position.y - self.half[1] && low <= self.body.position.y + self.half[1]
-    }
-
     /// Whether the plane of the flat sheet cuts the body's box.
     fn meets_plane(&self) -> bool {
         math::abs(self.body.position.z) <= self.half[2]
@@ -179,7 +178,7 @@ impl<'s> Search<'s> {
     }
 
     /// What many nodes are tested against at once, in spacings `h`, m.
-    fn neighbourhood(&self, h: f64) -> Neighbourhood {
+    pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood {
         // In spacings rounding is another: a little more again.
         let slack = 1.0 + 1e-9;
         Neighbourhood {
@@ -203,16 +202,16 @@ impl<'s> Search<'s> {
     #[inline(always)] // Most of its time would be the way of its answer through memory.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
+        if let Solid::Sphere { radius } = self.solid {
+            // A sphere needs no body axes: its gap depends on the distance alone.
+            let gap = shape::sphere_gap(&r, *radius);
+            return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
+        }
         let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
         if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
             return None;
         }
         let q = &self.body.orientation;
-        if !self.solid.feels_torque() {
-            // A sphere needs no body axes: its gap depends on the distance alone.
-            let gap = self.solid.gap(&r);
-            return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
-        }
         let r_body = pose::into_body(q, &r);
         let gap = self.solid.gap(&r_body);
         (gap.distance < self.margin)
@@ -221,7 +220,7 @@ impl<'s> Search<'s> {
 }
 
 /// The body's box and the ball about it, in spacings.
-struct Neighbourhood {
+pub(crate) struct Neighbourhood {
     centre: [f64; 3],
     half: [f64; 3],
     /// Square of the ball's radius.
@@ -230,6 +229,14 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
+    /// Whether no node of a row at y0 is in the box: of all the displacement along y lies in `range`, which holds 0.
+    #[inline]
+    pub(crate) fn misses_row(&self, y0: f64, [low, high]: [f64; 2]) -> bool {
+        let ([_, y, _], [_, half, _]) = (self.centre, self.half);
+        // One end decides, because the other one is no nearer than the row's own place.
+        if y0 < y { y0 + high < y - half } else { y0 + low > y + half }
+    }
+
     /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
     /// lies in `range`.
     fn chunks(&self, x0: f64, [low, high]: [f64; 2], count: usize) -> [usize; 2] {
@@ -413,31 +420,38 @@ fn sweeps<const FRICTION: bool>(
 ) -> Solved {
     let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
     let whole = symmetry == Symmetry::default();
-    let push = |c: &Candidate| c.normal.component_mul(&push_mask) * c.images();
-    let twist = |c: &Candidate| c.arm.component_mul(&twist_mask) * c.images();
+    let alone = |c: &Candidate| whole && c.weight == 1.0;
+    let push = |c: &Candidate| {
+        if alone(c) { c.normal } else { c.normal.component_mul(&push_mask) * c.images() }
+    };
+    let twist = |c: &Candidate| {
+        if alone(c) { c.arm } else { c.arm.component_mul(&twist_mask) * c.images() }
+    };
     let mut velocity = body.velocity;
     let mut rate = body.angular_velocity;
     let inverse_node_mass = 1.0 / node_mass;
     // A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly zero.
     let turns = rate != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
     let plain_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass);
+    let effective_mass = |c: &Candidate| {
+        if !turns && alone(c) {
+            return plain_mass;
+        }
+        let turning = c.arm.dot(&twist(c).component_mul(&inertia.inverse_moments));
+        let moving = if whole { c.images() } else { c.normal.dot(&push(c)) };
+        let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
+        if give > 0.0 { 1.0 / give } else { 0.0 }
+    };
     let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
         if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
     };
     let (mut fastest, mut farthest, mut most_images, mut supported) = (0.0, 0.0, 0.0, false);
     for (k, slot) in candidates.iter_mut().enumerate() {
         let c = Candidate::read(slot);
-        let [.., effective_mass, impulse] = slot;
-        (*effective_mass, *impulse) = (plain_mass, 0.0);
         supported |= c.is_fixed();
         most_images = math::max(c.images(), most_images);
-        if turns || !whole || c.weight != 1.0 {
-            let turning = c.arm.dot(&twist(&c).component_mul(&inertia.inverse_moments));
-            let moving = if whole { c.images() } else { c.normal.dot(&push(&c)) };
-            let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
-            *effective_mass = if give > 0.0 { 1.0 / give } else { 0.0 };
-        }
-        fastest = math::max(math::abs(closing(&c, &velocity, &rate)), fastest);
+        let gap_rate = closing(&c, &velocity, &rate);
+        fastest = math::max(math::abs(gap_rate), fastest);
         if turns {
             let arm = c.arm.dot(&c.arm);
             farthest = math::max(arm, farthest);
@@ -452,24 +466,35 @@ fn sweeps<const FRICTION: bool>(
             }
             t.write(place);
         }
+        // Until the solve begins, the place of the mass holds the gap rate.
+        let [.., kept, impulse] = slot;
+        (*kept, *impulse) = (gap_rate, 0.0);
     }
     // The speeds that a gap rate is the difference of.
     let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
     let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
-    // A node whose gap grows faster than the body's surface can follow takes no impulse: it is left out, as long as what all
-    // changes of the impulses together can do to the body, however they add up, leaves its surface below twice the speed.
+    // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the body, however they
+    // add up, changes the speed of its surface by less than that: it would take no impulse.
     let follows = most_images * (inertia.inverse_mass + farthest * inertia.inverse_moments.max());
-    let mut out_of_reach = if FRICTION { f64::INFINITY } else { 2.0 * moving };
+    let mut out_of_reach = if FRICTION { f64::INFINITY } else { OUT_OF_REACH * moving };
+    // Of what is out of reach the mass is 0, so that no sweep changes it.
+    let set_masses = |candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64| {
+        for slot in candidates {
+            let c = Candidate::read(slot);
+            let [.., mass, _] = slot;
+            *mass = if c.effective_mass > out_of_reach { 0.0 } else { effective_mass(&c) };
+        }
+    };
+    set_masses(candidates, out_of_reach);
     let (mut sweeps, mut most, mut converged, mut changes) = (0, MAX_SWEEPS, false, 0.0);
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
-            let [.., approach, _, _] = slot;
-            if *approach > out_of_reach {
+            let mut c = Candidate::read(slot);
+            if !FRICTION && c.effective_mass == 0.0 {
                 continue;
             }
-            let mut c = Candidate::read(slot);
             if c.impulse > 0.0 {
                 c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
             }
@@ -516,10 +541,11 @@ fn sweeps<const FRICTION: bool>(
         }
         sweeps += 1;
         converged = largest_change <= tolerance;
-        let followed = changes * follows < 0.9 * moving;
+        let followed = changes * follows < 0.9 * out_of_reach;
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
+            set_masses(candidates, out_of_reach);
             (velocity, rate) = (body.velocity, body.angular_velocity);
             candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
         }
@@ -589,6 +615,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.drive == Drive::Free;
+    let stands_alone = !layout.graded && system.scene.symmetry == Symmetry::default();
     let body = &system.state.body;
     let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
@@ -598,17 +625,15 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let mut deepest = 0.0;
     // Offsets are exact: those of a row follow from its first.
     let x0 = rest_offset(0, nodes_x);
-    for j in 0..ny {
+    for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(ny) {
         let (ply, row_of_ply) = layout.ply_and_row(j);
         let y0 = rest_offset(row_of_ply, nodes_y) * rise;
         let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
-        let z0 = ply as f64 * pile;
-        let Some([low, high, left, right]) = ranges.get_mut(j) else { break };
-        let [lowest, highest] = range_of([*low, *high]);
-        if !search.meets_row((y0 + lowest) * h, (y0 + highest) * h) {
+        if near.misses_row(y0, range_of([*low, *high])) {
             *left = NOT_KEPT;
             continue;
         }
+        let z0 = ply as f64 * pile;
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
@@ -624,31 +649,29 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
         while let Some((c, beyond)) = near.next(row, net.columns, [from, end], first) {
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
-            let places = match net.columns.get(c) {
-                Some(columns) => columns[PLACE],
-                None => core::array::from_fn(|lane| x0 + (c * CHUNK + lane) as f64),
-            };
+            let columns = net.columns.get(c).map(|columns| &columns[PLACE]);
+            let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
                 if beyond[lane] > 0.0 {
                     continue;
                 }
                 let i = c * CHUNK + lane;
+                let place = columns.map_or(x0 + i as f64, |columns| columns[lane]);
                 let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((places[lane] + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
+                let x = Vector::new((place + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
                 let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
                 if i >= nx {
                     continue;
                 }
                 deepest = math::max(-gap, deepest);
-                let fixed = in_runs(&run, i);
+                let fixed = held && in_runs(&run, i);
                 if fixed && !free_body {
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                let weight = layout.node_weight(i, j);
-                let weight = if layout.graded { weight * net.share(i, j) } else { weight };
+                let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
                     displacement: u,
@@ -679,18 +702,20 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
-    for (c, (slot, &node)) in candidates.iter_mut().zip(candidate_nodes.iter()).take(count).enumerate() {
+    let slots = candidates.get_mut(..count).unwrap_or(&mut []);
+    let mut places = tangential.iter_mut();
+    for (slot, &node) in slots.iter_mut().zip(candidate_nodes.iter()) {
         let node = node as usize;
-        if node < start || node >= start + nx {
-            let (_, j) = system.layout.column_and_row(node);
-            (start, row) = (j * nx, planes::row(hot, chunks, j));
+        let mut i = node.wrapping_sub(start);
+        if i >= nx {
+            let (column, j) = system.layout.column_and_row(node);
+            (i, start, row) = (column, node - column, planes::row(hot, chunks, j));
         }
-        let i = node - start;
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
         let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
         Found::read(slot).with_velocity(&v, unit_speed).write(slot);
-        if let Some(place) = tangential.get_mut(c) {
+        if let Some(place) = places.next() {
             Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
         }
     }
@@ -976,12 +1001,14 @@ mod tests {
         body.position = Vector::new(0.0, 0.2, 0.0);
         let h = 7.26e-4;
         let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+        let near = search.neighbourhood(h);
         for (share, inside) in [(0.999, true), (1.0, true), (1.001, false)] {
             let end = share * (solid.radius() + h);
-            assert_eq!(search.meets_row(0.2 + end, 1.0), inside);
-            assert_eq!(search.meets_row(-1.0, 0.2 - end), inside);
+            for (y0, range) in [(end, [0.0, 1.0]), (end + h, [-h, 0.0]), (-end, [-1.0, 0.0]), (-end - h, [0.0, h])] {
+                assert_eq!(!near.misses_row((0.2 + y0) / h, range.map(|u| u / h)), inside);
+            }
         }
-        assert!(search.meets_row(-1.0, 1.0));
+        assert!(!near.misses_row(0.2 / h, [0.0; 2]));
         // Up to a spacing away a node is a candidate, along the axes of the box too.
         for way in [Vector::x(), Vector::y(), Vector::z()] {
             for (away, found) in [(1.0 - 1e-11, true), (1.0 + 1e-8, false)] {
