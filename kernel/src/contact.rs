@@ -819,18 +819,24 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     let mut impulse_sum = Vector::zeros();
     let mut arm_sum = Vector::zeros();
     let (mut work, mut loss, mut rubbed, mut touched) = (0.0, 0.0, 0.0, 0);
+    let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.implicit);
+    // They come row by row: what a row needs is done once for each.
+    let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
             break;
         };
-        let candidate = Candidate::read(slot);
-        if candidate.impulse <= 0.0 {
+        let [.., impulse] = *slot;
+        if impulse <= 0.0 {
             continue;
         }
-        let (impulse, normal) = (candidate.impulse, candidate.normal);
-        let (i, j) = system.layout.column_and_row(node as usize);
-        let (reached, free) = system.node(i, j);
-        let share = system.mass_share_of_row(j);
+        let candidate = Candidate::read(slot);
+        let normal = candidate.normal;
+        let mut i = (node as usize).wrapping_sub(start);
+        if i >= nx {
+            (i, j) = system.layout.column_and_row(node as usize);
+            (start, share) = (node as usize - i, system.mass_share_of_row(j));
+        }
         let mut push = normal * (impulse / (system.model.unit_impulse * share));
         let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
         if let Some(t) = &rubbing {
@@ -856,14 +862,23 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             loss += given * body_speed;
             continue;
         }
-        let v = [free[0] + push.x, free[1] + push.y, free[2] + push.z];
-        let from = candidate.displacement;
-        // The theta rule has put the node in its place already.
-        let u = if system.layout.implicit { reached } else { [from[0] + v[0], from[1] + v[1], from[2] + v[2]] };
-        system.set_node(i, j, u, v);
+        let lane = i % CHUNK;
+        let Some(chunk) = planes::row_mut(system.blocks.hot, chunks, j).get_mut(i / CHUNK) else { break };
+        let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
+        let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+        if !implicit {
+            let from = candidate.displacement;
+            u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
+        } // The theta rule has put the node in its place already.
+        (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
+        (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
         widen(system, j, u);
+        if woken != j {
+            system.wake(j);
+            woken = j;
+        }
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
-        let speed_after = if system.layout.implicit {
+        let speed_after = if implicit {
             candidate.speed_before + normal.dot(&push) * system.model.unit_speed
         } else {
             normal.dot(&Vector::from(v)) * system.model.unit_speed
@@ -904,9 +919,8 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.friction += rubbed;
 }
 
-/// Notes that a row holds a moving node with this displacement.
+/// Notes that a row holds a node with this displacement.
 fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
-    system.wake(j);
     if let Some([low, high, left, right]) = system.blocks.ranges.get_mut(j) {
         widen_range([low, high], y);
         if *left != NOT_KEPT {
