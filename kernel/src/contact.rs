@@ -177,16 +177,12 @@ impl<'s> Search<'s> {
         })
     }
 
-    /// What many nodes are tested against at once, in spacings `h`, m.
-    pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood {
+    /// What many nodes are tested against at once; `h`: the spacing, m.
+    pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood<'_> {
         // In spacings rounding is another: a little more again.
         let slack = 1.0 + 1e-9;
-        Neighbourhood {
-            centre: [0, 1, 2].map(|k| self.body.position[k] / h),
-            half: self.half.map(|half| half / h * slack),
-            reach2: self.reach2 / (h * h) * slack,
-            instructions: self.instructions,
-        }
+        let (centre, half) = ([0, 1].map(|k| self.body.position[k] / h), [0, 1].map(|k| self.half[k] / h * slack));
+        Neighbourhood { search: self, h, centre, half }
     }
 
     /// Gap of any point, m.
@@ -199,40 +195,53 @@ impl<'s> Search<'s> {
     }
 
     /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
-    #[inline(always)] // Most of its time would be the way of its answer through memory.
     pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
         let r = x - self.body.position;
-        if let Solid::Sphere { radius } = self.solid {
-            // A sphere needs no body axes: its gap depends on the distance alone.
-            let gap = shape::sphere_gap(&r, *radius);
-            return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
-        }
         let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
         if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
             return None;
         }
+        self.candidate_at(&r)
+    }
+
+    /// The same of a point inside the box and the ball, `r` from the body's centre.
+    #[inline(always)] // Most of its time would be the way of its answer through memory.
+    fn candidate_at(&self, r: &Vector) -> Option<(f64, Vector, Vector)> {
+        if let Solid::Sphere { radius } = self.solid {
+            // A sphere needs no body axes: its gap depends on the distance alone.
+            let gap = shape::sphere_gap(r, *radius);
+            return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
+        }
         let q = &self.body.orientation;
-        let r_body = pose::into_body(q, &r);
+        let r_body = pose::into_body(q, r);
         let gap = self.solid.gap(&r_body);
         (gap.distance < self.margin)
             .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
     }
 }
 
-/// The body's box and the ball about it, in spacings.
-pub(crate) struct Neighbourhood {
-    centre: [f64; 3],
-    half: [f64; 3],
-    /// Square of the ball's radius.
-    reach2: f64,
-    instructions: InstructionSet,
+/// The body's box and the ball about it.
+pub(crate) struct Neighbourhood<'s> {
+    search: &'s Search<'s>,
+    h: f64,
+    /// Centre and half extents of the box in the sheet's plane, spacings.
+    centre: [f64; 2],
+    half: [f64; 2],
 }
 
-impl Neighbourhood {
+/// The nodes of a chunk as the body sees them.
+struct Offsets {
+    /// From the body's centre, m.
+    r: [[f64; CHUNK]; 3],
+    /// How far beyond the box and the ball, not above 0 inside.
+    beyond: [f64; CHUNK],
+}
+
+impl Neighbourhood<'_> {
     /// Whether no node of a row at y0 is in the box: of all the displacement along y lies in `range`, which holds 0.
     #[inline]
     pub(crate) fn misses_row(&self, y0: f64, [low, high]: [f64; 2]) -> bool {
-        let ([_, y, _], [_, half, _]) = (self.centre, self.half);
+        let ([_, y], [_, half]) = (self.centre, self.half);
         // One end decides, because the other one is no nearer than the row's own place.
         if y0 < y { y0 + high < y - half } else { y0 + low > y + half }
     }
@@ -240,76 +249,72 @@ impl Neighbourhood {
     /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
     /// lies in `range`.
     fn chunks(&self, x0: f64, [low, high]: [f64; 2], count: usize) -> [usize; 2] {
-        let ([x, ..], [half, ..]) = (self.centre, self.half);
+        let ([x, _], [half, _]) = (self.centre, self.half);
         // What lies before the first column becomes 0.
         let chunk = |column: f64| ((column / CHUNK as f64) as usize).min(count);
         [chunk(x - half - x0 - high), chunk(x + half - x0 - low) + 1]
     }
 
-    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and how far each of its nodes is beyond them,
-    /// not above 0 inside. `columns`: those of a graded network; `first`: rest place of the row's first node.
+    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes are.
+    /// `columns`: those of a graded network; `first`: rest place of the row's first node, spacings.
     fn next(
         &self,
         row: &[Chunk<HOT_PLANES>],
         columns: &[Chunk<LINE_PLANES>],
         chunks: [usize; 2],
         first: [f64; 3],
-    ) -> Option<(usize, [f64; CHUNK])> {
-        let Neighbourhood { centre: [x, y, z], half, reach2, instructions } = *self;
-        let across = if columns.is_empty() { x - first[0] } else { x };
-        let centre = [across, y - first[1], z - first[2]];
-        if columns.is_empty() {
-            lanes::dispatch(instructions, Near::<false> { row, columns, chunks, centre, half, reach2 })
-        } else {
-            lanes::dispatch(instructions, Near::<true> { row, columns, chunks, centre, half, reach2 })
-        }
+        offsets: &mut Offsets,
+    ) -> Option<usize> {
+        lanes::dispatch(self.search.instructions, Near { near: self, row, columns, chunks, first, offsets })
     }
 }
 
-/// [`Neighbourhood::next`] as a job for the lanes. Lengths in spacings, from the row's first node; GRADED: across, from the middle.
-struct Near<'a, const GRADED: bool> {
+/// [`Neighbourhood::next`] as a job for the lanes.
+struct Near<'a> {
+    near: &'a Neighbourhood<'a>,
     columns: &'a [Chunk<LINE_PLANES>],
     row: &'a [Chunk<HOT_PLANES>],
     chunks: [usize; 2],
-    centre: [f64; 3],
-    half: [f64; 3],
-    reach2: f64,
+    first: [f64; 3],
+    offsets: &'a mut Offsets,
 }
 
-impl<const GRADED: bool> Job for Near<'_, GRADED> {
-    type Output = Option<(usize, [f64; CHUNK])>;
+impl Job for Near<'_> {
+    type Output = Option<usize>;
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> Self::Output {
+    fn run<L: Lane>(self) -> Option<usize> {
         const COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-        let [cx, cy, cz] = self.centre.map(L::splat);
-        let [hx, hy, hz] = self.half.map(L::splat);
-        let (zero, reach2) = (L::splat(0.0), L::splat(self.reach2));
+        let Search { body, half, reach2, .. } = self.near.search;
+        let ([x0, y0, z0], zero, h) = (self.first, L::splat(0.0), L::splat(self.near.h));
         let [from, end] = self.chunks;
         let part = self.row.get(from..end.min(self.row.len())).unwrap_or(&[]);
-        let mut distances = [0.0; CHUNK];
+        let Offsets { r: [out_x, out_y, out_z], beyond: out } = self.offsets;
         for (c, [x, y, z, ..]) in (from..).zip(part) {
-            let (columns, column) = if GRADED {
-                (self.columns.get(c).map_or(&COLUMNS, |columns| &columns[PLACE]), zero.sub(cx))
-            } else {
-                (&COLUMNS, L::splat((c * CHUNK) as f64).sub(cx))
+            // Offsets in a line are halves, so that no sum of them is rounded.
+            let (columns, column) = match self.columns.get(c) {
+                Some(columns) => (&columns[PLACE], 0.0),
+                None => (&COLUMNS, x0 + (c * CHUNK) as f64),
             };
-            let groups = L::groups(x).iter().zip(L::groups(y)).zip(L::groups(z)).zip(L::groups(columns));
             let mut near = false;
-            for ((((x, y), z), columns), distances) in groups.zip(L::groups_mut(&mut distances)) {
-                let rx = L::load(columns).add(L::load(x)).add(column);
-                let (ry, rz) = (L::load(y).sub(cy), L::load(z).sub(cz));
-                // Distance beyond the box along each axis, and of squares beyond the ball; none above zero: inside.
-                let beyond_x = rx.max(zero.sub(rx)).sub(hx);
-                let beyond_y = ry.max(zero.sub(ry)).sub(hy);
-                let beyond_z = rz.max(zero.sub(rz)).sub(hz);
-                let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
-                let beyond = beyond_x.max(beyond_y).max(beyond_z).max(beyond_ball);
-                beyond.store(distances);
+            for g in 0..CHUNK / L::WIDTH {
+                let from_centre = |place: L, u: &[f64; CHUNK], k: usize| {
+                    place.add(L::load(&L::groups(u)[g])).mul(h).sub(L::splat(body.position[k]))
+                };
+                let rx = from_centre(L::load(&L::groups(columns)[g]).add(L::splat(column)), x, 0);
+                let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(L::splat(z0), z, 2));
+                let beyond_axis = |r: L, k: usize| r.max(zero.sub(r)).sub(L::splat(half[k]));
+                let beyond_box = beyond_axis(rx, 0).max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
+                let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(L::splat(*reach2));
+                let beyond = beyond_box.max(beyond_ball);
+                rx.store(&mut L::groups_mut(out_x)[g]);
+                ry.store(&mut L::groups_mut(out_y)[g]);
+                rz.store(&mut L::groups_mut(out_z)[g]);
+                beyond.store(&mut L::groups_mut(out)[g]);
                 near |= zero.sub(beyond).any_not_below(zero);
             }
             if near {
-                return Some((c, distances));
+                return Some(c);
             }
         }
         None
@@ -621,8 +626,8 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let net = Net { columns, lines };
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
-    let mut count = 0;
-    let mut deepest = 0.0;
+    let (mut count, mut deepest) = (0, 0.0);
+    let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
     // Offsets are exact: those of a row follow from its first.
     let x0 = rest_offset(0, nodes_x);
     for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(ny) {
@@ -646,24 +651,18 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             }
             near.chunks(x0, range_of([*left, *right]), chunks)
         };
-        while let Some((c, beyond)) = near.next(row, net.columns, [from, end], first) {
+        while from < end && let Some(c) = near.next(row, net.columns, [from, end], first, &mut offsets) {
             from = c + 1;
             let Some(chunk) = row.get(c) else { break };
-            let columns = net.columns.get(c).map(|columns| &columns[PLACE]);
             let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
-                if beyond[lane] > 0.0 {
-                    continue;
-                }
                 let i = c * CHUNK + lane;
-                let place = columns.map_or(x0 + i as f64, |columns| columns[lane]);
-                let u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-                let x = Vector::new((place + u[0]) * h, (y0 + u[1]) * h, (z0 + u[2]) * h);
-                let Some((gap, normal, arm)) = search.candidate(&x) else { continue };
-                if i >= nx {
+                let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
+                if offsets.beyond[lane] > 0.0 || i >= nx {
                     continue;
                 }
+                let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
                 deepest = math::max(-gap, deepest);
                 let fixed = held && in_runs(&run, i);
                 if fixed && !free_body {
@@ -674,7 +673,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
-                    displacement: u,
+                    displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
                     normal,
                     arm,
                     weight: if fixed { -weight } else { weight },
@@ -686,7 +685,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
                 found.write(slot);
                 *node = (j * nx + i) as u32;
                 if let Some(place) = tangential.get_mut(count) {
-                    Tangential::at(&(x - body.position), &normal, &(v * unit_speed), body).write(place);
+                    Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
                 }
                 count += 1;
             }
@@ -1131,9 +1130,15 @@ mod tests {
                 }
                 for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
                     let search = Search::new(&solid, &body, h, set);
-                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first);
-                    assert_eq!(found.map(|(c, _)| c), expected, "{set:?}");
-                    assert!(found.is_none_or(|(c, beyond)| beyond.map(|x| x <= 0.0) == inside(c)));
+                    let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
+                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first, &mut offsets);
+                    assert_eq!(found, expected, "{set:?}");
+                    let Some(c) = found else { continue };
+                    assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));
+                    for (i, k) in (0..CHUNK).flat_map(|i| [(i, 0), (i, 1), (i, 2)]) {
+                        let rest = [first[0] + (c * CHUNK + i) as f64, first[1], first[2]];
+                        assert_eq!(offsets.r[k][i], (rest[k] + row[c][k][i]) * h - body.position[k], "{set:?}");
+                    }
                     assert_eq!(spread(&row, set), range);
                 }
             }
