@@ -658,10 +658,10 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
             #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
             for lane in 0..CHUNK {
                 let i = c * CHUNK + lane;
-                let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
                 if offsets.beyond[lane] > 0.0 || i >= nx {
                     continue;
                 }
+                let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
                 let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
                 deepest = math::max(-gap, deepest);
                 let fixed = held && in_runs(&run, i);
