@@ -1,12 +1,13 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
 //! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
-//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
-//! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call finds the candidates among its own rows and sweeps them. The last to arrive, told by one atomic word, also does what cannot be
+//! cut: the contact impulses, the body, the outcomes, and what the next pass needs to start: at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
 //! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
 //! that none has changed yet, and the second one sweeps. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
-//! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
+//! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. The solve of contact is not shared out, and the search for candidates only where
+//! there is a place for every node.
 //! Reference: docs/model.md, "Row bands".
 //!
 //! ```
@@ -44,20 +45,24 @@
 #![allow(unsafe_code)]
 
 use crate::blocks::Blocks;
-use crate::contact::Gathered;
+use crate::contact::{self, Gathered, Ground};
 use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
 use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::{CacheLine, InstructionSet};
-use crate::layout::{Layout, MAX_BANDS};
+use crate::layout::{CANDIDATE_REALS, Layout, MAX_BANDS, TANGENTIAL_REALS};
+use crate::model::Model;
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
+use crate::projectile::Body;
 use crate::rate::Rates;
 use crate::relaxation;
 use crate::rows::{Rows, Terms};
+use crate::scene::Scene;
+use crate::shape::Solid;
 use crate::step;
 use crate::sweep::Report;
 use crate::system::{self, System};
@@ -77,7 +82,7 @@ pub struct Bands<'s, 'a> {
     /// Written by the last band to arrive, read by all bands between two meetings.
     plan: UnsafeCell<Plan>,
     /// Written by its own band, read by the last to arrive.
-    reports: [UnsafeCell<Report>; MAX_BANDS as usize],
+    reports: [UnsafeCell<(Report, Gathered)>; MAX_BANDS as usize],
     /// One bit for every band that was called in this pass.
     claimed: AtomicU32,
     /// One bit for every band that has done its rows in this pass.
@@ -105,8 +110,10 @@ struct Plan {
     second_half: bool,
     /// Failed segments at the step's start.
     failed_before: u64,
-    /// What lies under the projectile, or why the pass cannot be made.
+    /// What lies under the projectile, as far as the bands do not find it, or why the pass cannot be made.
     found: Result<Gathered, Failure>,
+    /// Whether each band finds the candidates of its rows: there is a place for every node.
+    shared: bool,
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
     /// rest are left out.
     rows: [usize; 2],
@@ -128,7 +135,15 @@ struct Plan {
 /// Where the rows are: from the simulation's blocks, taken anew for every pass.
 #[derive(Clone, Copy)]
 struct Pointers {
+    scene: *const Scene,
+    layout: *const Layout,
+    model: *const Model,
+    solid: *const Solid,
+    body: *const Body,
     directions: *const Directions,
+    candidates: *mut [f64; CANDIDATE_REALS],
+    candidate_nodes: *mut u32,
+    tangential: *mut [f64; TANGENTIAL_REALS],
     hot: *mut Chunk<HOT_PLANES>,
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
@@ -179,7 +194,7 @@ impl<'s, 'a> Bands<'s, 'a> {
             system,
             of,
             plan: UnsafeCell::new(plan),
-            reports: core::array::from_fn(|_| UnsafeCell::new(Report::default())),
+            reports: core::array::from_fn(|_| UnsafeCell::new((Report::default(), Gathered::NONE))),
             claimed: AtomicU32::new(0),
             arrived: AtomicU32::new(0),
             passes: AtomicUsize::new(0),
@@ -213,7 +228,13 @@ impl Bands<'_, '_> {
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
             let plan = &*self.plan.get();
-            let met = if plan.pushing { plan.push(self.of, band) } else { plan.sweep(self.of, band) };
+            let met = if plan.pushing {
+                (plan.push(self.of, band), Gathered::NONE)
+            } else {
+                let gathered = plan.gather(self.of, band);
+                let report = plan.sweep(self.of, band);
+                (report, plan.complete(self.of, band, gathered))
+            };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
@@ -270,9 +291,16 @@ impl Bands<'_, '_> {
             return Ok(());
         }
         let mut report = Report::default();
-        for cell in self.reports.iter().take(self.of as usize) {
+        for (band, cell) in (0..self.of).zip(&self.reports) {
             // SAFETY: the band has arrived.
-            report = report.merged(unsafe { *cell.get() });
+            let (swept, gathered) = unsafe { *cell.get() };
+            report = report.merged(swept);
+            if plan.shared
+                && let Ok(found) = plan.found
+            {
+                let start = plan.ground_of(self.of, band)[0] * system.layout.nodes_x;
+                plan.found = Ok(contact::join(system, found, start, gathered));
+            }
         }
         let steps = system.state.step;
         // SAFETY: as above.
@@ -317,7 +345,8 @@ impl Plan {
             Some(last) if second_half => last.failed_before,
             _ => system.failed_segments,
         };
-        let found = step::look_ahead(system, end);
+        let shared = system.layout.candidates >= system.layout.nodes();
+        let found = step::look_ahead(system, end, shared);
         let mut rows = [system.layout.nodes_y, 0];
         let pushing = system.layout.viscous && found.is_ok();
         for ply in 0..system.layout.plies {
@@ -351,10 +380,21 @@ impl Plan {
             awake,
             ranges,
             runs,
+            candidates,
+            candidate_nodes,
+            tangential,
             ..
         } = &mut system.blocks;
         let memory = Pointers {
+            scene: &raw const system.scene,
+            layout: &raw const system.layout,
+            model: &raw const system.model,
+            solid: &raw const system.solid,
+            body: &raw const system.state.body,
             directions: &raw const system.directions,
+            candidates: candidates.as_mut_ptr(),
+            candidate_nodes: candidate_nodes.as_mut_ptr(),
+            tangential: tangential.as_mut_ptr(),
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
@@ -378,6 +418,7 @@ impl Plan {
             second_half,
             failed_before,
             found,
+            shared,
             rows,
             pushing,
             all,
@@ -398,6 +439,12 @@ impl Plan {
         // At least 1, so that no division by zero has to be compiled in.
         let start = |band: u32| first + (end - first) * band as usize / of.max(1) as usize;
         [start(band), start(band + 1)]
+    }
+
+    /// Rows [first, end) whose nodes a band looks at for candidates: its own, and those at rest before the first or behind the last band.
+    fn ground_of(&self, of: u32, band: u32) -> [usize; 2] {
+        let [first, end] = self.rows_of(of, band);
+        [if band == 0 { 0 } else { first }, if band + 1 == of { self.layout.nodes_y } else { end }]
     }
 
     /// Rows of a ply that are swept.
@@ -505,6 +552,60 @@ impl Plan {
             }
         }
         Report::default()
+    }
+
+    /// The candidates among a band's rows; none is swept yet. What the band needs to know of them is returned.
+    ///
+    /// # Safety
+    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    unsafe fn gather(&self, of: u32, band: u32) -> Gathered {
+        if !self.shared || self.found.is_err() {
+            return Gathered::NONE;
+        }
+        // SAFETY: the caller's promise. There is a place for each node, so that this cannot fail.
+        unsafe { self.ground(of, band) }.gather().unwrap_or(Gathered::NONE)
+    }
+
+    /// Completes the candidates among a band's rows, which have been swept.
+    ///
+    /// # Safety
+    /// As for [`Plan::gather`].
+    unsafe fn complete(&self, of: u32, band: u32, gathered: Gathered) -> Gathered {
+        if gathered.count > 0 {
+            // SAFETY: the caller's promise.
+            unsafe { self.ground(of, band) }.complete(gathered.count);
+        }
+        Gathered { complete: true, ..gathered }
+    }
+
+    /// A band's rows as contact sees them.
+    ///
+    /// # Safety
+    /// As for [`Plan::gather`]; no other slice of these rows and of the band's candidates is held.
+    unsafe fn ground<'r>(&self, of: u32, band: u32) -> Ground<'r> {
+        let [first, end] = self.ground_of(of, band);
+        let (memory, count, chunks, nx) = (&self.memory, end - first, self.layout.chunks, self.layout.nodes_x);
+        // SAFETY: ground_of() cuts all rows without overlap, and there is a candidate's place for each node; nothing changes
+        // the scene, the model, the body and the fixed runs between two meetings.
+        unsafe {
+            Ground {
+                scene: &*memory.scene,
+                layout: &*memory.layout,
+                model: &*memory.model,
+                solid: &*memory.solid,
+                body: &*memory.body,
+                rise: (*memory.directions).front.vertical.rest.spacing,
+                instructions: self.instructions,
+                first,
+                hot: rows(memory.hot, chunks, first, count),
+                ranges: rows_mut(memory.ranges, 1, first, count),
+                runs: rows(memory.runs, 1, first, count),
+                net: self.net(),
+                candidates: rows_mut(memory.candidates, nx, first, count),
+                candidate_nodes: rows_mut(memory.candidate_nodes, nx, first, count),
+                tangential: if self.layout.friction { rows_mut(memory.tangential, nx, first, count) } else { &mut [] },
+            }
+        }
     }
 
     /// Sweeps a band's rows.
