@@ -82,7 +82,7 @@ pub struct Bands<'s, 'a> {
     /// Written by the last band to arrive, read by all bands between two meetings.
     plan: UnsafeCell<Plan>,
     /// Written by its own band, read by the last to arrive.
-    reports: [UnsafeCell<(Report, Gathered)>; MAX_BANDS as usize],
+    reports: [UnsafeCell<Report>; MAX_BANDS as usize],
     /// One bit for every band that was called in this pass.
     claimed: AtomicU32,
     /// One bit for every band that has done its rows in this pass.
@@ -171,6 +171,8 @@ struct Scratch<'r> {
     /// Work row of viscosity.
     work: &'r mut [Chunk<VISCOUS_PLANES>],
     kept: &'r mut [[f64; 3]],
+    /// How many candidates its rows have, and the deepest penetration of any, m.
+    found: &'r mut [f64; 2],
 }
 
 impl<'s, 'a> Bands<'s, 'a> {
@@ -194,7 +196,7 @@ impl<'s, 'a> Bands<'s, 'a> {
             system,
             of,
             plan: UnsafeCell::new(plan),
-            reports: core::array::from_fn(|_| UnsafeCell::new((Report::default(), Gathered::NONE))),
+            reports: core::array::from_fn(|_| UnsafeCell::new(Report::default())),
             claimed: AtomicU32::new(0),
             arrived: AtomicU32::new(0),
             passes: AtomicUsize::new(0),
@@ -229,11 +231,12 @@ impl Bands<'_, '_> {
         unsafe {
             let plan = &*self.plan.get();
             let met = if plan.pushing {
-                (plan.push(self.of, band), Gathered::NONE)
+                plan.push(self.of, band)
             } else {
-                let gathered = plan.gather(self.of, band);
+                plan.gather(self.of, band);
                 let report = plan.sweep(self.of, band);
-                (report, plan.complete(self.of, band, gathered))
+                plan.complete(self.of, band);
+                report
             };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
@@ -291,16 +294,19 @@ impl Bands<'_, '_> {
             return Ok(());
         }
         let mut report = Report::default();
-        for (band, cell) in (0..self.of).zip(&self.reports) {
+        for cell in self.reports.iter().take(self.of as usize) {
             // SAFETY: the band has arrived.
-            let (swept, gathered) = unsafe { *cell.get() };
-            report = report.merged(swept);
-            if plan.shared
-                && let Ok(found) = plan.found
-            {
+            report = report.merged(unsafe { *cell.get() });
+        }
+        if let Ok(mut found) = plan.found
+            && plan.shared
+        {
+            for band in 0..self.of {
                 let start = plan.ground_of(self.of, band)[0] * system.layout.nodes_x;
-                plan.found = Ok(contact::join(system, found, start, gathered));
+                // SAFETY: the band has arrived.
+                found = contact::join(system, found, start, unsafe { *plan.scratch(band).found });
             }
+            plan.found = Ok(found);
         }
         let steps = system.state.step;
         // SAFETY: as above.
@@ -554,28 +560,35 @@ impl Plan {
         Report::default()
     }
 
-    /// The candidates among a band's rows; none is swept yet. What the band needs to know of them is returned.
+    /// Finds the candidates among a band's rows; none is swept yet.
     ///
     /// # Safety
     /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
-    unsafe fn gather(&self, of: u32, band: u32) -> Gathered {
-        if !self.shared || self.found.is_err() {
-            return Gathered::NONE;
+    #[inline(never)] // What it needs must not add to the stack of a sweep.
+    unsafe fn gather(&self, of: u32, band: u32) {
+        if self.shared && self.found.is_ok() {
+            // SAFETY: the caller's promise.
+            unsafe {
+                // There is a place for each node, so that this cannot fail.
+                let found = self.ground(of, band).gather().unwrap_or(Gathered::NONE);
+                *self.scratch(band).found = [found.count as f64, found.deepest];
+            }
         }
-        // SAFETY: the caller's promise. There is a place for each node, so that this cannot fail.
-        unsafe { self.ground(of, band) }.gather().unwrap_or(Gathered::NONE)
     }
 
     /// Completes the candidates among a band's rows, which have been swept.
     ///
     /// # Safety
     /// As for [`Plan::gather`].
-    unsafe fn complete(&self, of: u32, band: u32, gathered: Gathered) -> Gathered {
-        if gathered.count > 0 {
+    #[inline(never)] // As above.
+    unsafe fn complete(&self, of: u32, band: u32) {
+        if self.shared && self.found.is_ok() {
             // SAFETY: the caller's promise.
-            unsafe { self.ground(of, band) }.complete(gathered.count);
+            unsafe {
+                let [count, _] = *self.scratch(band).found;
+                self.ground(of, band).complete(count as usize);
+            }
         }
-        Gathered { complete: true, ..gathered }
     }
 
     /// A band's rows as contact sees them.
@@ -739,11 +752,13 @@ impl Plan {
             let work = carry.add(chunks * CHUNK * CARRY_PLANES);
             let worked = if layout.viscous { chunks } else { 0 };
             let kept = work.add(worked * CHUNK * VISCOUS_PLANES);
+            let found = above.add(layout.reals_of_a_band() - CacheLine::REALS);
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
                 work: from_raw_parts_mut(work.cast(), worked),
                 kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
+                found: &mut *found.cast(),
             }
         }
     }

@@ -669,6 +669,7 @@ impl<'r> Ground<'r> {
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone.
+#[inline(never)] // It must not add to the stack of the sweep.
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     Ground::of(system).gather()
 }
@@ -679,15 +680,17 @@ pub(crate) fn is_beyond_fine(system: &System<'_>, count: usize) -> bool {
     system.layout.graded && (count > 0 || search().meets_plane()) && search().is_beyond_fine(&system.scene)
 }
 
-/// For bands: puts the candidates of a band, which stand from place `start` on, behind those of the bands before it.
-pub(crate) fn join(system: &mut System<'_>, before: Gathered, start: usize, band: Gathered) -> Gathered {
+/// For bands: puts the candidates of a band, which stand complete from place `start` on, behind those of the bands before it. Of the band:
+/// their number and the deepest penetration.
+pub(crate) fn join(system: &mut System<'_>, before: Gathered, start: usize, [count, deepest]: [f64; 2]) -> Gathered {
+    let count = count as usize;
     if before.count < start {
-        for c in 0..band.count {
+        for c in 0..count {
             system.blocks.move_candidate(start + c, before.count + c);
         }
     }
-    let deepest = math::max(band.deepest, before.deepest);
-    Gathered { count: before.count + band.count, deepest, complete: band.complete }
+    let deepest = math::max(deepest, before.deepest);
+    Gathered { count: before.count + count, deepest, complete: true }
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
@@ -780,6 +783,7 @@ impl Ground<'_> {
     }
 
     /// [`complete_candidates`] of the first `count` of these rows.
+    #[inline(never)] // As above.
     pub fn complete(self, count: usize) {
         let Ground { layout, hot, tangential, .. } = self;
         let (nx, chunks, unit_speed) = (layout.nodes_x, layout.chunks, self.model.unit_speed);
