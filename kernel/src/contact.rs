@@ -247,13 +247,18 @@ impl Neighbourhood<'_> {
         if y0 < y { y0 + high < y - half } else { y0 + low > y + half }
     }
 
-    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, the displacement u
-    /// lies in `range`.
-    fn chunks(&self, x0: f64, [low, high]: [f64; 2], count: usize) -> [usize; 2] {
+    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, or of a graded
+    /// network in its place, the displacement u lies in `range`.
+    fn chunks(&self, x0: f64, columns: &[Chunk<LINE_PLANES>], [low, high]: [f64; 2], count: usize) -> [usize; 2] {
         let ([x, _], [half, _]) = (self.centre, self.half);
+        let (from, to) = (x - half - high, x + half - low);
+        if !columns.is_empty() {
+            let first = columns.partition_point(|chunk| chunk[PLACE][CHUNK - 1] < from);
+            return [first, columns.partition_point(|chunk| chunk[PLACE][0] <= to)];
+        }
         // What lies before the first column becomes 0.
-        let chunk = |column: f64| ((column / CHUNK as f64) as usize).min(count);
-        [chunk(x - half - x0 - high), chunk(x + half - x0 - low) + 1]
+        let chunk = |place: f64| (((place - x0) / CHUNK as f64) as usize).min(count);
+        [chunk(from), chunk(to) + 1]
     }
 
     /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes are.
@@ -728,15 +733,11 @@ impl Ground<'_> {
             let run = runs.get(k).copied().unwrap_or([0; 4]);
             let row = planes::row(hot, chunks, k);
             let first = [x0, y0, z0];
-            let [mut from, end] = if layout.graded {
-                [0, chunks]
-            } else {
-                if *left == NOT_KEPT {
-                    // From here on the sweep keeps it.
-                    [*left, *right] = spread(row, instructions).map(end_of_range);
-                }
-                near.chunks(x0, range_of([*left, *right]), chunks)
-            };
+            if *left == NOT_KEPT {
+                // From here on the sweep keeps it.
+                [*left, *right] = spread(row, instructions).map(end_of_range);
+            }
+            let [mut from, end] = near.chunks(x0, net.columns, range_of([*left, *right]), chunks);
             while from < end
                 && let Some(c) = near.next(row, net.columns, [from, end], first, &mut offsets)
             {
@@ -1205,7 +1206,8 @@ mod tests {
             };
             let set = InstructionSet::Scalar;
             let range = spread(&row, set);
-            let [start, end] = Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], range, row.len());
+            let [start, end] =
+                Search::new(&solid, &body, h, set).neighbourhood(h).chunks(first[0], &[], range, row.len());
             for c in (0..10).filter(|c| !(start..end).contains(c)) {
                 left_out += 1;
                 assert_eq!(inside(c), [false; CHUNK]);
