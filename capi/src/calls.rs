@@ -14,7 +14,7 @@ use crate::block::{self, Lent, ToChange, ToLookAt, fk_sim};
 use crate::sizes::{Part, Structure, change_scene, put_scene, read, read_scene};
 use crate::types::*;
 use core::ffi::{CStr, c_char};
-use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene};
+use fabric::{Code, Error, Layout, Outcome, OutcomeSet, Scene, Textile};
 use fabric_host::{Input, Output, in_our_environment};
 
 /// 0 or the error's number.
@@ -124,11 +124,7 @@ pub unsafe extern "C" fn fk_scene_set_textile(
     fault: Output<fk_fault>,
     fault_size: u64,
 ) -> i32 {
-    let set = || {
-        let textile = read(&textile, textile_size)?;
-        change_scene(&mut scene, |scene| in_our_environment(|| scene.set_textile(&textile)))
-    };
-    telling(fault, fault_size, set)
+    telling(fault, fault_size, || change_fabric(&mut scene, textile, textile_size, Scene::set_textile))
 }
 
 /// Makes the group `back` of `scene`, but for back.plies, the fabric of a textile's data sheet in the scene's own grid of nodes, and
@@ -142,11 +138,7 @@ pub unsafe extern "C" fn fk_scene_set_back_textile(
     fault: Output<fk_fault>,
     fault_size: u64,
 ) -> i32 {
-    let set = || {
-        let textile = read(&textile, textile_size)?;
-        change_scene(&mut scene, |scene| in_our_environment(|| scene.set_back_textile(&textile)))
-    };
-    telling(fault, fault_size, set)
+    telling(fault, fault_size, || change_fabric(&mut scene, textile, textile_size, Scene::set_back_textile))
 }
 
 /// Chooses a graded network, sheet.grading, for a hit as the projectile of `scene` starts, with absorbed energy and residual velocity
@@ -229,6 +221,17 @@ pub unsafe extern "C" fn fk_init(
         put_number(&mut out, "out", handle)
     };
     telling(fault, fault_size, make)
+}
+
+/// Changes a scene by a textile.
+fn change_fabric(
+    scene: &mut Output<fk_scene>,
+    textile: Input<fk_textile>,
+    textile_size: u64,
+    set: impl Fn(&mut Scene, &Textile) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let textile = read(&textile, textile_size)?;
+    change_scene(scene, |scene| in_our_environment(|| set(scene, &textile)))
 }
 
 /// Runs a call that tells why it refuses in `fault`, if there is one. A fault that cannot be written is refused before

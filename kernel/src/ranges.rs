@@ -12,7 +12,7 @@ pub(crate) fn end_of_range(end: f64) -> u32 {
     (end as f32).to_bits()
 }
 
-/// The range of a row from its ends as they are kept: no narrower than it was.
+/// The range of a row from its ends as they are kept: no narrower than it was, but for displacements below 1e-38 spacings, which no place feels.
 pub(crate) fn range_of([low, high]: [u32; 2]) -> [f64; 2] {
     [low, high].map(|end| f64::from(f32::from_bits(end)) * (1.0 + f64::from(f32::EPSILON)))
 }

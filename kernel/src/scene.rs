@@ -103,20 +103,24 @@ pub struct Back {
     pub weibull_gauge_length: f64,
 }
 
+/// Mass of a node of the paper's sheet, kg, and cross-section of its yarn, m^2.
+const PAPER_NODE_MASS: f64 = 6.52e-8;
+const PAPER_YARN_AREA: f64 = 1.075e-7;
+
 impl Back {
     /// No ply of it; the numbers of the paper's yarn.
     pub const PAPER: Back = Back {
         plies: 0,
-        node_mass: 6.52e-8,
-        yarn_area: 1.075e-7,
+        node_mass: PAPER_NODE_MASS,
+        yarn_area: PAPER_YARN_AREA,
         yarn_area_y: 0.0,
         crimp: [0.0; 2],
-        modulus_mean: 140.21e9,
-        modulus_sd: 2.04e9,
-        damage_slope: 7.91e-9,
-        damage_intercept: -878.46,
-        damage_sd: 8.35,
-        critical_stretch: 1.03,
+        modulus_mean: Yarn::PAPER.modulus_mean,
+        modulus_sd: Yarn::PAPER.modulus_sd,
+        damage_slope: Yarn::PAPER.damage_slope,
+        damage_intercept: Yarn::PAPER.damage_intercept,
+        damage_sd: Yarn::PAPER.damage_sd,
+        critical_stretch: Yarn::PAPER.critical_stretch,
         weibull_shape: 0.0,
         weibull_gauge_length: 0.0,
     };
@@ -207,6 +211,34 @@ pub struct Yarn {
     pub rate_reference: f64,
     /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate only).
     pub rate_limit: f64,
+}
+
+impl Yarn {
+    /// The paper's yarn, with its scatter.
+    pub const PAPER: Yarn = Yarn {
+        modulus_mean: 140.21e9,
+        modulus_sd: 2.04e9,
+        damage_slope: 7.91e-9,
+        damage_intercept: -878.46,
+        damage_sd: 8.35,
+        critical_stretch: 1.03,
+        damage_a: 1.0,
+        damage_b: 0.0,
+        alpha_fail: 0.01,
+        stochastic: true,
+        draw: Draw::Segment,
+        strength_draw: StrengthDraw::None,
+        weibull_shape: 14.7,
+        weibull_gauge_length: 0.0,
+        weibull_correlation: 0.0,
+        viscosity_linear: 0.0,
+        viscosity_quadratic: 0.0,
+        viscosity_bending: 0.0,
+        rate_modulus: 0.0,
+        rate_stretch: 0.0,
+        rate_reference: 0.0,
+        rate_limit: 0.0,
+    };
 }
 
 /// What the critical stretch of a segment is.
@@ -563,8 +595,8 @@ impl Scene {
                 nodes_y: 105,
                 spacing: PAPER_SPACING,
                 spacing_y: 0.0,
-                node_mass: 6.52e-8,
-                yarn_area: 1.075e-7,
+                node_mass: PAPER_NODE_MASS,
+                yarn_area: PAPER_YARN_AREA,
                 yarn_area_y: 0.0,
                 crimp: [0.0; 2],
                 pre_strain: [0.0; 2],
@@ -577,30 +609,7 @@ impl Scene {
             back: Back::PAPER,
             symmetry: Symmetry { mirror_x: false, mirror_y: false },
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
-            yarn: Yarn {
-                modulus_mean: 140.21e9,
-                modulus_sd: 2.04e9,
-                damage_slope: 7.91e-9,
-                damage_intercept: -878.46,
-                damage_sd: 8.35,
-                critical_stretch: 1.03,
-                damage_a: 1.0,
-                damage_b: 0.0,
-                alpha_fail: 0.01,
-                stochastic: true,
-                draw: Draw::Segment,
-                strength_draw: StrengthDraw::None,
-                weibull_shape: 14.7,
-                weibull_gauge_length: 0.0,
-                weibull_correlation: 0.0,
-                viscosity_linear: 0.0,
-                viscosity_quadratic: 0.0,
-                viscosity_bending: 0.0,
-                rate_modulus: 0.0,
-                rate_stretch: 0.0,
-                rate_reference: 0.0,
-                rate_limit: 0.0,
-            },
+            yarn: Yarn::PAPER,
             weft: Weft {
                 modulus_mean: 0.0,
                 modulus_sd: 0.0,

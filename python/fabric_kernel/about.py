@@ -23,7 +23,7 @@ def scene_named(name: str) -> tuple[Scene, str]:
     scene = Scene.read(name)
     file = tomllib.loads(Path(name).read_text())
     fabric = file.get("fabric", {})
-    return scene, (fabric.get("name") or "its own") if fabric else str(file.get("preset", PRESETS[0]))
+    return scene, (fabric.get("name") or "its own") if fabric else str(file["preset"])
 
 
 def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
@@ -32,14 +32,23 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     spacing = value["sheet.spacing"]
     sizes = [(value["sheet.nodes_x"], spacing), (value["sheet.nodes_y"], value["sheet.spacing_y"] or spacing)]
     size = " x ".join(f"{1e3 * (nodes - 1) * h:.4g}" for nodes, h in sizes)
-    plies = f"{value['stack.plies']} separate plies" if value["stack.plies"] > 1 else f"{value['sheet.plies']} plies lumped into one sheet"
-    if value["stack.plies"] == value["sheet.plies"] == 1:
-        plies = "1 ply"
+    lumped = "1 ply" if value["sheet.plies"] == 1 else f"{value['sheet.plies']} plies lumped into one sheet"
+    plies = lumped
+    if value["stack.plies"] > 1:
+        each = "" if value["sheet.plies"] == 1 else f" of {lumped} each"
+        plies = f"{value['stack.plies']} separate plies{each}, {1e3 * value['stack.gap']:.4g} mm apart"
+        plies += ", every other one turned" if value["stack.turned"] else ""
+        plies += f", the last {value['back.plies']} of another fabric" if value["back.plies"] else ""
     yarn = f"modulus {1e-9 * value['yarn.modulus_mean']:.4g} GPa, critical stretch {value['yarn.critical_stretch']:.5g}"
     viscosity = ", ".join(f"{value[f'yarn.viscosity_{kind}']:g}" for kind in ("linear", "quadratic", "bending"))
-    body = [value["projectile.shape"].replace("_", " "), f"mass {1e3 * value['projectile.mass']:.4g} g", f"radius {1e3 * value['projectile.radius']:.4g} mm"]
+    body = [value["projectile.shape"].replace("_", " "), f"mass {1e3 * value['projectile.mass']:.4g} g"]
+    if body[0] == "sphere" or "cylinder" in body[0]:
+        body.append(f"radius {1e3 * value['projectile.radius']:.4g} mm")
     if "cylinder" in body[0]:
         body.append(f"length {1e3 * value['projectile.length']:.4g} mm")
+    if "sector" in body[0]:
+        body.append(f"outer radius {1e3 * value['projectile.sector.outer_radius']:.4g} mm")
+    body.append(f"friction {value['contact.friction']:g}")
     name = f"{fabric}, " if fabric else ""
     hashed = hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
     nodes = " x ".join(str(count) for count, _ in sizes)

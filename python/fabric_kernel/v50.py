@@ -247,7 +247,9 @@ def v50(
         simulated = f"Intervals: {tests} simulated tests at each point of the calibration, seed {seed}."
     residual = limit.residual_fit(v, y, numpy.array([shot.residual for shot in made]))
     words = f"{seeds} {simulated}".strip()
-    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes + list(getattr(shoot, "notes", list)())), tuple(about))
+    if isinstance(shoot, Shooter):
+        notes += shoot.notes()
+    return Test(title, design.words(), words, tuple(made), found, limit.standard_average(v, y), residual, tuple(notes), tuple(about))
 
 
 class Shooter:

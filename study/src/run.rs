@@ -191,7 +191,7 @@ pub fn run(options: &Options) -> Result<bool> {
     Ok(true)
 }
 
-/// Adds to a refusal of too many nodes the memory that they would take, some 200 bytes each.
+/// Adds to a refusal of too many nodes the memory that they would take, 233 bytes each at the default capacity of contact.
 fn with_its_memory(scene: &Scene, error: Box<dyn std::error::Error>) -> Box<dyn std::error::Error> {
     let refused = error.downcast_ref::<fabric::Error>().is_some_and(|error| error.code == fabric::Code::TooManyNodes);
     let nodes = f64::from(scene.sheet.nodes_x) * f64::from(scene.sheet.nodes_y) * f64::from(scene.stack.plies);

@@ -15,7 +15,7 @@ pub struct Options {
 /// A named step.
 type Step = (&'static str, fn() -> Outcome);
 
-/// What every change must pass, within 8 minutes on 2 cores.
+/// What every change must pass.
 const TEST: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", || cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])),
@@ -40,7 +40,7 @@ const TEST: &[Step] = &[
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true, plies: false })),
 ];
 
-/// The long checks, by hand before a release: about half an hour.
+/// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
     ("two builds of the FMUs in two folders", || {
         crate::fmu::run(&crate::fmu::Options {
