@@ -1,13 +1,12 @@
 //! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
 //!
 //! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
-//! [`Bands::pass`] for every band, in any order, on any threads. Each call finds the candidates among its own rows and sweeps them. The last to arrive, told by one atomic word, also does what cannot be
-//! cut: the contact impulses, the body, the outcomes, and what the next pass needs to start: at every cut a copy of
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
+//! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
 //! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
 //! that none has changed yet, and the second one sweeps. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
-//! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. The solve of contact is not shared out, and the search for candidates only where
-//! there is a place for every node.
+//! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
 //! ```
@@ -45,24 +44,20 @@
 #![allow(unsafe_code)]
 
 use crate::blocks::Blocks;
-use crate::contact::{self, Gathered, Ground};
+use crate::contact::Gathered;
 use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
 use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::{CacheLine, InstructionSet};
-use crate::layout::{CANDIDATE_REALS, Layout, MAX_BANDS, TANGENTIAL_REALS};
-use crate::model::Model;
+use crate::layout::{Layout, MAX_BANDS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::pose::Vector;
-use crate::projectile::Body;
 use crate::rate::Rates;
 use crate::relaxation;
 use crate::rows::{Rows, Terms};
-use crate::scene::Scene;
-use crate::shape::Solid;
 use crate::step;
 use crate::sweep::Report;
 use crate::system::{self, System};
@@ -110,10 +105,8 @@ struct Plan {
     second_half: bool,
     /// Failed segments at the step's start.
     failed_before: u64,
-    /// What lies under the projectile, as far as the bands do not find it, or why the pass cannot be made.
+    /// What lies under the projectile, or why the pass cannot be made.
     found: Result<Gathered, Failure>,
-    /// Whether each band finds the candidates of its rows: there is a place for every node.
-    shared: bool,
     /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
     /// rest are left out.
     rows: [usize; 2],
@@ -135,15 +128,7 @@ struct Plan {
 /// Where the rows are: from the simulation's blocks, taken anew for every pass.
 #[derive(Clone, Copy)]
 struct Pointers {
-    scene: *const Scene,
-    layout: *const Layout,
-    model: *const Model,
-    solid: *const Solid,
-    body: *const Body,
     directions: *const Directions,
-    candidates: *mut [f64; CANDIDATE_REALS],
-    candidate_nodes: *mut u32,
-    tangential: *mut [f64; TANGENTIAL_REALS],
     hot: *mut Chunk<HOT_PLANES>,
     history: *mut Chunk<HISTORY_PLANES>,
     yarn: *const Chunk<YARN_PLANES>,
@@ -171,8 +156,6 @@ struct Scratch<'r> {
     /// Work row of viscosity.
     work: &'r mut [Chunk<VISCOUS_PLANES>],
     kept: &'r mut [[f64; 3]],
-    /// How many candidates its rows have, and the deepest penetration of any, m.
-    found: &'r mut [f64; 2],
 }
 
 impl<'s, 'a> Bands<'s, 'a> {
@@ -230,14 +213,7 @@ impl Bands<'_, '_> {
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
             let plan = &*self.plan.get();
-            let met = if plan.pushing {
-                plan.push(self.of, band)
-            } else {
-                plan.gather(self.of, band);
-                let report = plan.sweep(self.of, band);
-                plan.complete(self.of, band);
-                report
-            };
+            let met = if plan.pushing { plan.push(self.of, band) } else { plan.sweep(self.of, band) };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
@@ -298,16 +274,6 @@ impl Bands<'_, '_> {
             // SAFETY: the band has arrived.
             report = report.merged(unsafe { *cell.get() });
         }
-        if let Ok(mut found) = plan.found
-            && plan.shared
-        {
-            for band in 0..self.of {
-                let start = plan.ground_of(self.of, band)[0] * system.layout.nodes_x;
-                // SAFETY: the band has arrived.
-                found = contact::join(system, found, start, unsafe { *plan.scratch(band).found });
-            }
-            plan.found = Ok(found);
-        }
         let steps = system.state.step;
         // SAFETY: as above.
         if let Err(failure) = unsafe { plan.close(system, self.of, report) } {
@@ -351,8 +317,7 @@ impl Plan {
             Some(last) if second_half => last.failed_before,
             _ => system.failed_segments,
         };
-        let shared = system.layout.candidates >= system.layout.nodes();
-        let found = step::look_ahead(system, end, shared);
+        let found = step::look_ahead(system, end);
         let mut rows = [system.layout.nodes_y, 0];
         let pushing = system.layout.viscous && found.is_ok();
         for ply in 0..system.layout.plies {
@@ -386,21 +351,10 @@ impl Plan {
             awake,
             ranges,
             runs,
-            candidates,
-            candidate_nodes,
-            tangential,
             ..
         } = &mut system.blocks;
         let memory = Pointers {
-            scene: &raw const system.scene,
-            layout: &raw const system.layout,
-            model: &raw const system.model,
-            solid: &raw const system.solid,
-            body: &raw const system.state.body,
             directions: &raw const system.directions,
-            candidates: candidates.as_mut_ptr(),
-            candidate_nodes: candidate_nodes.as_mut_ptr(),
-            tangential: tangential.as_mut_ptr(),
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
             yarn: yarn.as_ptr(),
@@ -424,7 +378,6 @@ impl Plan {
             second_half,
             failed_before,
             found,
-            shared,
             rows,
             pushing,
             all,
@@ -445,12 +398,6 @@ impl Plan {
         // At least 1, so that no division by zero has to be compiled in.
         let start = |band: u32| first + (end - first) * band as usize / of.max(1) as usize;
         [start(band), start(band + 1)]
-    }
-
-    /// Rows [first, end) whose nodes a band looks at for candidates: its own, and those at rest before the first or behind the last band.
-    fn ground_of(&self, of: u32, band: u32) -> [usize; 2] {
-        let [first, end] = self.rows_of(of, band);
-        [if band == 0 { 0 } else { first }, if band + 1 == of { self.layout.nodes_y } else { end }]
     }
 
     /// Rows of a ply that are swept.
@@ -558,67 +505,6 @@ impl Plan {
             }
         }
         Report::default()
-    }
-
-    /// Finds the candidates among a band's rows; none is swept yet.
-    ///
-    /// # Safety
-    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
-    #[inline(never)] // What it needs must not add to the stack of a sweep.
-    unsafe fn gather(&self, of: u32, band: u32) {
-        if self.shared && self.found.is_ok() {
-            // SAFETY: the caller's promise.
-            unsafe {
-                // There is a place for each node, so that this cannot fail.
-                let found = self.ground(of, band).gather().unwrap_or(Gathered::NONE);
-                *self.scratch(band).found = [found.count as f64, found.deepest];
-            }
-        }
-    }
-
-    /// Completes the candidates among a band's rows, which have been swept.
-    ///
-    /// # Safety
-    /// As for [`Plan::gather`].
-    #[inline(never)] // As above.
-    unsafe fn complete(&self, of: u32, band: u32) {
-        if self.shared && self.found.is_ok() {
-            // SAFETY: the caller's promise.
-            unsafe {
-                let [count, _] = *self.scratch(band).found;
-                self.ground(of, band).complete(count as usize);
-            }
-        }
-    }
-
-    /// A band's rows as contact sees them.
-    ///
-    /// # Safety
-    /// As for [`Plan::gather`]; no other slice of these rows and of the band's candidates is held.
-    unsafe fn ground<'r>(&self, of: u32, band: u32) -> Ground<'r> {
-        let [first, end] = self.ground_of(of, band);
-        let (memory, count, chunks, nx) = (&self.memory, end - first, self.layout.chunks, self.layout.nodes_x);
-        // SAFETY: ground_of() cuts all rows without overlap, and there is a candidate's place for each node; nothing changes
-        // the scene, the model, the body and the fixed runs between two meetings.
-        unsafe {
-            Ground {
-                scene: &*memory.scene,
-                layout: &*memory.layout,
-                model: &*memory.model,
-                solid: &*memory.solid,
-                body: &*memory.body,
-                rise: (*memory.directions).front.vertical.rest.spacing,
-                instructions: self.instructions,
-                first,
-                hot: rows(memory.hot, chunks, first, count),
-                ranges: rows_mut(memory.ranges, 1, first, count),
-                runs: rows(memory.runs, 1, first, count),
-                net: self.net(),
-                candidates: rows_mut(memory.candidates, nx, first, count),
-                candidate_nodes: rows_mut(memory.candidate_nodes, nx, first, count),
-                tangential: if self.layout.friction { rows_mut(memory.tangential, nx, first, count) } else { &mut [] },
-            }
-        }
     }
 
     /// Sweeps a band's rows.
@@ -752,13 +638,11 @@ impl Plan {
             let work = carry.add(chunks * CHUNK * CARRY_PLANES);
             let worked = if layout.viscous { chunks } else { 0 };
             let kept = work.add(worked * CHUNK * VISCOUS_PLANES);
-            let found = above.add(layout.reals_of_a_band() - CacheLine::REALS);
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
                 work: from_raw_parts_mut(work.cast(), worked),
                 kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
-                found: &mut *found.cast(),
             }
         }
     }

@@ -162,22 +162,6 @@ impl Blocks<'_> {
         swap(self.tangential, a, b);
         swap(self.gaps_over_dt, a, b);
     }
-
-    /// Copies a candidate of velocity Verlet to another place.
-    pub(crate) fn move_candidate(&mut self, from: usize, to: usize) {
-        copy(self.candidates, from, to);
-        copy(self.candidate_nodes, from, to);
-        copy(self.tangential, from, to);
-    }
-}
-
-/// Copies an item, where both places are.
-fn copy<T: Copy>(items: &mut [T], from: usize, to: usize) {
-    if let Some(&item) = items.get(from)
-        && let Some(place) = items.get_mut(to)
-    {
-        *place = item;
-    }
 }
 
 /// Lets two items change places, where both are.

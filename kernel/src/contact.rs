@@ -16,9 +16,8 @@ use crate::error::Failure;
 use crate::friction::{self, Tangential};
 use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::layout::{CANDIDATE_REALS, Layout, TANGENTIAL_REALS};
+use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
-use crate::model::Model;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
@@ -614,198 +613,115 @@ pub(crate) struct Gathered {
     pub count: usize,
     /// Deepest penetration of any, m; 0 if none is inside.
     pub deepest: f64,
-    /// Whether the candidates have the velocities that the sweep left them.
-    pub complete: bool,
-}
-
-impl Gathered {
-    /// Nothing.
-    pub const NONE: Gathered = Gathered { count: 0, deepest: 0.0, complete: false };
-}
-
-/// Some rows of the sheet, and the places for the candidates among their nodes.
-pub(crate) struct Ground<'r> {
-    pub scene: &'r Scene,
-    pub layout: &'r Layout,
-    pub model: &'r Model,
-    pub solid: &'r Solid,
-    pub body: &'r Body,
-    /// Spacing of the rows of the front fabric, spacings along x.
-    pub rise: f64,
-    pub instructions: InstructionSet,
-    /// Number of the first row.
-    pub first: usize,
-    pub hot: &'r [Chunk<HOT_PLANES>],
-    pub ranges: &'r mut [[u32; 4]],
-    pub runs: &'r [[u32; 4]],
-    /// Bars and widths of all rows of a graded network.
-    pub net: Net<'r>,
-    pub candidates: &'r mut [[f64; CANDIDATE_REALS]],
-    pub candidate_nodes: &'r mut [u32],
-    pub tangential: &'r mut [[f64; TANGENTIAL_REALS]],
-}
-
-impl<'r> Ground<'r> {
-    /// All rows.
-    fn of(system: &'r mut System<'_>) -> Ground<'r> {
-        let System { scene, layout, model, solid, state, directions, instructions, blocks, .. } = system;
-        let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = blocks;
-        let (rise, net) = (directions.front.vertical.rest.spacing, Net { columns, lines });
-        let (instructions, body) = (*instructions, &state.body);
-        Ground {
-            scene,
-            layout,
-            model,
-            solid,
-            body,
-            rise,
-            instructions,
-            first: 0,
-            hot,
-            ranges,
-            runs,
-            net,
-            candidates,
-            candidate_nodes,
-            tangential,
-        }
-    }
+    /// Whether the body meets the sheet beyond the fine part of a graded network.
+    pub is_beyond_fine: bool,
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone.
-#[inline(never)] // It must not add to the stack of the sweep.
 pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
-    Ground::of(system).gather()
-}
-
-/// Whether the body meets the sheet, of which there are so many candidates, beyond the fine part of a graded network.
-pub(crate) fn is_beyond_fine(system: &System<'_>, count: usize) -> bool {
-    let search = || Search::new(&system.solid, &system.state.body, system.scene.largest_spacing(), system.instructions);
-    system.layout.graded && (count > 0 || search().meets_plane()) && search().is_beyond_fine(&system.scene)
-}
-
-/// For bands: puts the candidates of a band, which stand complete from place `start` on, behind those of the bands before it. Of the band:
-/// their number and the deepest penetration.
-pub(crate) fn join(system: &mut System<'_>, before: Gathered, start: usize, [count, deepest]: [f64; 2]) -> Gathered {
-    let count = count as usize;
-    if before.count < start {
-        for c in 0..count {
-            system.blocks.move_candidate(start + c, before.count + c);
+    let h = system.scene.sheet.spacing;
+    let margin = system.scene.largest_spacing();
+    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
+    let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
+    let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
+    let free_body = system.scene.drive == Drive::Free;
+    let stands_alone = !layout.graded && system.scene.symmetry == Symmetry::default();
+    let body = &system.state.body;
+    let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
+    let net = Net { columns, lines };
+    let near = search.neighbourhood(h);
+    let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
+    let (mut count, mut deepest) = (0, 0.0);
+    let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
+    // Offsets are exact: those of a row follow from its first.
+    let x0 = rest_offset(0, nodes_x);
+    for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(ny) {
+        let (ply, row_of_ply) = layout.ply_and_row(j);
+        let y0 = rest_offset(row_of_ply, nodes_y) * rise;
+        let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
+        if near.misses_row(y0, range_of([*low, *high])) {
+            *left = NOT_KEPT;
+            continue;
+        }
+        let z0 = ply as f64 * pile;
+        let run = runs.get(j).copied().unwrap_or([0; 4]);
+        let row = planes::row(hot, chunks, j);
+        let first = [x0, y0, z0];
+        if *left == NOT_KEPT {
+            // From here on the sweep keeps it.
+            [*left, *right] = spread(row, system.instructions).map(end_of_range);
+        }
+        let [mut from, end] = near.chunks(x0, net.columns, range_of([*left, *right]), chunks);
+        while from < end
+            && let Some(c) = near.next(row, net.columns, [from, end], first, &mut offsets)
+        {
+            from = c + 1;
+            let Some(chunk) = row.get(c) else { break };
+            let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
+            #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+            for lane in 0..CHUNK {
+                let i = c * CHUNK + lane;
+                if offsets.beyond[lane] > 0.0 || i >= nx {
+                    continue;
+                }
+                let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
+                let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
+                deepest = math::max(-gap, deepest);
+                let fixed = held && in_runs(&run, i);
+                if fixed && !free_body {
+                    continue;
+                }
+                let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
+                // With no velocity so far: see `Found`.
+                let found = Candidate {
+                    displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
+                    normal,
+                    arm,
+                    weight: if fixed { -weight } else { weight },
+                    speed_before: normal.dot(&v) * unit_speed,
+                    approach: math::max(gap, 0.0) / dt,
+                    effective_mass: 0.0,
+                    impulse: 0.0,
+                };
+                found.write(slot);
+                *node = (j * nx + i) as u32;
+                if let Some(place) = tangential.get_mut(count) {
+                    Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
+                }
+                count += 1;
+            }
         }
     }
-    let deepest = math::max(deepest, before.deepest);
-    Gathered { count: before.count + count, deepest, complete: true }
+    let is_beyond_fine = layout.graded && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
+    Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
-    Ground::of(system).complete(count);
-}
-
-impl Ground<'_> {
-    /// [`gather`] of these rows.
-    #[inline(never)] // It must not add to the stack of the sweep.
-    pub fn gather(self) -> Result<Gathered, Failure> {
-        let Ground { scene, layout, model, solid, body, rise, instructions, hot, runs, net, tangential, .. } = self;
-        let h = scene.sheet.spacing;
-        let search = Search::new(solid, body, scene.largest_spacing(), instructions);
-        let (nx, chunks, unit_speed, dt) = (layout.nodes_x, layout.chunks, model.unit_speed, model.pass_dt);
-        let (nodes_x, nodes_y) = (scene.sheet.nodes_x, scene.sheet.nodes_y);
-        let free_body = scene.drive == Drive::Free;
-        let stands_alone = !layout.graded && scene.symmetry == Symmetry::default();
-        let near = search.neighbourhood(h);
-        let mut slots = self.candidates.iter_mut().zip(self.candidate_nodes.iter_mut());
-        let (mut count, mut deepest) = (0, 0.0);
-        let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
-        // Offsets are exact: those of a row follow from its first.
-        let x0 = rest_offset(0, nodes_x);
-        for (k, [low, high, left, right]) in self.ranges.iter_mut().enumerate() {
-            let j = self.first + k;
-            let (ply, row_of_ply) = layout.ply_and_row(j);
-            let y0 = rest_offset(row_of_ply, nodes_y) * rise;
-            let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
-            if near.misses_row(y0, range_of([*low, *high])) {
-                *left = NOT_KEPT;
-                continue;
-            }
-            let z0 = ply as f64 * model.gap;
-            let run = runs.get(k).copied().unwrap_or([0; 4]);
-            let row = planes::row(hot, chunks, k);
-            let first = [x0, y0, z0];
-            if *left == NOT_KEPT {
-                // From here on the sweep keeps it.
-                [*left, *right] = spread(row, instructions).map(end_of_range);
-            }
-            let [mut from, end] = near.chunks(x0, net.columns, range_of([*left, *right]), chunks);
-            while from < end
-                && let Some(c) = near.next(row, net.columns, [from, end], first, &mut offsets)
-            {
-                from = c + 1;
-                let Some(chunk) = row.get(c) else { break };
-                let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
-                #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
-                for lane in 0..CHUNK {
-                    let i = c * CHUNK + lane;
-                    if offsets.beyond[lane] > 0.0 || i >= nx {
-                        continue;
-                    }
-                    let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
-                    let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
-                    deepest = math::max(-gap, deepest);
-                    let fixed = held && in_runs(&run, i);
-                    if fixed && !free_body {
-                        continue;
-                    }
-                    let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                    let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                    let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
-                    // With no velocity so far: see `Found`.
-                    let found = Candidate {
-                        displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
-                        normal,
-                        arm,
-                        weight: if fixed { -weight } else { weight },
-                        speed_before: normal.dot(&v) * unit_speed,
-                        approach: math::max(gap, 0.0) / dt,
-                        effective_mass: 0.0,
-                        impulse: 0.0,
-                    };
-                    found.write(slot);
-                    *node = (j * nx + i) as u32;
-                    if let Some(place) = tangential.get_mut(count) {
-                        Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
-                    }
-                    count += 1;
-                }
-            }
+    let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
+    let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
+    // They come row by row: one division for each row is enough.
+    let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
+    let slots = candidates.get_mut(..count).unwrap_or(&mut []);
+    let mut places = tangential.iter_mut();
+    for (slot, &node) in slots.iter_mut().zip(candidate_nodes.iter()) {
+        let node = node as usize;
+        let mut i = node.wrapping_sub(start);
+        if i >= nx {
+            let (column, j) = system.layout.column_and_row(node);
+            (i, start, row) = (column, node - column, planes::row(hot, chunks, j));
         }
-        Ok(Gathered { count, deepest, complete: false })
-    }
-
-    /// [`complete_candidates`] of the first `count` of these rows.
-    #[inline(never)] // As above.
-    pub fn complete(self, count: usize) {
-        let Ground { layout, hot, tangential, .. } = self;
-        let (nx, chunks, unit_speed) = (layout.nodes_x, layout.chunks, self.model.unit_speed);
-        // They come row by row: one division for each row is enough.
-        let (mut start, mut row) = (self.first * nx, planes::row(hot, chunks, 0));
-        let slots = self.candidates.get_mut(..count).unwrap_or(&mut []);
-        let mut places = tangential.iter_mut();
-        for (slot, &node) in slots.iter_mut().zip(self.candidate_nodes.iter()) {
-            let node = node as usize;
-            let mut i = node.wrapping_sub(start);
-            if i >= nx {
-                let (column, j) = layout.column_and_row(node);
-                (i, start, row) = (column, node - column, planes::row(hot, chunks, j - self.first));
-            }
-            let lane = i % CHUNK;
-            let Some(chunk) = row.get(i / CHUNK) else { break };
-            let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-            Found::read(slot).with_velocity(&v, unit_speed).write(slot);
-            if let Some(place) = places.next() {
-                Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
-            }
+        let lane = i % CHUNK;
+        let Some(chunk) = row.get(i / CHUNK) else { break };
+        let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+        Found::read(slot).with_velocity(&v, unit_speed).write(slot);
+        if let Some(place) = places.next() {
+            Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
         }
     }
 }

@@ -76,7 +76,7 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     match system.scene.integrator.kind {
         IntegratorKind::Verlet => {
             let report = sweep(system);
-            after_sweep(system, report, &gathered, &at_start)?;
+            after_sweep(system, report, gathered.count, &at_start)?;
         }
         #[cfg(feature = "implicit")]
         IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, gathered.count, &at_start)?,
@@ -94,22 +94,19 @@ fn end_pass(
     gathered: &Gathered,
     target: Option<(Vector, nalgebra::Quaternion<f64>)>,
 ) -> Result<(), Failure> {
-    let is_beyond_fine = contact::is_beyond_fine(system, gathered.count);
     body::move_body(system, target);
     let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
     sums.worst_penetration = math::max(deepest, sums.worst_penetration);
-    sums.beyond_fine += u64::from(is_beyond_fine);
+    sums.beyond_fine += u64::from(gathered.is_beyond_fine);
     sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
     body::refuse_lost_body(system)
 }
 
-/// For bands, before the sweep: the candidates of the next pass, or why it cannot be made. The state stays as it is. `shared`: the bands find
-/// the candidates.
-pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, shared: bool) -> Result<Gathered, Failure> {
+/// For bands, before the sweep: the candidates of the next pass, or why there can be none. The state stays as it is.
+pub(crate) fn look_ahead(system: &mut System<'_>, end: f64) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
     body::prescribe_rates(system, end);
-    let found =
-        body::refuse_too_fast(system).and_then(|()| if shared { Ok(Gathered::NONE) } else { contact::gather(system) });
+    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system));
     system.state.body = at_start;
     found
 }
@@ -123,7 +120,7 @@ pub(crate) fn close_pass(
 ) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = body::prescribe_rates(system, end);
-    after_sweep(system, report, gathered, &at_start)?;
+    after_sweep(system, report, gathered.count, &at_start)?;
     end_pass(system, gathered, target)
 }
 
@@ -156,8 +153,7 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
 }
 
 /// What the sweep leaves to do: failures, loads and contact.
-fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
-    let count = gathered.count;
+fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
     if report.non_finite {
         return Err(Failure::NonFinite);
     }
@@ -168,9 +164,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     }
     body::load_body(system, system.model.pass_dt);
     if count > 0 {
-        if !gathered.complete {
-            contact::complete_candidates(system, count);
-        }
+        contact::complete_candidates(system, count);
         let kept = contact::let_pass(system, count);
         let (solved, _) = if system.layout.is_stack() {
             contact::solve_contact(system, kept, count, stack::solve)
