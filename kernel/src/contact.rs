@@ -618,13 +618,13 @@ pub(crate) struct Gathered {
 }
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
-/// nodes are no candidates, and their depth is noted alone.
-pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
+/// nodes are no candidates, and their depth is noted alone. Only rows [first, end) are looked at.
+pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
     let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
     let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
-    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.drive == Drive::Free;
@@ -638,7 +638,7 @@ pub(crate) fn gather(system: &mut System<'_>) -> Result<Gathered, Failure> {
     let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
     // Offsets are exact: those of a row follow from its first.
     let x0 = rest_offset(0, nodes_x);
-    for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(ny) {
+    for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(end_row).skip(first_row) {
         let (ply, row_of_ply) = layout.ply_and_row(j);
         let y0 = rest_offset(row_of_ply, nodes_y) * rise;
         let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
