@@ -50,80 +50,56 @@ pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Fail
 
 /// What lies where in a block.
 struct Block {
-    steps: usize,
     /// Rows [first, end) that the body may reach.
     near: [usize; 2],
     /// From where to where along the column it may reach, m.
     reach: [f64; 2],
-    /// Rest place of a row: its offset times this, m.
-    rise: f64,
-    /// Node spacing, the unit of displacements, m.
-    spacing: f64,
-    rows: usize,
-    crossings: u32,
 }
 
 impl Block {
     /// None if the body may reach a fixed node or half of the rows.
     #[inline(never)] // What it needs must not add to the stack of the steps.
     fn plan(system: &System<'_>) -> Option<Block> {
-        let (scene, body, steps) = (&system.scene, &system.state.body, system.block_steps);
-        let h = scene.sheet.spacing;
+        let (body, rows, h) = (&system.state.body, system.layout.nodes_y, system.scene.sheet.spacing);
         // Its surface crosses less than a spacing in a step (`Model::too_fast`).
-        let margin = scene.largest_spacing() + steps as f64 * h;
+        let margin = system.scene.largest_spacing() + system.block_steps as f64 * h;
         let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
         let reach = [body.position.y - half, body.position.y + half];
-        let mut block = Block {
-            steps,
-            near: [0, 0],
-            reach,
-            rise: system.directions.front.vertical.rest.spacing * h,
-            spacing: h,
-            rows: system.layout.nodes_y,
-            crossings: scene.sheet.nodes_y,
-        };
-        let comes_near = |&j: &usize| block.comes_near(system.blocks.ranges.get(j), j, APPROACH * h);
-        block.near = match ((0..block.rows).find(comes_near), (0..block.rows).rev().find(comes_near)) {
+        let comes_near = |&j: &usize| comes_near(system, &reach, j, APPROACH * h);
+        let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
             (Some(first), Some(last)) => [first, last + 1],
             _ => [0, 0],
         };
-        let [first, end] = block.near;
+        let [first, end] = near;
         let search = Search::new(&system.solid, body, margin, system.instructions);
         let is_held = (first..end).any(|j| {
             let [a, b, c, d] = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
         });
-        (!is_held && 2 * (end - first + steps) <= block.rows).then_some(block)
-    }
-
-    /// Whether a row with this range of displacements comes as near as `slack`, m, to the body's reach.
-    fn comes_near(&self, range: Option<&[u32; 4]>, j: usize, slack: f64) -> bool {
-        let [low, high] = range.map_or([0.0; 2], |&[low, high, ..]| range_of([low, high]));
-        let rest = rest_offset(j, self.crossings) * self.rise;
-        rest + high * self.spacing >= self.reach[0] - slack && rest + low * self.spacing <= self.reach[1] + slack
+        (!is_held && 2 * (end - first + system.block_steps) <= rows).then_some(Block { near, reach })
     }
 
     /// Takes the steps.
     fn take(&self, system: &mut System<'_>) -> Result<(), Failure> {
-        let [bottom, end] = self.near;
-        let top = end + self.steps - 1;
+        let ([bottom, end], steps, rows) = (self.near, system.block_steps, system.layout.nodes_y);
+        let top = end + steps - 1;
         system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
         let below = self.wave(system, [0, bottom])?;
-        for step in 0..self.steps {
-            self.step_near(system, step, [bottom.saturating_sub(step), (top - step).min(self.rows)])?;
+        for step in 0..steps {
+            self.step_near(system, step, [bottom.saturating_sub(step), (top - step).min(rows)])?;
         }
-        let above = self.wave(system, [top, self.rows + self.steps - 1])?;
+        let above = self.wave(system, [top, rows + steps - 1])?;
         system.failed_segments += below + above;
-        self.book_pulls(system);
+        book_pulls(system);
         step::end_step(system, 0)
     }
 
     /// All steps of the rows away from the body, row r - s in step s for the numbers r in [first, end). Returns how many segments failed.
     #[inline(never)] // It must not add to the stack of the steps near the body.
     fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<u64, Failure> {
-        let mut failed = 0;
+        let (mut failed, steps, rows) = (0, system.block_steps, system.layout.nodes_y);
         for r in first..end {
-            for (step, j) in (0..self.steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < self.rows) {
+            for (step, j) in (0..steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < rows) {
                 let report = step::sweep_in_block(system, step, [j, j + 1]);
                 if report.non_finite || self.is_met(system, step, [j, j + 1]) {
                     return Err(Failure::NonFinite);
@@ -143,29 +119,37 @@ impl Block {
         if self.is_met(system, step, rows) {
             return Err(Failure::NonFinite);
         }
-        if step + 1 < self.steps { step::end_step(system, 0) } else { Ok(()) }
+        if step + 1 < system.block_steps { step::end_step(system, 0) } else { Ok(()) }
     }
 
     /// Whether one of rows [first, end) that were to be beyond the body's reach is not, before the last step.
     #[inline(never)] // As above.
     fn is_met(&self, system: &System<'_>, step: usize, [first, end]: [usize; 2]) -> bool {
         let [near, beyond] = self.near;
-        let strays = |&j: &usize| self.comes_near(system.blocks.ranges.get(j), j, 0.0);
-        step + 1 < self.steps && (first..end).filter(|j| !(near..beyond).contains(j)).any(|j| strays(&j))
+        let mut away = (first..end).filter(|j| !(near..beyond).contains(j));
+        step + 1 < system.block_steps && away.any(|j| comes_near(system, &self.reach, j, 0.0))
     }
+}
 
-    /// Books the pulls on the supports, step by step.
-    #[inline(never)] // As above.
-    fn book_pulls(&self, system: &mut System<'_>) {
-        if !system.scene.track_support {
-            return;
-        }
-        let System { scene, layout, state, blocks, .. } = &mut *system;
-        for pulls in blocks.pulls.chunks(self.rows.max(1)).take(self.steps) {
-            for (j, [ax, ay, az, bx, by, bz]) in pulls.iter().copied().enumerate() {
-                let pulls = [Vector::new(ax, ay, az), Vector::new(bx, by, bz)];
-                step::book_pulls(&mut state.sums, scene, layout, j, &pulls, 1.0);
-            }
+/// Whether a row comes as near as `slack`, m, to what the body may reach.
+fn comes_near(system: &System<'_>, [low, high]: &[f64; 2], j: usize, slack: f64) -> bool {
+    let (rise, h) = (system.directions.front.vertical.rest.spacing, system.scene.sheet.spacing);
+    let rest = rest_offset(j, system.scene.sheet.nodes_y) * rise;
+    let [lowest, highest] = system.blocks.ranges.get(j).map_or([0.0; 2], |&[low, high, ..]| range_of([low, high]));
+    (rest + highest) * h >= low - slack && (rest + lowest) * h <= high + slack
+}
+
+/// Books the pulls on the supports, step by step.
+#[inline(never)] // It must not add to the stack of a wave.
+fn book_pulls(system: &mut System<'_>) {
+    if !system.scene.track_support {
+        return;
+    }
+    let System { scene, layout, state, blocks, block_steps, .. } = &mut *system;
+    for pulls in blocks.pulls.chunks(layout.nodes_y.max(1)).take(*block_steps) {
+        for (j, [ax, ay, az, bx, by, bz]) in pulls.iter().copied().enumerate() {
+            let pulls = [Vector::new(ax, ay, az), Vector::new(bx, by, bz)];
+            step::book_pulls(&mut state.sums, scene, layout, j, &pulls, 1.0);
         }
     }
 }
