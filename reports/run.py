@@ -55,6 +55,6 @@ def report(folder, docs=None):
 
 def ply_table(summary):
     """What each ply is and holds, from the front."""
-    heading = ["ply", "fabric", "turned by 90°", "failed segments", "kinetic, J", "strain, J", "dissipated, J"]
+    heading = ["ply, from the side that is hit", "fabric", "turned by 90°", "failed segments", "kinetic, J", "strain, J", "dissipated, J"]
     energies = lambda ply: [f"{ply[key]:.4f}" for key in ("kinetic", "strain", "dissipated")]
-    return heading, [[k, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)] for k, ply in enumerate(summary["plies"])]
+    return heading, [[k + 1, ply["fabric"], "yes" if ply["turned"] else "no", ply["failed_segments"], *energies(ply)] for k, ply in enumerate(summary["plies"])]

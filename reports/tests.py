@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy
 
-from . import claims, front, page, sheets, validate
+from . import claims, friction, front, page, run, sheets, validate
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -150,6 +150,28 @@ class Validate(unittest.TestCase):
         self.assertEqual(validate.mean_of(row, "limit"), Estimate.exact(100.0))
         # Student's 3.182 for three degrees of freedom times 1/sqrt(12).
         self.assertAlmostEqual(validate.mean_of(row, "limit", 0.01).high, 100.9187, 3)
+
+
+class Friction(unittest.TestCase):
+    def test_a_verdict_is_of_the_published_coefficients(self):
+        rows = [{"case": "pack", "friction": f"{friction}", "limit m/s": limit} for friction, limit in ((0.0, 100.0), (0.1, 102.0), (0.3, 110.0), (0.5, 150.0)) for _ in range(9)]
+        lines = friction.verdicts(rows).splitlines()[2:]
+        self.assertEqual([line.split(" | ")[0] for line in lines], ["| pack: limit with 0.1 over 0", "| pack: limit with 0.3 over 0"])
+        self.assertEqual([line.split(" | ")[3].strip(" |") for line in lines], [DOES_NOT, AGREES])
+
+    def test_the_worst_balance_and_the_most_unconverged_solves_are_told(self):
+        row = {"impact velocity m/s": 100, "friction": 0, "impact J": 5, "absorbed J": 1, "rubbed J": 0, "velocity m/s": 90}
+        table = friction.impact_table([row | {"residual %": 0.1, "unconverged": 7}, row | {"residual %": -0.2, "unconverged": 3}])
+        self.assertTrue(table.endswith("| 0.20 | 7 |\n"), table)
+
+
+class Run(unittest.TestCase):
+    def test_every_ply_has_its_fabric_and_its_energies(self):
+        ply = {"failed_segments": 3, "kinetic": 1.0, "strain": 2.0, "dissipated": 3.0}
+        summary = {"plies": [ply | {"fabric": "one", "turned": False}, ply | {"fabric": "two", "turned": True}]}
+        heading, rows = run.ply_table(summary)
+        self.assertEqual(rows, [[1, "one", "no", 3, "1.0000", "2.0000", "3.0000"], [2, "two", "yes", 3, "1.0000", "2.0000", "3.0000"]])
+        self.assertEqual(len(heading), len(rows[0]))
 
 
 class Front(unittest.TestCase):
