@@ -52,7 +52,7 @@ pub(crate) struct Blocks<'a> {
     pub awake: &'a mut [[u32; 2]],
     /// The last candidate found so far in each column.
     pub last: &'a mut [u32],
-    /// Of each candidate: the next one in its column, and whether it leads the column.
+    /// Of each candidate: the next one in its column; twice its ply, and 1 more if it leads the column.
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     pub kept: &'a mut [[f64; 3]],
