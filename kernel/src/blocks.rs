@@ -3,7 +3,7 @@
 use crate::error::{Code, Error};
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
-use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, TANGENTIAL_REALS, TOUCH_REALS};
+use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
@@ -48,6 +48,8 @@ pub(crate) struct Blocks<'a> {
     pub column: &'a mut [[f64; COLUMN_REALS]],
     /// What the plies do to each candidate.
     pub touches: &'a mut [[f64; TOUCH_REALS]],
+    /// How far each candidate's impulse along the surface goes in a sweep: a part of the way that it last wanted to go, and that way, N s; with friction.
+    pub paces: &'a mut [[f64; PACE_REALS]],
     /// Awake rows [first, end) of each ply.
     pub awake: &'a mut [[u32; 2]],
     /// The last candidate found so far in each column.
@@ -90,6 +92,7 @@ impl<'a> Blocks<'a> {
             before: &mut [],
             column: &mut [],
             touches: &mut [],
+            paces: &mut [],
             awake: &mut [],
             last: &mut [],
             links: &mut [],
@@ -138,6 +141,7 @@ impl<'a> Blocks<'a> {
                 before: reals.take(stack(ny * row))?.as_chunks_mut().0,
                 column: reals.take(stack(layout.plies * COLUMN_REALS))?.as_chunks_mut().0,
                 touches: reals.take(stack(layout.candidates * TOUCH_REALS))?.as_chunks_mut().0,
+                paces: reals.take(rough(stack(layout.candidates * PACE_REALS)))?.as_chunks_mut().0,
                 tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,

@@ -44,6 +44,9 @@ const HARMLESS: f64 = 1e-9;
 /// The same with friction where several candidates share a column, and changes that do not count there: some of them stick and some slide, and
 /// which they are may change in every sweep.
 const ROUGH: f64 = 1e-7;
+/// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
+const PATIENCE: u32 = 4;
+const GROWTH: f64 = 1.1;
 /// No candidate.
 const NONE: u32 = u32::MAX;
 
@@ -403,18 +406,18 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     link(system, count);
     let mut joint = Joint::of(system, count);
-    let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
-    while sweeps < most && !converged {
+    let (mut most, mut converged) = (MAX_SWEEPS, false);
+    while joint.sweeps < most && !converged {
         converged = true;
         for c in 0..count {
             converged &= joint.visit(c);
         }
-        sweeps += 1;
+        joint.sweeps += 1;
         if joint.supported {
             most = MAX_SWEEPS_ON_SUPPORTS;
         }
     }
-    let Joint { velocity, rate, .. } = joint;
+    let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate };
     if system.layout.friction { without_gain(system, count, solved) } else { solved }
 }
@@ -458,6 +461,8 @@ struct Joint<'s, 'a> {
     mass: f64,
     /// Whether a fixed node has taken an impulse.
     supported: bool,
+    /// Sweeps done.
+    sweeps: u32,
     velocity: Vector,
     rate: Vector,
 }
@@ -471,7 +476,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        Joint { system, inertia, give, tolerance: 0.0, turns, mass, supported: false, velocity, rate }
+        Joint { system, inertia, give, tolerance: 0.0, turns, mass, supported: false, sweeps: 0, velocity, rate }
     }
 
     /// Before any impulse.
@@ -505,6 +510,9 @@ impl<'s, 'a> Joint<'s, 'a> {
                 farthest = math::max(arm.dot(&arm), farthest);
             }
             self.set_tangential(c, &t);
+            if let Some(pace) = self.system.blocks.paces.get_mut(c) {
+                *pace = [1.0, 0.0, 0.0];
+            }
         }
         if self.leads(c) {
             let (mut members, mut next) = (0.0, Some(c));
@@ -785,6 +793,27 @@ impl<'s, 'a> Joint<'s, 'a> {
         [work, moved]
     }
 
+    /// The next impulses along the surface of a candidate, from these towards those that Coulomb's law asks for.
+    ///
+    /// A column that slides may go back and forth for ever: what friction pushes the node along the sheet, the normal impulse lets go of
+    /// several times over where the surface is nearly flat, and it limits friction. So after some sweeps a candidate whose way
+    /// turns back goes half as far, and farther again while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
+    fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
+        let way = [next[0] - p, next[1] - q];
+        let Some(pace) = self.system.blocks.paces.get_mut(c) else { return next };
+        let [part, last_p, last_q] = *pace;
+        let part = match self.sweeps {
+            0..PATIENCE => part,
+            _ if way[0] * last_p + way[1] * last_q < 0.0 => 0.5 * part,
+            _ => math::min(GROWTH * part, 1.0),
+        };
+        *pace = [part, way[0], way[1]];
+        if part == 1.0 {
+            return next;
+        }
+        friction::limited([p + part * way[0], q + part * way[1]], self.system.scene.contact.friction * candidate.impulse)
+    }
+
     /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
     /// sheet since the column was solved last, of fixed nodes of the slip, m/s.
     fn rub(&mut self, leader: usize) -> f64 {
@@ -796,7 +825,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             let before = self.along(&Candidate { impulse: last, ..candidate }, rubbing.as_ref(), own);
             if let Some(t) = &mut rubbing {
                 let [p, q] = t.impulse;
-                t.impulse = self.rubbed(&candidate, t, [lift, own]);
+                let next = self.rubbed(&candidate, t, [lift, own]);
+                t.impulse = self.paced(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
                 self.velocity -= t.push(change) * self.inertia.inverse_mass;
                 self.rate -= t.twist(change).component_mul(&self.inertia.inverse_moments);
