@@ -811,7 +811,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         if part == 1.0 {
             return next;
         }
-        friction::limited([p + part * way[0], q + part * way[1]], self.system.scene.contact.friction * candidate.impulse)
+        let most = self.system.scene.contact.friction * candidate.impulse;
+        friction::limited([p + part * way[0], q + part * way[1]], most)
     }
 
     /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
