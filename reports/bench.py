@@ -31,7 +31,7 @@ def report(folder, docs=None):
         "brackets; what is measured is said in [performance.md](../performance.md).\n"
     )
     sections = [
-        ("Goals", page.markdown(heading, goal_rows)), ("Bare sweep", times(rows, "sweep")), ("Whole run", times(rows, "run")),
+        ("Goals", page.markdown(heading, goal_rows)), ("Bare sweep", times(rows, "sweep")), ("Whole run", times(rows, "run")), ("Whole run in single steps", times(rows, "run, single steps")),
         ("Damage everywhere", times(rows, "dense")), ("Peers", peers(rows)), ("Rows at rest", rest(rows)),
     ]
     groups = [
@@ -66,6 +66,9 @@ def goals(rows, figures, widest):
     for size, bound in ((105, 2.0), (1000, 3.6)):
         most(f"{size} x {size} bare sweep, avx512", time("sweep", size, "avx512"), bound)
     most("damage-dense state, 105 x 105, avx512", time("dense", 105, "avx512"), 4.0)
+    for instructions, bound in (("avx512", 1.6), ("avx2", 1.4)):
+        gain = part(time("run, single steps", 1000, instructions), time("run", 1000, instructions))
+        add(f"1000 x 1000 whole run, steps in blocks against single ones, {instructions}", gain, "at least", bound, "x")
     for size in (350, 1000):
         gain = part(time("run", size, widest), time("run", size, widest, 2))
         add(f"2 threads, {size} x {size} whole run, {widest}", gain, "at least", 1.8, "x")

@@ -317,7 +317,7 @@ impl Plan {
             Some(last) if second_half => last.failed_before,
             _ => system.failed_segments,
         };
-        let found = step::look_ahead(system, end);
+        let found = step::look_ahead(system, end, [0, system.layout.nodes_y]);
         let mut rows = [system.layout.nodes_y, 0];
         let pushing = system.layout.viscous && found.is_ok();
         for ply in 0..system.layout.plies {

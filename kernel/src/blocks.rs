@@ -3,7 +3,9 @@
 use crate::error::{Code, Error};
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
-use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS};
+use crate::layout::{
+    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, PULL_REALS, TANGENTIAL_REALS, TOUCH_REALS,
+};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
@@ -57,6 +59,10 @@ pub(crate) struct Blocks<'a> {
     /// Of each candidate: the next one in its column; twice its ply, and 1 more if it leads the column.
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    /// Of steps in blocks (`waves.rs`): the carried forces of each step.
+    pub carries: &'a mut [Chunk<CARRY_PLANES>],
+    /// The pulls of the fixed nodes of each row, step by step.
+    pub pulls: &'a mut [[f64; PULL_REALS]],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
     /// asks for it.
@@ -97,6 +103,8 @@ impl<'a> Blocks<'a> {
             last: &mut [],
             links: &mut [],
             carry: &mut [],
+            carries: &mut [],
+            pulls: &mut [],
             kept: &mut [],
             ranges: &mut [],
             candidates: &mut [],
@@ -120,6 +128,7 @@ impl<'a> Blocks<'a> {
         let graded = |count: usize| if layout.graded { count * CHUNK * LINE_PLANES } else { 0 };
         let viscous = |count: usize| if layout.viscous { count } else { 0 };
         let stack = |count: usize| if layout.is_stack() { count } else { 0 };
+        let waves = |count: usize| if layout.in_waves { BLOCK_STEPS * count } else { 0 };
         let rough = |count: usize| if layout.friction { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
@@ -135,6 +144,7 @@ impl<'a> Blocks<'a> {
                 columns: chunked(reals.take(graded(layout.chunks))?),
                 lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),
+                carries: chunked(reals.take(waves(CARRY_PLANES * row))?),
                 kept: reals.take(3 * nx)?.as_chunks_mut().0,
                 taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
                 candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
@@ -144,6 +154,7 @@ impl<'a> Blocks<'a> {
                 paces: reals.take(rough(stack(layout.candidates * PACE_REALS)))?.as_chunks_mut().0,
                 tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
+                pulls: reals.take(waves(PULL_REALS * ny))?.as_chunks_mut().0,
                 runs: words.take(4 * ny)?.as_chunks_mut().0,
                 ranges: words.take(4 * ny)?.as_chunks_mut().0,
                 flags: words.take(watched(layout.nodes().div_ceil(32)))?,

@@ -18,6 +18,8 @@ pub const CANDIDATE_REALS: usize = 14;
 /// Numbers kept per contact candidate for friction.
 pub const TANGENTIAL_REALS: usize = 19;
 
+/// Numbers kept per row and step of a block: what the sheet pulls at both runs of its fixed nodes.
+pub(crate) const PULL_REALS: usize = 6;
 /// Numbers kept per ply of a column of facing nodes.
 pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
@@ -28,6 +30,9 @@ pub(crate) const PACE_REALS: usize = 3;
 /// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
 /// what the cores of a server share in their third level.
 const CACHED_REALS: usize = (12 << 20) / 8;
+
+/// Steps that a sheet beyond the caches takes in one block (`waves.rs`); a divisor of the steps between two tests of outcomes.
+pub(crate) const BLOCK_STEPS: usize = 8;
 
 /// Most bands a sheet can be cut into.
 pub const MAX_BANDS: u32 = 32;
@@ -98,6 +103,9 @@ pub struct Layout {
     pub rate: bool,
     /// true if yarn and projectile rub.
     pub friction: bool,
+    /// true if there is memory for steps in blocks: of a sheet that exceeds the caches, one ply without mirror planes and without what takes
+    /// more than one pass or looks at the whole sheet between two steps.
+    pub in_waves: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
     reals: usize,
@@ -125,6 +133,7 @@ impl Layout {
         graded: false,
         rate: false,
         friction: false,
+        in_waves: false,
         candidates: 0,
         reals: 0,
         words: 0,
@@ -186,6 +195,14 @@ impl Layout {
             .checked_add(if viscous || rate { nodes_y } else { 0 })?
             .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
+        let plain =
+            plies == 1 && !(implicit || halving || toe || viscous || rate || graded || x.mirrored || y.mirrored);
+        let in_waves = plain && nodes_y.checked_mul(chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS;
+        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
+        let waves = if in_waves { BLOCK_STEPS } else { 0 };
+        let scratch = scratch
+            .checked_add(waves.checked_mul(chunks.checked_mul(CHUNK * CARRY_PLANES)?)?)?
+            .checked_add(waves.checked_mul(nodes_y.checked_mul(PULL_REALS)?)?)?;
         // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
         let stack = |count: usize| if plies > 1 { count } else { 0 };
         let scratch = scratch
@@ -239,6 +256,7 @@ impl Layout {
             graded,
             rate,
             friction,
+            in_waves,
             candidates,
             reals,
             words,
@@ -396,8 +414,14 @@ mod tests {
         // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
         for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
-            assert_eq!(Layout::of(&scene).unwrap().exceeds_caches(), exceeds);
+            let layout = Layout::of(&scene).unwrap();
+            assert_eq!((layout.exceeds_caches(), layout.in_waves), (exceeds, exceeds));
         }
+        // For each of eight steps: carried forces of 56 chunks, six numbers a row. A step that may be halved is taken alone.
+        let blocks = Layout::of(&scene).unwrap();
+        scene.step_after_failure = StepAfterFailure::Half;
+        let single = Layout::of(&scene).unwrap();
+        assert_eq!((single.in_waves, blocks.reals - single.reals), (false, 8 * (56 * 8 * CARRY_PLANES + 6 * 447)));
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.

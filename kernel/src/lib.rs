@@ -83,6 +83,7 @@ mod theta;
 pub mod toe;
 mod viscosity;
 pub mod watch;
+mod waves;
 pub mod weave;
 pub mod yarn;
 

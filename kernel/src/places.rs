@@ -10,7 +10,7 @@ use crate::scene::Scene;
 
 /// Offset of a node from the middle of its line, in node spacings; exactly antisymmetric.
 pub fn rest_offset(index: usize, nodes: u32) -> f64 {
-    index as f64 - 0.5 * (nodes as f64 - 1.0)
+    f64::from(index as u32) - 0.5 * (nodes as f64 - 1.0)
 }
 
 /// Which crossings of one line of the fabric are nodes of the network.

@@ -293,10 +293,7 @@ impl Solid {
     /// (M12) Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
         match self {
-            Solid::Sphere { radius } => {
-                // At the very centre every direction is as good: a fixed one keeps the bits.
-                ball_gap(p, *radius, Vector::new(0.0, 0.0, -1.0))
-            }
+            Solid::Sphere { radius } => sphere_gap(p, *radius),
             Solid::Cylinder { radius, half_length } => {
                 let axial = Vector::new(0.0, 0.0, if p.z < 0.0 { -1.0 } else { 1.0 });
                 let beyond_end = math::abs(p.z) - half_length;
@@ -335,6 +332,14 @@ fn box_faces([a, b, c]: [f64; 3]) -> [[f64; 4]; 6] {
     ]
 }
 
+/// Gap of a sphere.
+#[inline]
+pub(crate) fn sphere_gap(p: &Vector, radius: f64) -> Gap {
+    // At the very centre every direction is as good: a fixed one keeps the bits.
+    ball_gap(p, radius, Vector::new(0.0, 0.0, -1.0))
+}
+
+#[inline]
 fn ball_gap(p: &Vector, radius: f64, normal_at_centre: Vector) -> Gap {
     let length = math::length([p.x, p.y, p.z]);
     let normal = if length > 0.0 { p / length } else { normal_at_centre };

@@ -24,6 +24,7 @@ use crate::step;
 use crate::system::{SegmentView, System};
 use crate::viscosity;
 use crate::watch::{FirstContact, Latch, OutcomeSet};
+use crate::waves;
 use crate::yarn;
 use core::mem::MaybeUninit;
 
@@ -196,6 +197,7 @@ impl<'a> Sim<'a> {
         system.state = State::at_start(system.state.body);
         system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
+        system.block_steps = waves::block_steps(&system.layout, system.instructions);
         system.blocks = Blocks::carve(memory, &system.layout)?;
         system.fill_model()?;
         system.clear_state();
@@ -232,10 +234,23 @@ impl<'a> Sim<'a> {
     /// `steps` steps. Stops at the first failure.
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
         self.system.sound()?;
-        for _ in 0..steps {
-            self.step()?;
+        let mut taken = 0;
+        while taken < steps {
+            taken += self.step_some(steps - taken)?;
         }
         Ok(())
+    }
+
+    /// A block of steps (`waves.rs`) if one can be taken within `most`, otherwise one step. Returns how many.
+    fn step_some(&mut self, most: u64) -> Result<u64, Failure> {
+        match waves::step_block(&mut self.system, most) {
+            Ok(0) => self.step().map(|()| 1),
+            Ok(steps) => Ok(steps),
+            Err(failure) => {
+                self.system.failure = Some(failure);
+                Err(failure)
+            }
+        }
     }
 
     /// Up to `steps` steps, ending after the step at which any outcome of `until` is latched (at once if it already is).
@@ -243,13 +258,11 @@ impl<'a> Sim<'a> {
     pub fn advance_until(&mut self, until: impl Into<OutcomeSet>, steps: u64) -> Result<u64, Failure> {
         self.system.sound()?;
         let until = until.into();
-        for taken in 0..steps {
-            if self.system.state.watch.mask().has(until) {
-                return Ok(taken);
-            }
-            self.step()?;
+        let mut taken = 0;
+        while taken < steps && !self.system.state.watch.mask().has(until) {
+            taken += self.step_some(steps - taken)?;
         }
-        Ok(steps)
+        Ok(taken)
     }
 
     /// Moves a prescribed body along `path` for `steps` steps. Call again with the same path to go on along it: the bits do
@@ -365,6 +378,7 @@ impl<'a> Sim<'a> {
             return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
         }
         self.system.instructions = set;
+        self.system.block_steps = waves::block_steps(&self.system.layout, set);
         Ok(())
     }
 

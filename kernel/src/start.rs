@@ -65,10 +65,10 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body) -> Result<(), Error
     let places = Places::both(scene);
     let [columns, rows] = &places;
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
-    let movable = scene.drive == Drive::Free;
+    let (near, movable) = (search.neighbourhood(h_x), scene.drive == Drive::Free);
     for j in 0..rows.nodes() as usize {
         let y = rows.offset(j) * h_y;
-        if !search.meets_row(y, y) {
+        if near.misses_row(y / h_x, [0.0; 2]) {
             continue;
         }
         let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);

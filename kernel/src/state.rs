@@ -202,14 +202,18 @@ impl State {
 
 impl Sums {
     /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its images to theirs.
+    #[inline(always)] // Every row of every step comes here, and the rows of all bands in turn.
     pub fn add_to_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
-        if symmetry == Symmetry::default() {
-            // Every row of every step comes here, and the rows of all bands in turn.
-            if let Some(sum) = self.support.get_mut(attachment) {
-                *sum += pull;
-            }
-            return;
+        if symmetry != Symmetry::default() {
+            return self.add_to_supports(kind, attachment, pull, symmetry);
         }
+        if let Some(sum) = self.support.get_mut(attachment) {
+            *sum += pull;
+        }
+    }
+
+    #[inline(never)]
+    fn add_to_supports(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
         for turn in symmetry.images() {
             if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, turn)) {
                 *sum += symmetry::turned(pull, turn);

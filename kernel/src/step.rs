@@ -13,7 +13,7 @@ use crate::layout::Layout;
 use crate::marks;
 use crate::math;
 use crate::outcome::{self, TEST_INTERVAL};
-use crate::planes::{Axis, CARRY_PLANES, CHUNK};
+use crate::planes::{self, Axis, CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::projectile::Body;
 use crate::rate::Rates;
@@ -71,7 +71,8 @@ pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<()
 fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = body::prescribe_rates(system, end);
-    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system));
+    let all = [0, system.layout.nodes_y];
+    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system, all));
     let gathered = found.inspect_err(|_| system.state.body = at_start)?;
     match system.scene.integrator.kind {
         IntegratorKind::Verlet => {
@@ -102,16 +103,19 @@ fn end_pass(
     body::refuse_lost_body(system)
 }
 
-/// For bands, before the sweep: the candidates of the next pass, or why there can be none. The state stays as it is.
-pub(crate) fn look_ahead(system: &mut System<'_>, end: f64) -> Result<Gathered, Failure> {
+/// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The state stays as it
+/// is.
+#[inline(never)] // It must not add to the stack of a sweep.
+pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
     body::prescribe_rates(system, end);
-    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system));
+    let found = body::refuse_too_fast(system).and_then(|()| contact::gather(system, rows));
     system.state.body = at_start;
     found
 }
 
-/// For bands, behind the sweep: the rest of the pass.
+/// For bands and blocks, behind the sweep: the rest of the pass.
+#[inline(never)] // As above.
 pub(crate) fn close_pass(
     system: &mut System<'_>,
     end: f64,
@@ -153,6 +157,7 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
 }
 
 /// What the sweep leaves to do: failures, loads and contact.
+#[inline(never)] // It must not add to the stack of the sweep.
 fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
     if report.non_finite {
         return Err(Failure::NonFinite);
@@ -193,12 +198,21 @@ fn sweep(system: &mut System<'_>) -> Report {
 }
 
 /// The hot pass over a ply.
-#[inline(never)] // Its constants must not add to the stack of contact.
 fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
-    let [first, end] = system.rows_to_step(ply);
-    if first == end {
+    let rows = system.rows_to_step(ply);
+    if rows[0] == rows[1] {
         return Report::default();
     }
+    begin_sweep(system, rows);
+    let report = sweep_rows(system, ply, rows, None);
+    book_taken(system, ply, rows);
+    system.set_awake(ply, rows);
+    report
+}
+
+/// What a sweep of rows [first, end) of a ply starts from.
+#[inline(never)] // As above.
+fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     place_images_above(system, end);
     if system.layout.rate {
         relaxation::find_rates(system, [first, end]);
@@ -206,28 +220,51 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     if system.layout.viscous {
         viscosity::find_pushes(system, [first, end]);
     }
+    system.blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+}
+
+/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
+pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
+    sweep_rows(system, 0, rows, Some(step))
+}
+
+/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+#[inline(never)] // Its constants must not add to the stack of contact.
+fn sweep_rows(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
     let failed = system.failed_segments > 0;
     let share = system.mass_share(ply);
     let System { scene, layout, directions, model, state, blocks, fetches, instructions, .. } = &mut *system;
-    let terms = Terms { layout, directions, toe: model.toe, rates, fetches: *fetches, instructions: *instructions };
+    // In a block rows come from memory in the first step alone.
+    let fetches = *fetches && in_block.is_none_or(|step| step == 0);
+    let terms = Terms { layout, directions, toe: model.toe, rates, fetches, instructions: *instructions };
     let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
-    blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    let (carries, noted) = (core::mem::take(&mut blocks.carries), core::mem::take(&mut blocks.pulls));
     // No mark before the first failure.
     let marked = layout.toe && failed;
+    let mut report = Report::LOST;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) else { return Report::LOST };
-    let report = rows.sweep(&terms, |j, pulls| {
-        if scene.track_support {
-            book_pulls(sums, scene, layout, j - bottom, &pulls, share);
+    if let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) {
+        if let Some(step) = in_block {
+            rows.carry = planes::row_mut(carries, layout.chunks, step);
         }
-    });
-    book_taken(system, ply, [first, end]);
-    system.set_awake(ply, [first, end]);
+        report = rows.sweep(&terms, |j, pulls| match in_block {
+            _ if !scene.track_support => {}
+            None => book_pulls(sums, scene, layout, j - bottom, &pulls, share),
+            Some(step) => {
+                let [a, b] = pulls;
+                if let Some(place) = noted.get_mut(step * layout.nodes_y + j) {
+                    *place = [a.x, a.y, a.z, b.x, b.y, b.z];
+                }
+            }
+        });
+    }
+    (blocks.carries, blocks.pulls) = (carries, noted);
     report
 }
 
 /// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
+#[inline(never)] // As above.
 pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);

@@ -43,6 +43,8 @@ pub(crate) struct System<'a> {
     pub skip_rest: bool,
     /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
     pub fetches: bool,
+    /// Steps that are taken in one block where they can be, 1 for none; changes the speed, not the bits.
+    pub block_steps: usize,
     pub instructions: InstructionSet,
 }
 
@@ -61,6 +63,7 @@ impl<'a> System<'a> {
         awake: [0, 0],
         skip_rest: true,
         fetches: false,
+        block_steps: 1,
         instructions: InstructionSet::Scalar,
     };
 }

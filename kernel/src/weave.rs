@@ -71,6 +71,12 @@ pub(crate) fn in_runs(run: &[u32; 4], i: usize) -> bool {
     (run[0] <= i && i < run[1]) || (run[2] <= i && i < run[3])
 }
 
+/// Whether any of the columns [first, end) lies in one of a row's fixed runs.
+pub(crate) fn meets_runs(run: &[u32; 4], [first, end]: [usize; 2]) -> bool {
+    let (first, end) = (first as u32, end as u32);
+    (run[0] < end && first < run[1]) || (run[2] < end && first < run[3])
+}
+
 /// Centre (a - c, b - c) of the corner disc at +x, +y, m. The others are its images about the sheet's middle.
 pub(crate) fn disc_centre(scene: &Scene) -> [f64; 2] {
     scene.half_size().map(|half| half - scene.attachment.disc_inset)

@@ -76,7 +76,7 @@ pub fn step(case: &str, set: &str, steps: u64) -> Result<()> {
     case.before = BEFORE;
     let mut buffers = Buffers::of(&case.scene)?;
     let (mut sim, _) = sheets::prepare(&case, &mut buffers)?;
-    sheets::advance(&mut sim, sheets::Way { instructions: set, threads: 1 }, steps)
+    sheets::advance(&mut sim, sheets::Way { instructions: set, threads: 1, single_steps: false }, steps)
 }
 
 #[cfg(test)]

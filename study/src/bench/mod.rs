@@ -184,8 +184,12 @@ pub fn run(options: &Options) -> Result<bool> {
         .filter(|set| options.instructions.is_empty() || set.name() == options.instructions);
     // More than one thread for the widest set only.
     let threads = |set| THREADS.into_iter().filter(move |&threads| threads == 1 || set == InstructionSet::widest());
-    let ways: Vec<Way> =
-        sets.flat_map(|set| threads(set).map(move |threads| Way { instructions: set, threads })).collect();
+    let way = |instructions, threads| Way { instructions, threads, single_steps: false };
+    let mut ways: Vec<Way> = sets.flat_map(|set| threads(set).map(move |threads| way(set, threads))).collect();
+    let wide =
+        |way: &&Way| way.threads == 1 && matches!(way.instructions, InstructionSet::Avx2 | InstructionSet::Avx512);
+    let single: Vec<Way> = ways.iter().filter(wide).map(|way| Way { single_steps: true, ..*way }).collect();
+    ways.extend(single);
     if !ways.iter().any(|way| way.instructions.available()) {
         return Err(format!("this machine has no instruction set {:?}", options.instructions).into());
     }

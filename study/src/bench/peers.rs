@@ -191,7 +191,7 @@ pub fn measure(size: u32, few: bool, effort: Effort, progress: &Progress, report
     let nodes = sim.layout().nodes() as u64;
     let steps = (effort.node_steps / 4 / nodes).clamp(10, 400);
     let node_steps = (steps * nodes) as f64;
-    let way = Way { instructions: InstructionSet::widest(), threads: 1 };
+    let way = Way { instructions: InstructionSet::widest(), threads: 1, single_steps: false };
     let mut ours = Vec::new();
     for _ in 0..effort.rounds {
         // Before and after the peers, so that a drift of the machine meets both.

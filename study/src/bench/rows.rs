@@ -1,5 +1,6 @@
 //! What is measured: rows of time per node-step, and single figures.
 
+use super::sheets::SINGLE_STEPS;
 use serde::Serialize;
 
 /// Time per node-step of one case, done one way.
@@ -97,8 +98,9 @@ impl Report {
     /// Cases and sizes whose rows do not all have the same digest.
     pub fn different_bits(&self) -> Vec<String> {
         let mut found = Vec::new();
+        let case = |row: &Row| row.case.trim_end_matches(SINGLE_STEPS).to_string();
         for row in &self.rows {
-            let twin = self.rows.iter().find(|other| (&other.case, other.size) == (&row.case, row.size));
+            let twin = self.rows.iter().find(|other| (case(other), other.size) == (case(row), row.size));
             if let (Some(digest), Some(twin)) = (&row.digest, twin)
                 && twin.digest.as_ref().is_some_and(|other| other != digest)
             {

@@ -33,6 +33,18 @@ pub struct Way {
     pub instructions: InstructionSet,
     /// Threads.
     pub threads: u32,
+    /// Whether a sheet beyond the caches takes one step at a time, too, on one thread.
+    pub single_steps: bool,
+}
+
+/// Ends the name of a case that is stepped one step at a time although it could be stepped in blocks.
+pub const SINGLE_STEPS: &str = ", single steps";
+
+impl Way {
+    /// The name of a case that is stepped this way.
+    fn case(self, name: &str) -> String {
+        if self.single_steps { format!("{name}{SINGLE_STEPS}") } else { name.to_string() }
+    }
 }
 
 /// The numbers of threads that are measured.
@@ -50,6 +62,9 @@ pub struct Effort {
 /// Steps a simulation one way.
 pub fn advance(sim: &mut Sim<'_>, way: Way, steps: u64) -> Result<()> {
     sim.use_instructions(way.instructions)?;
+    if way.single_steps {
+        return (0..steps).try_for_each(|_| Ok(sim.step()?));
+    }
     threads::advance_until(sim, fabric::OutcomeSet::NONE, steps, way.threads)??;
     Ok(())
 }
@@ -66,7 +81,7 @@ pub fn sweep(size: u32) -> Case {
     scene.projectile.velocity = [0.0; 3];
     (scene.track_support, scene.track_detachment) = (false, false);
     // All of the sheet moves from the first step on: a large one need not be stepped for long.
-    let before = (200_000_000 / (u64::from(size) * u64::from(size))).clamp(50, 1000);
+    let before = (200_000_000 / (u64::from(size) * u64::from(size))).clamp(50, 1000).next_multiple_of(8);
     Case { name: "sweep", scene, start: |sim| throw(sim, 20.0), before }
 }
 
@@ -177,7 +192,8 @@ pub fn image_of(sim: &Sim<'_>) -> Result<Vec<u8>> {
 
 /// Steps of one burst, and bursts of one round: a small sheet repeats the same steps.
 pub fn steps_and_bursts(nodes: u64, effort: Effort) -> (u64, u64) {
-    let steps = (effort.node_steps / nodes).clamp(10, 400);
+    // Whole blocks of a sheet beyond the caches.
+    let steps = (effort.node_steps / nodes).clamp(8, 400) / 8 * 8;
     (steps, (effort.node_steps / (steps * nodes)).max(1))
 }
 
@@ -187,6 +203,8 @@ pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -
     let (mut sim, image) = prepare(case, &mut buffers)?;
     let nodes = sim.layout().nodes() as u64;
     let (steps, bursts) = steps_and_bursts(nodes, effort);
+    // Those in single steps are others where there are blocks alone.
+    let ways: Vec<Way> = ways.iter().copied().filter(|way| !way.single_steps || sim.layout().in_waves).collect();
     let mut times = vec![Vec::new(); ways.len()];
     let mut digests = vec![None; ways.len()];
     for _ in 0..effort.rounds {
@@ -205,7 +223,7 @@ pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -
     }
     let counters = sim.counters();
     let row = |(k, way): (usize, &Way)| {
-        let empty = Row::empty(case.name, case.size(), way.instructions.name(), way.threads);
+        let empty = Row::empty(&way.case(case.name), case.size(), way.instructions.name(), way.threads);
         if times[k].is_empty() {
             return empty;
         }

@@ -1,0 +1,347 @@
+//! Several steps in one block, for a sheet that does not stay in the caches: a row takes all steps of the block within a few rows' work, so
+//! that it comes from memory once and not once a step.
+//!
+//! Method: a row can take a step as soon as the row above it has taken the one before. So rows are stepped in a skewed order: where row r
+//! takes the first step of the block, row r - s takes step s. Rows below the body take all steps in this order; then the rows that the
+//! body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
+//! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
+//! the same.
+//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_waves`); every
+//! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
+//! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
+//! comes so near within a block, at some 2e4 m/s, is a lost state.
+//! After a failure in a block rows may be ahead of the step that is counted; nothing of them can be read.
+//! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software and Applications Conf. (2009)
+//! 579 (wavefront parallelization).
+
+use crate::contact::Search;
+use crate::error::Failure;
+use crate::lanes::InstructionSet;
+use crate::layout::{BLOCK_STEPS, Layout};
+use crate::places::rest_offset;
+use crate::planes::{CARRY_PLANES, CHUNK};
+use crate::pose::Vector;
+use crate::ranges::range_of;
+use crate::step;
+use crate::system::System;
+
+/// How far a row beyond the body's reach may come nearer within a block, spacings.
+const APPROACH: f64 = 8.0;
+
+/// How many steps a block has with these instructions. The wider they are, the more a sweep waits for memory.
+pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usize {
+    let pays = matches!(instructions, InstructionSet::Avx512 | InstructionSet::Avx2);
+    if layout.in_waves && pays { BLOCK_STEPS } else { 1 }
+}
+
+/// Takes a block of steps, if `most` steps allow one now: how many, or 0.
+#[inline(never)] // It must not add to the stack of single steps.
+pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
+    let steps = system.block_steps as u64;
+    let all = [0, system.layout.nodes_y];
+    // So that outcomes are tested behind a block.
+    if steps < 2 || most < steps || !system.state.step.is_multiple_of(steps) || system.rows_to_step(0) != all {
+        return Ok(0);
+    }
+    let Some(block) = Block::plan(system) else { return Ok(0) };
+    block.take(system)?;
+    Ok(steps)
+}
+
+/// What lies where in a block.
+struct Block {
+    /// Rows [first, end) that the body may reach.
+    near: [usize; 2],
+    /// From where to where along the column it may reach, m.
+    reach: [f64; 2],
+}
+
+impl Block {
+    /// None if the body may reach a fixed node or half of the rows.
+    #[inline(never)] // What it needs must not add to the stack of the steps.
+    fn plan(system: &System<'_>) -> Option<Block> {
+        let (body, rows, h) = (&system.state.body, system.layout.nodes_y, system.scene.sheet.spacing);
+        // Its surface crosses less than a spacing in a step (`Model::too_fast`).
+        let margin = system.scene.largest_spacing() + system.block_steps as f64 * h;
+        let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
+        let reach = [body.position.y - half, body.position.y + half];
+        let comes_near = |&j: &usize| comes_near(system, &reach, j, APPROACH * h);
+        let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
+            (Some(first), Some(last)) => [first, last + 1],
+            _ => [0, 0],
+        };
+        let [first, end] = near;
+        let search = Search::new(&system.solid, body, margin, system.instructions);
+        let is_held = (first..end).any(|j| {
+            let [a, b, c, d] = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+            (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
+        });
+        (!is_held && 2 * (end - first + system.block_steps) <= rows).then_some(Block { near, reach })
+    }
+
+    /// Takes the steps.
+    fn take(&self, system: &mut System<'_>) -> Result<(), Failure> {
+        let ([bottom, end], steps, rows) = (self.near, system.block_steps, system.layout.nodes_y);
+        let top = end + steps - 1;
+        system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+        let below = self.wave(system, [0, bottom])?;
+        for step in 0..steps {
+            self.step_near(system, step, [bottom.saturating_sub(step), (top - step).min(rows)])?;
+        }
+        let above = self.wave(system, [top, rows + steps - 1])?;
+        system.failed_segments += below + above;
+        book_pulls(system);
+        step::end_step(system, 0)
+    }
+
+    /// All steps of the rows away from the body, row r - s in step s for the numbers r in [first, end). Returns how many segments failed.
+    #[inline(never)] // It must not add to the stack of the steps near the body.
+    fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<u64, Failure> {
+        let (mut failed, steps, rows) = (0, system.block_steps, system.layout.nodes_y);
+        for r in first..end {
+            for (step, j) in (0..steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < rows) {
+                let report = step::sweep_in_block(system, step, [j, j + 1]);
+                if report.non_finite || self.is_met(system, step, [j, j + 1]) {
+                    return Err(Failure::NonFinite);
+                }
+                failed += report.newly_failed;
+            }
+        }
+        Ok(failed)
+    }
+
+    /// A step of rows [first, end), those that the body may reach among them. What follows the last step is left to do.
+    #[inline(never)] // It must not add to the stack of a wave.
+    fn step_near(&self, system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Result<(), Failure> {
+        let gathered = step::look_ahead(system, 1.0, self.near)?;
+        let report = step::sweep_in_block(system, step, rows);
+        step::close_pass(system, 1.0, &gathered, report)?;
+        if self.is_met(system, step, rows) {
+            return Err(Failure::NonFinite);
+        }
+        if step + 1 < system.block_steps { step::end_step(system, 0) } else { Ok(()) }
+    }
+
+    /// Whether one of rows [first, end) that were to be beyond the body's reach is not, before the last step.
+    #[inline(never)] // As above.
+    fn is_met(&self, system: &System<'_>, step: usize, [first, end]: [usize; 2]) -> bool {
+        let [near, beyond] = self.near;
+        let mut away = (first..end).filter(|j| !(near..beyond).contains(j));
+        step + 1 < system.block_steps && away.any(|j| comes_near(system, &self.reach, j, 0.0))
+    }
+}
+
+/// Whether a row comes as near as `slack`, m, to what the body may reach.
+fn comes_near(system: &System<'_>, [low, high]: &[f64; 2], j: usize, slack: f64) -> bool {
+    let (rise, h) = (system.directions.front.vertical.rest.spacing, system.scene.sheet.spacing);
+    let rest = rest_offset(j, system.scene.sheet.nodes_y) * rise;
+    let [lowest, highest] = system.blocks.ranges.get(j).map_or([0.0; 2], |&[low, high, ..]| range_of([low, high]));
+    (rest + highest) * h >= low - slack && (rest + lowest) * h <= high + slack
+}
+
+/// Books the pulls on the supports, step by step.
+#[inline(never)] // It must not add to the stack of a wave.
+fn book_pulls(system: &mut System<'_>) {
+    if !system.scene.track_support {
+        return;
+    }
+    let System { scene, layout, state, blocks, block_steps, .. } = &mut *system;
+    for pulls in blocks.pulls.chunks(layout.nodes_y.max(1)).take(*block_steps) {
+        for (j, [ax, ay, az, bx, by, bz]) in pulls.iter().copied().enumerate() {
+            let pulls = [Vector::new(ax, ay, az), Vector::new(bx, by, bz)];
+            step::book_pulls(&mut state.sums, scene, layout, j, &pulls, 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::lanes::InstructionSet;
+    use crate::layout::{BLOCK_STEPS, PULL_REALS};
+    use crate::planes::{CARRY_PLANES, CHUNK};
+    use crate::scene::{AttachmentKind, Drive};
+    use crate::{CacheLine, Failure, Layout, Outcome, Scene, Sim};
+    use std::boxed::Box;
+    use std::vec;
+    use std::vec::Vec;
+
+    const STEPS: u64 = BLOCK_STEPS as u64;
+
+    /// Gives a small sheet what one beyond the caches has.
+    fn allow_blocks(sim: &mut Sim<'_>) {
+        let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
+        let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
+        let pulls = vec![[0.0; PULL_REALS]; BLOCK_STEPS * rows];
+        (sim.system.blocks.carries, sim.system.blocks.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
+        sim.system.block_steps = BLOCK_STEPS;
+    }
+
+    fn with_sim<T>(scene: &Scene, test: impl FnOnce(&mut Sim<'_>) -> T) -> T {
+        let mut memory = vec![CacheLine::ZERO; Layout::of(scene).unwrap().lines()];
+        let mut sim = Sim::new(scene, &mut memory).unwrap();
+        sim.step_every_row();
+        test(&mut sim)
+    }
+
+    /// The paper's sphere on 61 x 141 nodes.
+    fn sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (61, 141);
+        scene
+    }
+
+    /// Runs a scene in single steps and, `at_once` steps a call, in blocks. Returns how many blocks were taken and how many segments failed.
+    fn same_bits(scene: &Scene, set: InstructionSet, steps: u64, at_once: u64) -> (u64, u64) {
+        with_sim(scene, |single| {
+            with_sim(scene, |blocked| {
+                single.use_instructions(set).unwrap();
+                blocked.use_instructions(set).unwrap();
+                allow_blocks(blocked);
+                let mut blocks = 0;
+                while single.step_count() < steps {
+                    (0..at_once).for_each(|_| single.step().unwrap());
+                    let mut left = at_once;
+                    while left > 0 {
+                        let taken = super::step_block(&mut blocked.system, left).unwrap();
+                        blocks += taken / STEPS;
+                        if taken == 0 {
+                            blocked.step().unwrap();
+                        }
+                        left -= taken.max(1);
+                    }
+                    assert_eq!(single.digest(), blocked.digest(), "step {}", single.step_count());
+                    assert_eq!(single.counters(), blocked.counters());
+                }
+                (blocks, single.counters().failed_segments)
+            })
+        })
+    }
+
+    #[test]
+    fn blocks_give_the_bits_of_single_steps() {
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            let (blocks, failed) = same_bits(&sphere(), set, 3200, 64);
+            assert!(blocks > 350 && failed > 10, "{blocks} {failed}");
+        }
+    }
+
+    /// Whatever the yarn, the supports, the body, its way and the steps of a call.
+    #[test]
+    fn blocks_give_the_bits_of_single_steps_in_other_scenes() {
+        type Change = fn(&mut Scene);
+        let changes: [(Change, u64); 8] = [
+            (|scene| scene.yarn.stochastic = false, 64),
+            (|scene| scene.yarn.strength_draw = crate::scene::StrengthDraw::Weibull, 37),
+            (|scene| scene.attachment.kind = AttachmentKind::TwoSides, 20),
+            (|scene| scene.attachment.kind = AttachmentKind::Free, 8),
+            (|scene| (scene.sheet.pre_strain, scene.yarn.draw) = ([0.004, 0.002], crate::scene::Draw::Yarn), 64),
+            (|scene| scene.track_support = false, 64),
+            (
+                |scene| {
+                    scene.projectile.position[1] = 0.008;
+                    scene.projectile.velocity = [3.0, -5.0, 300.0];
+                    scene.contact.friction = 0.2;
+                },
+                64,
+            ),
+            (
+                |scene| {
+                    scene.projectile = Scene::sheet_10in_cylinder().projectile;
+                    (scene.projectile.radius, scene.projectile.length) = (3e-3, 0.01);
+                    (scene.drive, scene.projectile.velocity) = (Drive::Prescribed, [0.0, 4.0, 600.0]);
+                    scene.projectile.angular_velocity = [2000.0, 500.0, -300.0];
+                },
+                64,
+            ),
+        ];
+        for (k, (change, at_once)) in changes.into_iter().enumerate() {
+            let mut scene = sphere();
+            scene.projectile.velocity[2] = 300.0;
+            change(&mut scene);
+            let (blocks, failed) = same_bits(&scene, InstructionSet::widest(), 1600, at_once);
+            // A free sheet gives way.
+            let fails = scene.attachment.kind != AttachmentKind::Free;
+            assert!(blocks > 50 && (failed > 0) == fails, "{k}: {blocks} {failed}");
+        }
+    }
+
+    #[test]
+    fn no_block_is_taken_where_the_body_reaches_a_fixed_node() {
+        let mut scene = sphere();
+        scene.projectile.position[0] = 0.45 * 61.0 * scene.sheet.spacing;
+        assert_eq!(same_bits(&scene, InstructionSet::widest(), 320, 64).0, 0);
+    }
+
+    #[test]
+    fn a_run_ends_at_the_step_of_its_outcome() {
+        let ends = |blocks: bool| {
+            with_sim(&sphere(), |sim| {
+                if blocks {
+                    allow_blocks(sim);
+                }
+                let steps = sim.advance_until(Outcome::Exited, 20_003).unwrap();
+                (steps, sim.step_count(), sim.digest())
+            })
+        };
+        assert_eq!(ends(true), ends(false));
+        assert!(ends(true).0 < 20_000);
+    }
+
+    /// A row that comes from beyond the rows that are stepped one by one would have been missed.
+    #[test]
+    fn a_row_that_strays_to_the_body_within_a_block_is_a_lost_state() {
+        let scene = sphere();
+        with_sim(&scene, |sim| {
+            let nodes = sim.layout().nodes();
+            let mut positions = vec![0.0; 3 * nodes];
+            sim.copy_positions(&mut positions).unwrap();
+            let speed = |spacings: f64| spacings * scene.sheet.spacing / sim.step_limits().dt;
+            let moving = |spacings: f64| -> Vec<f64> {
+                let mut velocities = vec![0.0; 3 * nodes];
+                velocities[3 * (130 * 61 + 30) + 1] = -speed(spacings);
+                velocities
+            };
+            let (slow, fast) = (moving(1.0), moving(9.0));
+            sim.set_motion(&positions, &slow).unwrap();
+            allow_blocks(sim);
+            assert_eq!(super::step_block(&mut sim.system, STEPS), Ok(STEPS));
+            sim.reset();
+            sim.set_motion(&positions, &fast).unwrap();
+            assert_eq!(sim.advance(STEPS), Err(Failure::NonFinite));
+            assert_eq!(sim.advance(1), Err(Failure::NonFinite));
+        });
+    }
+
+    #[test]
+    fn a_failure_within_a_block_is_latched() {
+        let mut scene = sphere();
+        scene.contact_capacity = 1;
+        with_sim(&scene, |sim| {
+            allow_blocks(sim);
+            assert_eq!(sim.advance(640), Err(Failure::ContactCapacity));
+            assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
+        });
+    }
+
+    /// By default, from the size on at which the rows are fetched from memory.
+    #[test]
+    fn sheets_beyond_the_caches_are_stepped_in_blocks() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (439, 439);
+        with_sim(&scene, |sim| assert_eq!(sim.system.block_steps, 1));
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.contact_capacity) = (447, 447, 2000);
+        let digests = [false, true].map(|blocks| {
+            with_sim(&scene, |sim| {
+                let wide = InstructionSet::Avx2.available();
+                assert_eq!(sim.system.block_steps, if wide { BLOCK_STEPS } else { 1 });
+                if blocks {
+                    sim.advance(2 * STEPS).unwrap();
+                } else {
+                    (0..2 * STEPS).for_each(|_| sim.step().unwrap());
+                }
+                sim.digest()
+            })
+        });
+        assert_eq!(digests[0], digests[1]);
+    }
+}
