@@ -3,7 +3,9 @@
 use crate::error::{Code, Error};
 use crate::grading::LINE_PLANES;
 use crate::lanes::CacheLine;
-use crate::layout::{BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PULL_REALS, TANGENTIAL_REALS, TOUCH_REALS};
+use crate::layout::{
+    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, PULL_REALS, TANGENTIAL_REALS, TOUCH_REALS,
+};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
@@ -48,11 +50,13 @@ pub(crate) struct Blocks<'a> {
     pub column: &'a mut [[f64; COLUMN_REALS]],
     /// What the plies do to each candidate.
     pub touches: &'a mut [[f64; TOUCH_REALS]],
+    /// How far each candidate's impulse along the surface goes in a sweep: a part of the way that it last wanted to go, and that way, N s; with friction.
+    pub paces: &'a mut [[f64; PACE_REALS]],
     /// Awake rows [first, end) of each ply.
     pub awake: &'a mut [[u32; 2]],
     /// The last candidate found so far in each column.
     pub last: &'a mut [u32],
-    /// Of each candidate: the next one in its column, and whether it leads the column.
+    /// Of each candidate: the next one in its column; twice its ply, and 1 more if it leads the column.
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     /// Of steps in blocks (`waves.rs`): the carried forces of each step.
@@ -94,6 +98,7 @@ impl<'a> Blocks<'a> {
             before: &mut [],
             column: &mut [],
             touches: &mut [],
+            paces: &mut [],
             awake: &mut [],
             last: &mut [],
             links: &mut [],
@@ -146,6 +151,7 @@ impl<'a> Blocks<'a> {
                 before: reals.take(stack(ny * row))?.as_chunks_mut().0,
                 column: reals.take(stack(layout.plies * COLUMN_REALS))?.as_chunks_mut().0,
                 touches: reals.take(stack(layout.candidates * TOUCH_REALS))?.as_chunks_mut().0,
+                paces: reals.take(rough(stack(layout.candidates * PACE_REALS)))?.as_chunks_mut().0,
                 tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
                 gaps_over_dt: reals.take(implicit(layout.candidates))?,
                 pulls: reals.take(waves(PULL_REALS * ny))?.as_chunks_mut().0,

@@ -134,9 +134,14 @@ impl Tangential {
     /// (M21) The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
     pub fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
         let trial = [self.impulse[0] - s * self.effective_mass, self.impulse[1] - t * self.effective_mass];
-        let size = math::length([trial[0], trial[1], 0.0]);
-        if size > most { trial.map(|p| p * (most / size)) } else { trial }
+        limited(trial, most)
     }
+}
+
+/// The nearest impulse of no more than this size, N s.
+pub(crate) fn limited(impulse: [f64; 2], most: f64) -> [f64; 2] {
+    let size = math::length([impulse[0], impulse[1], 0.0]);
+    if size > most { impulse.map(|p| p * (most / size)) } else { impulse }
 }
 
 /// How much is left of impulses that were given up on, so that they add no energy. With the kinetic energy taken up by the relative speeds

@@ -24,6 +24,8 @@ pub(crate) const PULL_REALS: usize = 6;
 pub(crate) const COLUMN_REALS: usize = 12;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const TOUCH_REALS: usize = 6;
+/// And of one with friction.
+pub(crate) const PACE_REALS: usize = 3;
 
 /// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
 /// what the cores of a server share in their third level.
@@ -206,7 +208,7 @@ impl Layout {
         let scratch = scratch
             .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
             .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
-            .checked_add(stack(candidates.checked_mul(TOUCH_REALS)?))?;
+            .checked_add(stack(candidates.checked_mul(TOUCH_REALS + if friction { PACE_REALS } else { 0 })?))?;
         let segments =
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;

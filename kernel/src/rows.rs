@@ -169,7 +169,9 @@ impl Rows<'_> {
         let Rows { hot, history, before, taken, ranges, carry, kept, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
-        before.iter_mut().zip(hot.iter()).for_each(|(before, chunk)| *before = chunk[5]);
+        if !before.is_empty() {
+            lanes::dispatch(terms.instructions, Keep { hot, before });
+        }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
         let (viscous, net) = if OPTIONS { (layout.viscous, &self.net) } else { (false, &Net::NONE) };
@@ -213,6 +215,25 @@ impl Rows<'_> {
             }
         }
         report
+    }
+}
+
+/// Keeps the velocities along z.
+struct Keep<'a> {
+    hot: &'a [Chunk<HOT_PLANES>],
+    before: &'a mut [[f64; CHUNK]],
+}
+
+impl Job for Keep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        for (before, chunk) in self.before.iter_mut().zip(self.hot) {
+            for (before, speed) in L::groups_mut(before).iter_mut().zip(L::groups(&chunk[5])) {
+                L::load(speed).store(before);
+            }
+        }
     }
 }
 

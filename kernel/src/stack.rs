@@ -44,6 +44,9 @@ const HARMLESS: f64 = 1e-9;
 /// The same with friction where several candidates share a column, and changes that do not count there: some of them stick and some slide, and
 /// which they are may change in every sweep.
 const ROUGH: f64 = 1e-7;
+/// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
+const PATIENCE: u32 = 4;
+const GROWTH: f64 = 1.1;
 /// No candidate.
 const NONE: u32 = u32::MAX;
 
@@ -349,12 +352,15 @@ impl Job for Pressed<'_> {
     fn run<L: Lane>(self) -> Option<usize> {
         let (gap, zero) = (L::splat(self.gap), L::splat(0.0));
         for (c, (below, above)) in self.below.iter().zip(self.above).enumerate().skip(self.from) {
+            // One test for all of the chunk.
+            let mut least = zero;
             for g in 0..CHUNK / L::WIDTH {
                 let at = |chunk: &Chunk<HOT_PLANES>, plane: usize| L::load(&L::groups(&chunk[plane])[g]);
                 let end = at(above, 2).sub(at(below, 2)).add(gap);
-                if zero.any_above(end.max(at(above, 5).sub(at(below, 5)))) {
-                    return Some(c);
-                }
+                least = end.max(at(above, 5).sub(at(below, 5))).min(least);
+            }
+            if zero.any_above(least) {
+                return Some(c);
             }
         }
         None
@@ -400,18 +406,18 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     link(system, count);
     let mut joint = Joint::of(system, count);
-    let (mut sweeps, mut most, mut converged) = (0, MAX_SWEEPS, false);
-    while sweeps < most && !converged {
+    let (mut most, mut converged) = (MAX_SWEEPS, false);
+    while joint.sweeps < most && !converged {
         converged = true;
         for c in 0..count {
             converged &= joint.visit(c);
         }
-        sweeps += 1;
+        joint.sweeps += 1;
         if joint.supported {
             most = MAX_SWEEPS_ON_SUPPORTS;
         }
     }
-    let Joint { velocity, rate, .. } = joint;
+    let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate };
     if system.layout.friction { without_gain(system, count, solved) } else { solved }
 }
@@ -427,14 +433,15 @@ fn link(system: &mut System<'_>, count: usize) {
         }
     }
     for (c, (&node, slot)) in candidate_nodes.iter().zip(candidates.iter()).take(count).enumerate() {
-        let Some(last) = last.get_mut((node % places) as usize) else { return };
+        let (ply, place) = (node / places, (node % places) as usize);
+        let Some(last) = last.get_mut(place) else { return };
         let fixed = Candidate::read(slot).is_fixed();
         let before = if fixed { NONE } else { core::mem::replace(last, c as u32) };
-        if let Some([_, leads]) = links.get_mut(before as usize) {
-            *leads = 0;
+        if let Some([_, ply_and_leads]) = links.get_mut(before as usize) {
+            *ply_and_leads &= !1;
         }
         if let Some(link) = links.get_mut(c) {
-            *link = [before, 1];
+            *link = [before, 2 * ply + 1];
         }
     }
 }
@@ -454,6 +461,8 @@ struct Joint<'s, 'a> {
     mass: f64,
     /// Whether a fixed node has taken an impulse.
     supported: bool,
+    /// Sweeps done.
+    sweeps: u32,
     velocity: Vector,
     rate: Vector,
 }
@@ -467,7 +476,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        Joint { system, inertia, give, tolerance: 0.0, turns, mass, supported: false, velocity, rate }
+        Joint { system, inertia, give, tolerance: 0.0, turns, mass, supported: false, sweeps: 0, velocity, rate }
     }
 
     /// Before any impulse.
@@ -501,6 +510,9 @@ impl<'s, 'a> Joint<'s, 'a> {
                 farthest = math::max(arm.dot(&arm), farthest);
             }
             self.set_tangential(c, &t);
+            if let Some(pace) = self.system.blocks.paces.get_mut(c) {
+                *pace = [1.0, 0.0, 0.0];
+            }
         }
         if self.leads(c) {
             let (mut members, mut next) = (0.0, Some(c));
@@ -524,8 +536,7 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// Mass of a candidate's node over that of one of the front fabric.
     fn share(&self, c: usize) -> f64 {
-        let (_, _, ply) = place(self.system, c);
-        self.system.mass_share(ply)
+        self.system.mass_share(self.ply(c))
     }
 
     /// What one of so many candidates of a column gives way besides along z, 1/kg: its node along the sheet, and the body.
@@ -572,7 +583,12 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// Whether a candidate leads its column.
     fn leads(&self, c: usize) -> bool {
-        self.system.blocks.links.get(c).is_some_and(|link| link[1] != 0)
+        self.system.blocks.links.get(c).is_some_and(|link| link[1] % 2 != 0)
+    }
+
+    /// The ply of a candidate's node.
+    fn ply(&self, c: usize) -> usize {
+        self.system.blocks.links.get(c).map_or(0, |link| (link[1] / 2) as usize)
     }
 
     /// The candidate of the same column that is linked behind one.
@@ -629,9 +645,16 @@ impl<'s, 'a> Joint<'s, 'a> {
             return true;
         }
         let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
+        let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.friction);
+        if !friction && error > HARMLESS * unit_speed {
+            // Not settled, whatever has moved.
+            if let Some(touch) = self.system.blocks.touches.get_mut(c) {
+                touch[STALE] = 0.0;
+            }
+            return false;
+        }
         let moved = self.rub(c);
-        let unit_speed = self.system.model.unit_speed;
-        let [harmless, still] = if self.system.layout.friction && self.behind(c).is_some() {
+        let [harmless, still] = if friction && self.behind(c).is_some() {
             [ROUGH * unit_speed; 2]
         } else {
             // What candidates of one column pass on between them moves nothing.
@@ -668,13 +691,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         let trial = candidate.impulse - self.body_rate(&candidate) / give;
         let impulse = math::max(trial, 0.0);
-        self.set_impulse(c, &candidate, impulse);
         self.supported |= impulse > 0.0;
-        give * math::abs(impulse - candidate.impulse)
-    }
-
-    /// Gives a candidate this impulse, and the body the opposite of what is new.
-    fn set_impulse(&mut self, c: usize, candidate: &Candidate, impulse: f64) {
         let change = impulse - candidate.impulse;
         self.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
         if self.turns {
@@ -683,18 +700,19 @@ impl<'s, 'a> Joint<'s, 'a> {
         if let Some([.., place]) = self.system.blocks.candidates.get_mut(c) {
             *place = impulse;
         }
+        give * math::abs(change)
     }
 
     /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
     fn solve_column(&mut self, leader: usize) -> f64 {
         let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
-        let (i, row, _) = place(self.system, leader);
+        let (i, row) = place(self.system, leader);
         load(self.system, i, row);
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, [_, give, .., soft, own]) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]);
-            let (up, (_, _, ply)) = (candidate.normal.z, place(self.system, c));
+            let (up, ply) = (candidate.normal.z, self.ply(c));
             let Blocks { column, touches, .. } = &mut self.system.blocks;
             let (Some(node), Some(touch)) = (column.get_mut(ply), touches.get_mut(c)) else { break };
             let free = node[SPEED];
@@ -713,7 +731,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         while let Some(c) = next {
             let (candidate, rubbing, [lift_before, give, _, free, soft, own]) =
                 (self.candidate(c), self.tangential(c), self.touch(c));
-            let (up, (_, _, ply)) = (candidate.normal.z, place(self.system, c));
+            let (up, ply) = (candidate.normal.z, self.ply(c));
             let Blocks { column, touches, .. } = &mut self.system.blocks;
             let (Some(node), Some(touch)) = (column.get(ply), touches.get_mut(c)) else { break };
             let lift = (node[SPEED] - free) * unit_speed;
@@ -725,11 +743,16 @@ impl<'s, 'a> Joint<'s, 'a> {
             };
             let impulse = math::max(impulse, 0.0);
             moved = math::max(math::abs(lift - lift_before), moved);
-            let before = (self.velocity, self.rate);
-            (self.velocity, self.rate) = (velocity, rate_of_body);
-            self.set_impulse(c, &candidate, impulse);
-            (velocity, rate_of_body) = (self.velocity, self.rate);
-            (self.velocity, self.rate) = before;
+            let change = impulse - candidate.impulse;
+            if change != 0.0 {
+                velocity -= candidate.normal * (change * self.inertia.inverse_mass);
+                if self.turns {
+                    rate_of_body -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
+                }
+                if let Some([.., place]) = self.system.blocks.candidates.get_mut(c) {
+                    *place = impulse;
+                }
+            }
             next = self.behind(c);
         }
         (self.velocity, self.rate) = (velocity, rate_of_body);
@@ -739,12 +762,12 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
     /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
     fn of_plies(&mut self, leader: usize) -> [f64; 2] {
-        let (i, row, _) = place(self.system, leader);
+        let (i, row) = place(self.system, leader);
         load(self.system, i, row);
         self.system.blocks.column.iter_mut().for_each(|node| node[RELEASE] = 0.0);
         let mut next = Some(leader);
         while let Some(c) = next {
-            let (candidate, rubbing, (_, _, ply)) = (self.candidate(c), self.tangential(c), place(self.system, c));
+            let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
             let push = candidate.normal.z * candidate.impulse + rubbing.map_or(0.0, |t| t.push(t.impulse).z);
             if let Some(node) = self.system.blocks.column.get_mut(ply) {
                 node[RELEASE] = push / self.system.model.unit_impulse;
@@ -770,6 +793,28 @@ impl<'s, 'a> Joint<'s, 'a> {
         [work, moved]
     }
 
+    /// The next impulses along the surface of a candidate, from these towards those that Coulomb's law asks for.
+    ///
+    /// A column that slides may go back and forth for ever: what friction pushes the node along the sheet, the normal impulse lets go of
+    /// several times over where the surface is nearly flat, and it limits friction. So after some sweeps a candidate whose way
+    /// turns back goes half as far, and farther again while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
+    fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
+        let way = [next[0] - p, next[1] - q];
+        let Some(pace) = self.system.blocks.paces.get_mut(c) else { return next };
+        let [part, last_p, last_q] = *pace;
+        let part = match self.sweeps {
+            0..PATIENCE => part,
+            _ if way[0] * last_p + way[1] * last_q < 0.0 => 0.5 * part,
+            _ => math::min(GROWTH * part, 1.0),
+        };
+        *pace = [part, way[0], way[1]];
+        if part == 1.0 {
+            return next;
+        }
+        let most = self.system.scene.contact.friction * candidate.impulse;
+        friction::limited([p + part * way[0], q + part * way[1]], most)
+    }
+
     /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
     /// sheet since the column was solved last, of fixed nodes of the slip, m/s.
     fn rub(&mut self, leader: usize) -> f64 {
@@ -781,7 +826,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             let before = self.along(&Candidate { impulse: last, ..candidate }, rubbing.as_ref(), own);
             if let Some(t) = &mut rubbing {
                 let [p, q] = t.impulse;
-                t.impulse = self.rubbed(&candidate, t, [lift, own]);
+                let next = self.rubbed(&candidate, t, [lift, own]);
+                t.impulse = self.paced(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
                 self.velocity -= t.push(change) * self.inertia.inverse_mass;
                 self.rate -= t.twist(change).component_mul(&self.inertia.inverse_moments);
@@ -804,12 +850,11 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 }
 
-/// The place of a candidate's node in the sheet: column, row and ply.
-fn place(system: &System<'_>, c: usize) -> (usize, usize, usize) {
+/// The column and the row of a candidate's node in the sheet.
+fn place(system: &System<'_>, c: usize) -> (usize, usize) {
     let node = system.blocks.candidate_nodes.get(c).copied().unwrap_or(0);
     let (i, j) = system.layout.column_and_row(node as usize);
-    let (ply, row) = system.layout.ply_and_row(j);
-    (i, row, ply)
+    (i, system.layout.ply_and_row(j).1)
 }
 
 /// A place without a candidate.

@@ -25,6 +25,23 @@ fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| length([0, 1, 2].map(|k| a[k] - b[k]))).fold(0.0, f64::max)
 }
 
+/// Where plies lie on each other some nodes of a column stick to the projectile and some slide, and which they are is found, too.
+#[test]
+fn friction_on_plies_that_lie_on_each_other_is_solved() {
+    for velocity in [15.0, 42.0] {
+        let mut scene = stacked(small_sheet(31, velocity), 5, 0.0);
+        scene.contact.friction = 0.2;
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.advance(1000).unwrap();
+        let (counters, energy) = (sim.counters(), sim.energy().unwrap());
+        assert!(counters.contacts > 0 && energy.friction > 0.0, "{counters:?}");
+        assert_eq!(counters.unconverged, 0, "{counters:?}");
+        let impact = 0.5 * scene.projectile.mass * velocity * velocity;
+        assert!(energy.residual.abs() < 1e-4 * impact, "{}", energy.residual);
+    }
+}
+
 #[test]
 fn plies_far_apart_are_shields_of_their_own() {
     for friction in [0.0, 0.3] {
