@@ -79,7 +79,7 @@ def goals(rows, figures, widest):
         name = f"memory, 350 x 350, {kind}, {TIGHT}"
         most(name, value(name), bound, "bytes per node")
     for version, bound in (("FMI 2.0", 2.0), ("FMI 3.0", 3.0)):
-        for mode in ("integrated", "host-driven"):
+        for mode in ("free", "prescribed"):
             for what, limit_us in (("doStep beyond stepping", bound), ("get of a force", 1.0)):
                 name = f"{version}, {mode}: {what}"
                 most(name, value(name), limit_us, US)

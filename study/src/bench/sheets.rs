@@ -192,8 +192,8 @@ pub fn image_of(sim: &Sim<'_>) -> Result<Vec<u8>> {
 
 /// Steps of one burst, and bursts of one round: a small sheet repeats the same steps.
 pub fn steps_and_bursts(nodes: u64, effort: Effort) -> (u64, u64) {
-    // Whole blocks of a sheet beyond the caches.
-    let steps = (effort.node_steps / nodes).clamp(8, 400) / 8 * 8;
+    // Some blocks of a sheet beyond the caches.
+    let steps = (effort.node_steps / nodes).clamp(32, 400) / 8 * 8;
     (steps, (effort.node_steps / (steps * nodes)).max(1))
 }
 
