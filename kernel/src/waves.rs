@@ -159,6 +159,7 @@ mod tests {
     use crate::lanes::InstructionSet;
     use crate::layout::{BLOCK_STEPS, PULL_REALS};
     use crate::planes::{CARRY_PLANES, CHUNK};
+    use crate::random::splitmix64;
     use crate::scene::{AttachmentKind, Drive};
     use crate::{CacheLine, Failure, Layout, Outcome, Scene, Sim};
     use std::boxed::Box;
@@ -263,6 +264,55 @@ mod tests {
             let fails = scene.attachment.kind != AttachmentKind::Free;
             assert!(blocks > 50 && (failed > 0) == fails, "{k}: {blocks} {failed}");
         }
+    }
+
+    /// Sheets, bodies, supports and calls at random, with an image saved and loaded on the way.
+    #[test]
+    fn blocks_give_the_bits_of_single_steps_in_random_scenes() {
+        let mut blocks = 0;
+        for k in 0..60 {
+            let number = |n: u64| splitmix64(100 * k + n);
+            let part = |n: u64| number(n) as f64 / u64::MAX as f64;
+            let mut scene = sphere();
+            let (sheet, projectile) = (&mut scene.sheet, &mut scene.projectile);
+            (sheet.nodes_x, sheet.nodes_y) = (17 + (number(0) % 40) as u32, 60 + (number(1) % 90) as u32);
+            sheet.spacing_y = if number(2).is_multiple_of(3) { sheet.spacing * (0.7 + part(3)) } else { 0.0 };
+            projectile.radius = sheet.spacing * (2.0 + 4.0 * part(4));
+            let half = [sheet.nodes_x, sheet.nodes_y].map(|nodes| 0.5 * f64::from(nodes) * sheet.spacing);
+            projectile.position = [(part(5) - 0.5) * half[0], (2.0 * part(6) - 1.0) * half[1], -projectile.radius];
+            projectile.velocity = [40.0 * (part(7) - 0.5), 200.0 * (part(8) - 0.5), 150.0 + 200.0 * part(9)];
+            scene.attachment.kind = match number(10) % 3 {
+                0 => AttachmentKind::FourSides,
+                1 => AttachmentKind::TwoSides,
+                _ => AttachmentKind::Free,
+            };
+            scene.yarn.stochastic = number(11).is_multiple_of(2);
+            (scene.track_support, scene.seed) = (!number(12).is_multiple_of(4), k);
+            with_sim(&scene, |single| {
+                with_sim(&scene, |blocked| {
+                    allow_blocks(blocked);
+                    let mut image = vec![0; blocked.snapshot_bytes()];
+                    for call in 0..12 {
+                        let steps = 1 + number(20 + call) % 90;
+                        (0..steps).for_each(|_| single.step().unwrap());
+                        let mut left = steps;
+                        while left > 0 {
+                            let taken = super::step_block(&mut blocked.system, left).unwrap();
+                            blocks += taken / STEPS;
+                            if taken == 0 {
+                                blocked.step().unwrap();
+                            }
+                            left -= taken.max(1);
+                        }
+                        assert_eq!(single.digest(), blocked.digest(), "scene {k}, call {call}");
+                        assert_eq!(single.counters(), blocked.counters());
+                        blocked.save(&mut image).unwrap();
+                        blocked.load(&image).unwrap();
+                    }
+                })
+            });
+        }
+        assert!(blocks > 1000, "{blocks}");
     }
 
     #[test]
