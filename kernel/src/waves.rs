@@ -179,9 +179,7 @@ mod tests {
 
     fn with_sim<T>(scene: &Scene, test: impl FnOnce(&mut Sim<'_>) -> T) -> T {
         let mut memory = vec![CacheLine::ZERO; Layout::of(scene).unwrap().lines()];
-        let mut sim = Sim::new(scene, &mut memory).unwrap();
-        sim.step_every_row();
-        test(&mut sim)
+        test(&mut Sim::new(scene, &mut memory).unwrap())
     }
 
     /// The paper's sphere on 61 x 141 nodes.
@@ -197,6 +195,8 @@ mod tests {
             with_sim(scene, |blocked| {
                 single.use_instructions(set).unwrap();
                 blocked.use_instructions(set).unwrap();
+                single.step_every_row();
+                blocked.step_every_row();
                 allow_blocks(blocked);
                 let mut blocks = 0;
                 while single.step_count() < steps {
@@ -290,6 +290,10 @@ mod tests {
             (scene.track_support, scene.seed) = (!number(12).is_multiple_of(4), k);
             with_sim(&scene, |single| {
                 with_sim(&scene, |blocked| {
+                    if k % 2 == 0 {
+                        single.step_every_row();
+                        blocked.step_every_row();
+                    }
                     allow_blocks(blocked);
                     let mut image = vec![0; blocked.snapshot_bytes()];
                     for call in 0..12 {
@@ -315,6 +319,19 @@ mod tests {
         assert!(blocks > 1000, "{blocks}");
     }
 
+    /// The rows that come within a spacing of the sphere, eight that it may cross, and eight that rows may come nearer.
+    #[test]
+    fn the_rows_near_the_body_are_those_that_it_may_reach_in_a_block() {
+        let mut scene = sphere();
+        scene.projectile.position[1] = 10.2 * scene.sheet.spacing;
+        scene.projectile.radius = 8.5 * scene.sheet.spacing;
+        with_sim(&scene, |sim| {
+            allow_blocks(sim);
+            // The middle of the sheet lies in row 70: 80.2 - 25.5 and 80.2 + 25.5.
+            assert_eq!(super::Block::plan(&sim.system).unwrap().near, [55, 106]);
+        });
+    }
+
     #[test]
     fn no_block_is_taken_where_the_body_reaches_a_fixed_node() {
         let mut scene = sphere();
@@ -326,9 +343,12 @@ mod tests {
     fn a_run_ends_at_the_step_of_its_outcome() {
         let ends = |blocks: bool| {
             with_sim(&sphere(), |sim| {
+                sim.step_every_row();
                 if blocks {
                     allow_blocks(sim);
                 }
+                // From here on the first blocks could begin anywhere.
+                sim.advance(3).unwrap();
                 let steps = sim.advance_until(Outcome::Exited, 20_003).unwrap();
                 (steps, sim.step_count(), sim.digest())
             })
@@ -342,6 +362,7 @@ mod tests {
     fn a_row_that_strays_to_the_body_within_a_block_is_a_lost_state() {
         let scene = sphere();
         with_sim(&scene, |sim| {
+            sim.step_every_row();
             let nodes = sim.layout().nodes();
             let mut positions = vec![0.0; 3 * nodes];
             sim.copy_positions(&mut positions).unwrap();
@@ -367,6 +388,7 @@ mod tests {
         let mut scene = sphere();
         scene.contact_capacity = 1;
         with_sim(&scene, |sim| {
+            sim.step_every_row();
             allow_blocks(sim);
             assert_eq!(sim.advance(640), Err(Failure::ContactCapacity));
             assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
@@ -382,6 +404,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.contact_capacity) = (447, 447, 2000);
         let digests = [false, true].map(|blocks| {
             with_sim(&scene, |sim| {
+                sim.step_every_row();
                 let wide = InstructionSet::Avx2.available();
                 assert_eq!(sim.system.block_steps, if wide { BLOCK_STEPS } else { 1 });
                 if blocks {
