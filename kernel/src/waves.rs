@@ -10,7 +10,8 @@
 //! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
 //! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
 //! comes so near within a block, at some 2e4 m/s, is a lost state.
-//! After a failure in a block rows may be ahead of the step that is counted; nothing of them can be read.
+//! After a failure in a block rows may be ahead of the step that is counted, and another failure of the same block may be reported than single
+//! steps would have met first; nothing but counters and the digest can be read then.
 //! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software and Applications Conf. (2009)
 //! 579 (wavefront parallelization).
 
@@ -90,6 +91,7 @@ impl Block {
         }
         let above = self.wave(system, [top, rows + steps - 1])?;
         system.failed_segments += below + above;
+        system.set_awake(0, [0, rows]);
         book_pulls(system);
         step::end_step(system, 0)
     }
