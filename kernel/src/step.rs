@@ -137,10 +137,11 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
     body::load_body(system, quarter);
     body::book_load(system, quarter, &body);
     for j in 0..system.layout.nodes_y {
+        let share = system.mass_share_of_row(j);
         for i in 0..system.layout.nodes_x {
             let a = system.acceleration(i, j);
             if system.is_fixed(i, j) {
-                system.load_support(i, j, &(Vector::from(a) * 0.25));
+                system.load_support(i, j, &(Vector::from(a) * (0.25 * share)));
             } else {
                 let (u, v) = system.node(i, j);
                 system.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));

@@ -1,7 +1,9 @@
 //! Separate plies that push on each other, against closed forms: plies far apart, plies that lie on each other, a ply that falls on another,
 //! and the balances of energy and momentum.
 
-use fabric::{AttachmentKind, Code, Integrator, Outcome, Scene, Shape, Sim, Stack, Symmetry, TimeStep};
+use fabric::{
+    AttachmentKind, Code, Integrator, Outcome, Scene, Shape, Sim, Stack, StepAfterFailure, Symmetry, TimeStep,
+};
 use fabric_tests::reference::{length, sub};
 use fabric_tests::{Buffers, close, damage, positions, small_sheet, tilted_cylinder, velocities, without_projectile};
 use proptest::prelude::*;
@@ -714,6 +716,21 @@ fn balances_of_a_hybrid_pack() {
     println!("hybrid pack: residual at most {worst:e} of the impact energy");
     assert!(worst < 1e-2 && sim.ply(4).unwrap().failed_segments > 20, "{:?}", sim.counters());
     assert!(sim.energy().unwrap().viscous > 0.0);
+}
+
+/// Where the step is halved at the first failure, the supports of each ply take what its own mass asks for.
+#[test]
+fn momentum_of_a_hybrid_pack_whose_step_is_halved() {
+    let mut scene = with_back(stacked(small_sheet(31, 120.0), 3, 1e-4), 2, another);
+    (scene.step_after_failure, scene.track_support) = (StepAfterFailure::Half, true);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    while sim.counters().failed_segments == 0 {
+        sim.advance(10).unwrap();
+    }
+    let supported = length(sim.support().unwrap().total);
+    assert!(supported > 1e-3 * scene.projectile.mass * 120.0, "{supported:e}");
+    assert!(length(sim.momentum_residual().unwrap()) < 1e-12 * scene.projectile.mass * 120.0);
 }
 
 /// The step is that of the fabric that allows less.
