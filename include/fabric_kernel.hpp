@@ -261,9 +261,9 @@ public:
         bytes.reason_ = Status(fk_bands_size(sim_, of, &bytes.value_));
         return bytes;
     }
-    Status bands_begin(std::uint32_t of, void *scratch, std::uint64_t bytes) noexcept
+    Status bands_begin(std::uint32_t of, std::uint64_t steps, void *scratch, std::uint64_t bytes) noexcept
     {
-        return Status(fk_bands_begin(sim_, of, scratch, bytes));
+        return Status(fk_bands_begin(sim_, of, steps, scratch, bytes));
     }
     // 1 in the call that completes the pass for all bands.
     Result<std::uint32_t> bands_pass(std::uint32_t band) const noexcept

@@ -163,7 +163,7 @@ pub(crate) fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
 const BANDS_BYTES: usize = size_of::<Bands<'static, 'static>>().next_multiple_of(ALIGN);
 
 /// Hands the simulation to `of` bands.
-pub(crate) fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Result<(), Error> {
+pub(crate) fn begin(handle: ToChange, of: u32, steps: u64, scratch: Lent, length: u64) -> Result<(), Error> {
     without_bands(&handle.to_look_at())?;
     let handle = handle.0;
     // SAFETY: found to be an initialised handle at its own address, which no bands have; the host lets nobody else use it. The
@@ -178,7 +178,7 @@ pub(crate) fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Re
     unsafe {
         let lines = core::slice::from_raw_parts_mut(scratch.add(BANDS_BYTES).cast::<CacheLine>(), lines);
         // No `?`: it would take another copy of the bands on the stack.
-        match sim.bands(lines, of) {
+        match sim.bands(lines, of, steps) {
             Ok(bands) => place.write(bands),
             Err(error) => return Err(error),
         }
@@ -187,7 +187,7 @@ pub(crate) fn begin(handle: ToChange, of: u32, scratch: Lent, length: u64) -> Re
     Ok(())
 }
 
-/// Takes the simulation back; a step that only some bands have taken is completed.
+/// Takes the simulation back; a step, or a block of steps, that is begun is completed.
 pub(crate) fn end(handle: &mut ToChange) -> Result<&mut fk_sim, Error> {
     let bands = bands_of(&handle.to_look_at())?;
     if bands.is_null() {

@@ -130,9 +130,9 @@ int main(int argc, char **argv)
 
     require(fk_bands_size(sim, threads, &scratch_bytes), "fk_bands_size");
     scratch = allocated(scratch_bytes);
-    require(fk_bands_begin(sim, threads, scratch, scratch_bytes), "fk_bands_begin");
-    c.sim = sim;
     c.steps = number(argc, argv, 3, 3000);
+    require(fk_bands_begin(sim, threads, c.steps, scratch, scratch_bytes), "fk_bands_begin");
+    c.sim = sim;
     c.outcomes = 0;
     pthread_mutex_init(&c.lock, NULL);
     pthread_cond_init(&c.passed, NULL);

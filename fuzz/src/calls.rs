@@ -336,7 +336,7 @@ impl Player<'_> {
                 7 => fk_reset(to_change()),
                 8 => fk_state_save(to_look_at(), Output::given(image.as_mut_ptr()), 8),
                 9 => fk_state_load(to_change(), Input::given(image.as_ptr()), 8),
-                10 => fk_bands_begin(to_change(), 2, Lent::given(null_mut()), 0),
+                10 => fk_bands_begin(to_change(), 2, 0, Lent::given(null_mut()), 0),
                 11 => fk_bands_pass(to_look_at(), 0, Output::given(null_mut())),
                 12 => fk_bands_end(to_change()),
                 13 => fk_bands_progress(
@@ -599,7 +599,7 @@ impl Player<'_> {
                 15 if sized == FK_OK => Code::ShortBuffer.number(),
                 _ => sized,
             });
-            let status = fk_bands_begin(slot.to_change(), of, Lent::given(pointer.cast()), length);
+            let status = fk_bands_begin(slot.to_change(), of, 100, Lent::given(pointer.cast()), length);
             if sized == FK_OK || in_use.is_some() || lines.is_err() {
                 assert_eq!(status, expected);
             } else {

@@ -19,7 +19,7 @@
 //! let mut sim = Sim::new(&scene, &mut memory)?;
 //!
 //! let mut scratch = vec![CacheLine::ZERO; layout.band_lines(2)?];
-//! let bands = sim.bands(&mut scratch, 2)?;
+//! let bands = sim.bands(&mut scratch, 2, 100)?;
 //! std::thread::scope(|threads| {
 //!     for band in 0..2 {
 //!         let bands = &bands;
@@ -49,7 +49,7 @@ use crate::direction::Directions;
 use crate::error::{Code, Error, Failure};
 use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::{CacheLine, InstructionSet};
-use crate::layout::{Layout, MAX_BANDS};
+use crate::layout::{BLOCK_STEPS, Layout, MAX_BANDS};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     VISCOUS_PLANES, YARN_PLANES,
@@ -64,6 +64,7 @@ use crate::system::{self, System};
 use crate::toe::Toe;
 use crate::viscosity;
 use crate::watch::OutcomeSet;
+use crate::waves::{Course, Edge};
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
@@ -74,6 +75,9 @@ use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};
 pub struct Bands<'s, 'a> {
     system: *mut System<'a>,
     of: u32,
+    /// Steps taken before these bands, and those that will have been taken at least.
+    first_step: u64,
+    until: u64,
     /// Written by the last band to arrive, read by all bands between two meetings.
     plan: UnsafeCell<Plan>,
     /// Written by its own band, read by the last to arrive.
@@ -112,6 +116,8 @@ struct Plan {
     rows: [usize; 2],
     /// Whether the bands find now what viscosity changes, and sweep afterwards.
     pushing: bool,
+    /// The block of steps that the pass is part of, if it is.
+    course: Option<Course>,
     /// Whether rows at rest are swept.
     all: bool,
     layout: Layout,
@@ -143,6 +149,9 @@ struct Pointers {
     awake: *const [u32; 2],
     ranges: *mut [u32; 4],
     runs: *const [u32; 4],
+    /// Vertical forces of each step of a block, and pulls of the fixed nodes of each step and row.
+    carries: *mut Chunk<CARRY_PLANES>,
+    noted: *mut [[f64; 3]; 2],
     /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
     scratch: *mut f64,
 }
@@ -164,12 +173,15 @@ impl<'s, 'a> Bands<'s, 'a> {
         system: &'s mut System<'a>,
         scratch: &'s mut [CacheLine],
         of: u32,
+        steps: u64,
     ) -> Result<Bands<'s, 'a>, Error> {
         system.sound()?;
         let needed = system.layout.band_lines(of)?;
         let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
         let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
-        let plan = Plan::of(system, scratch, None);
+        let first_step = system.state.step;
+        let until = first_step.saturating_add(steps);
+        let plan = Plan::of(system, scratch, None, of, until);
         for band in 0..of {
             // SAFETY: this call has the simulation to itself, so no band is being swept.
             unsafe { plan.cut(of, band) };
@@ -178,6 +190,8 @@ impl<'s, 'a> Bands<'s, 'a> {
         Ok(Bands {
             system,
             of,
+            first_step,
+            until,
             plan: UnsafeCell::new(plan),
             reports: core::array::from_fn(|_| UnsafeCell::new(Report::default())),
             claimed: AtomicU32::new(0),
@@ -213,7 +227,12 @@ impl Bands<'_, '_> {
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
             let plan = &*self.plan.get();
-            let met = if plan.pushing { plan.push(self.of, band) } else { plan.sweep(self.of, band) };
+            let met = match &plan.course {
+                _ if plan.pushing => plan.push(self.of, band),
+                Some(course) if course.is_at_start() => plan.step_away(band, course),
+                Some(course) => plan.sweep(self.of, band).merged(plan.fill_cut(band, course)),
+                None => plan.sweep(self.of, band),
+            };
             if let Some(report) = self.reports.get(band as usize) {
                 *report.get() = met;
             }
@@ -274,16 +293,17 @@ impl Bands<'_, '_> {
             // SAFETY: the band has arrived.
             report = report.merged(unsafe { *cell.get() });
         }
-        let steps = system.state.step;
         // SAFETY: as above.
         if let Err(failure) = unsafe { plan.close(system, self.of, report) } {
             system.failure = Some(failure);
             self.failure.store(failure.code().number(), Ordering::Release);
             return Err(failure);
         }
-        self.steps.fetch_add(usize::from(system.state.step > steps), Ordering::Release);
+        if plan.next_part().is_none() {
+            self.steps.store((system.state.step - self.first_step) as usize, Ordering::Release);
+        }
         self.outcomes.store(system.state.watch.mask().bits(), Ordering::Release);
-        *plan = Plan::of(system, plan.memory.scratch, Some(plan));
+        *plan = Plan::of(system, plan.memory.scratch, Some(plan), self.of, self.until);
         for band in 0..self.of {
             // SAFETY: the caller's promise.
             unsafe { plan.cut(self.of, band) };
@@ -293,31 +313,38 @@ impl Bands<'_, '_> {
 }
 
 impl Drop for Bands<'_, '_> {
-    /// Does what is missing of a begun step: at most four passes, two halves of a viscous one.
+    /// Does what is missing of a begun step, or block of steps.
     fn drop(&mut self) {
-        for _ in 0..4 {
+        while self.failure().is_none() {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
             let pushed = plan.layout.viscous && plan.found.is_ok() && !plan.pushing;
-            if called != 0 || plan.second_half || pushed {
-                // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
-                (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
-                    let _ = self.pass(band);
-                });
+            let in_block = plan.course.is_some_and(|course| !course.is_at_start());
+            if called == 0 && !plan.second_half && !pushed && !in_block {
+                return;
             }
+            // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
+            (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
+                let _ = self.pass(band);
+            });
         }
     }
 }
 
 impl Plan {
-    /// Plans the pass that follows `last`, or the first one.
-    fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>) -> Plan {
+    /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
+    fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
         let second_half = last.is_some_and(|last| last.end < 1.0);
         let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
         let failed_before = match last {
             Some(last) if second_half => last.failed_before,
             _ => system.failed_segments,
         };
-        let found = step::look_ahead(system, end, [0, system.layout.nodes_y]);
+        let course = last.and_then(Plan::next_part);
+        let course = course.or_else(|| Course::start(system, of as usize, until.saturating_sub(system.state.step)));
+        let found = match &course {
+            Some(course) => course.look_ahead(system),
+            None => step::look_ahead(system, end, [0, system.layout.nodes_y]),
+        };
         let mut rows = [system.layout.nodes_y, 0];
         let pushing = system.layout.viscous && found.is_ok();
         for ply in 0..system.layout.plies {
@@ -335,6 +362,9 @@ impl Plan {
             }
         }
         rows[0] = rows[0].min(rows[1]);
+        if let Some(course) = &course {
+            rows = course.rows_near();
+        }
         let marked = system.layout.toe && system.failed_segments > 0;
         let Blocks {
             hot,
@@ -351,6 +381,8 @@ impl Plan {
             awake,
             ranges,
             runs,
+            carries,
+            pulls,
             ..
         } = &mut system.blocks;
         let memory = Pointers {
@@ -369,6 +401,8 @@ impl Plan {
             awake: awake.as_ptr(),
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
+            carries: carries.as_mut_ptr(),
+            noted: pulls.as_mut_ptr().cast(),
             scratch,
         };
         let track_support = system.scene.track_support;
@@ -380,6 +414,7 @@ impl Plan {
             found,
             rows,
             pushing,
+            course,
             all,
             layout: system.layout,
             toe: system.model.toe,
@@ -390,6 +425,16 @@ impl Plan {
             track_support,
             memory,
         }
+    }
+
+    /// What follows of the block that the pass is part of; None behind its last part and outside blocks.
+    fn next_part(&self) -> Option<Course> {
+        self.course.and_then(Course::next)
+    }
+
+    /// The step of a block that the pass is, near the body.
+    fn step_in_block(&self) -> Option<usize> {
+        self.course.and_then(|course| course.step())
     }
 
     /// Rows [first, end) of a band.
@@ -421,10 +466,9 @@ impl Plan {
     }
 
     /// Constants of the sweep.
-    fn terms(&self) -> Terms<'_> {
-        let Plan { layout, toe, rates, fetches, instructions, .. } = self;
-        let directions = self.directions();
-        Terms { layout, directions, toe: *toe, rates: *rates, fetches: *fetches, instructions: *instructions }
+    fn terms(&self, fetches: bool) -> Terms<'_> {
+        let Plan { layout, toe, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, fetches, instructions: *instructions }
     }
 
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
@@ -447,25 +491,35 @@ impl Plan {
                 (ply, self.rows_of_ply(ply))
             });
             if end < top {
-                // Displacements are all that is read of it.
-                for (copy, chunk) in above.iter_mut().zip(rows(memory.hot, chunks, end, 1)) {
-                    copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
-                }
+                copy_displacements(above, rows(memory.hot, chunks, end, 1));
             }
             if first > low[0] && first < low[1] {
-                let yarn = if layout.stochastic { rows(memory.yarn, chunks, first - 1, 1) } else { &[] };
-                let strength = if layout.strength { rows(memory.strength, chunks, first - 1, 1) } else { &[] };
-                let logarithms = if layout.rate { rows(memory.logarithms, chunks, first - 1, 1) } else { &[] };
-                let below = rows(memory.hot, chunks, first - 1, 1);
-                let history = rows(memory.history, chunks, first - 1, 1);
-                let here = rows(memory.hot, chunks, first, 1);
-                let marks = if self.marked { rows(memory.marks, chunks, first - 1, 1) } else { &[] };
-                let terms = self.terms();
-                let yarn = terms.yarn_row(yarn, strength, logarithms, 0, lowest);
-                terms.pass(&self.net(), lowest).lift(first - 1, below, history, here, carry, &yarn, marks);
-            } else {
-                carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                self.lift(first, lowest, carry);
+            } else if let Some(step) = self.step_in_block() {
+                copy_row(carry, rows(memory.carries, chunks, step, 1));
             }
+        }
+    }
+
+    /// The vertical forces on row j of a ply from the row below it.
+    ///
+    /// # Safety
+    /// Nothing changes the two rows.
+    #[inline(never)] // Its constants must not add to the stack of the plan.
+    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>]) {
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        // SAFETY: the rows lie inside the blocks; the caller's promise.
+        unsafe {
+            let yarn = if layout.stochastic { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
+            let strength = if layout.strength { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
+            let logarithms = if layout.rate { rows(memory.logarithms, chunks, j - 1, 1) } else { &[] };
+            let below = rows(memory.hot, chunks, j - 1, 1);
+            let history = rows(memory.history, chunks, j - 1, 1);
+            let here = rows(memory.hot, chunks, j, 1);
+            let marks = if self.marked { rows(memory.marks, chunks, j - 1, 1) } else { &[] };
+            let terms = self.terms(false);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
+            terms.pass(&self.net(), ply).lift(j - 1, below, history, here, carry, &yarn, marks);
         }
     }
 
@@ -534,6 +588,8 @@ impl Plan {
                 let Scratch { above, carry, kept, .. } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
+                } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
+                    self.above_gap(Edge::Body, step)
                 } else if stop == ply_end && layout.is_stack() {
                     &[]
                 } else if stop < layout.stored_rows() {
@@ -541,30 +597,16 @@ impl Plan {
                 } else {
                     &[]
                 };
-                if start == low {
+                if start == low && self.course.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
-                let pulls = self.pulls(of);
-                let mut rows = Rows {
-                    first: start,
-                    ply,
-                    hot: rows_mut(memory.hot, chunks, start, count),
-                    above,
-                    history: rows_mut(memory.history, chunks, start, count),
-                    yarn: if layout.stochastic { rows(memory.yarn, chunks, start, count) } else { &[] },
-                    strength: if layout.strength { rows(memory.strength, chunks, start, count) } else { &[] },
-                    logarithms: if layout.rate { rows(memory.logarithms, chunks, start, count) } else { &[] },
-                    marks: if self.marked { rows(memory.marks, chunks, start, count) } else { &[] },
-                    pushes: if layout.viscous { rows(memory.pushes, chunks, start, count) } else { &[] },
-                    taken: if layout.takes_energy() { rows_mut(memory.taken, 1, start, count) } else { &mut [] },
-                    before: if layout.is_stack() { rows_mut(memory.before, chunks, start, count) } else { &mut [] },
-                    ranges: rows_mut(memory.ranges, 1, start, count),
-                    runs: rows(memory.runs, 1, start, count),
-                    net: self.net(),
-                    carry,
-                    kept,
+                let pulls = match self.step_in_block() {
+                    Some(step) => memory.noted.add(step * layout.nodes_y),
+                    None => self.pulls(of),
                 };
-                report = report.merged(rows.sweep(&self.terms(), |j, pulled| {
+                let mut rows = self.rows(start, count, ply, above, carry, kept);
+                let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
+                report = report.merged(rows.sweep(&self.terms(fetches), |j, pulled| {
                     if self.track_support {
                         pulls.add(j).write(pulled.map(|pull| pull.into()));
                     }
@@ -574,12 +616,164 @@ impl Plan {
         report
     }
 
+    /// Takes all steps of a block that a band can take away from the body.
+    ///
+    /// # Safety
+    /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    #[inline(never)] // As above.
+    unsafe fn step_away(&self, band: u32, course: &Course) -> Report {
+        let memory = &self.memory;
+        let mut report = Report::default();
+        for piece in course.pieces(band as usize) {
+            for (step, j) in piece.steps(course.steps()) {
+                // SAFETY: the pieces of all bands and the gaps between them have no row in common. What is read of a gap's row is changed
+                // in later passes, and what is kept for a gap is of this piece alone.
+                unsafe {
+                    let carry = self.below_gap(piece.upper, step);
+                    if j == 0 {
+                        carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                    } else if piece.starts_at_gap(step, j) {
+                        self.lift(j, 0, carry);
+                        copy_displacements(self.above_gap(piece.lower, step), rows(memory.hot, self.layout.chunks, j, 1));
+                    }
+                    let above = self.row_above(j);
+                    report = report.merged(self.step_row(band, course, step, j, above, carry));
+                }
+            }
+        }
+        report
+    }
+
+    /// Takes a step of the gap between a band and the one below it.
+    ///
+    /// # Safety
+    /// As for [`Plan::step_away`].
+    #[inline(never)] // As above.
+    unsafe fn fill_cut(&self, band: u32, course: &Course) -> Report {
+        let [first, end] = course.rows_of_cut(band as usize);
+        let (edge, mut report) = (Edge::Cut(band as usize), Report::default());
+        let Some(step) = self.step_in_block().filter(|_| self.found.is_ok()) else { return report };
+        for j in first..end {
+            // SAFETY: the gaps have no row in common, with the body's neither.
+            unsafe {
+                let above = if j + 1 < end { self.row_above(j) } else { self.above_gap(edge, step) };
+                report = report.merged(self.step_row(band, course, step, j, above, self.below_gap(edge, step)));
+            }
+        }
+        report
+    }
+
+    /// Sweeps row j in a step of a block.
+    ///
+    /// # Safety
+    /// Nothing else uses the row and what belongs to it, and nothing changes the row above.
+    #[inline(never)] // As above.
+    unsafe fn step_row(
+        &self,
+        band: u32,
+        course: &Course,
+        step: usize,
+        j: usize,
+        above: &[Chunk<HOT_PLANES>],
+        carry: &mut [Chunk<CARRY_PLANES>],
+    ) -> Report {
+        let memory = &self.memory;
+        // SAFETY: the caller's promise; there are pulls of every step and row.
+        unsafe {
+            let mut row = self.rows(j, 1, 0, above, carry, self.scratch(band).kept);
+            // A row comes from memory in the first step alone.
+            let mut report = row.sweep(&self.terms(self.fetches && step == 0), |j, pulled| {
+                if self.track_support {
+                    memory.noted.add(step * self.layout.nodes_y + j).write(pulled.map(|pull| pull.into()));
+                }
+            });
+            report.non_finite |= course.is_met(step, j, memory.ranges.add(j).read());
+            report
+        }
+    }
+
+    /// The row above row j, none above the top row.
+    ///
+    /// # Safety
+    /// Nothing changes it while it is held.
+    unsafe fn row_above<'r>(&self, j: usize) -> &'r [Chunk<HOT_PLANES>] {
+        // SAFETY: the caller's promise.
+        unsafe { if j + 1 < self.layout.stored_rows() { rows(self.memory.hot, self.layout.chunks, j + 1, 1) } else { &[] } }
+    }
+
+    /// Where the displacements of the row above a gap are kept of a step of a block.
+    ///
+    /// # Safety
+    /// Nothing else uses them while they are held.
+    #[allow(clippy::mut_from_ref)] // It lies in the scratch.
+    unsafe fn above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<HOT_PLANES>] {
+        let [.., aboves, _] = self.places(if let Edge::Cut(band) = edge { band as u32 } else { 0 });
+        // SAFETY: the caller's promise.
+        unsafe { rows_mut(aboves.cast(), self.layout.chunks, step, 1) }
+    }
+
+    /// Where the vertical forces of a step of a block are that a piece carries to its upper edge.
+    ///
+    /// # Safety
+    /// As for [`Plan::above_gap`].
+    #[allow(clippy::mut_from_ref)] // As above.
+    unsafe fn below_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<CARRY_PLANES>] {
+        let carries = match edge {
+            Edge::Body => self.memory.carries,
+            Edge::Cut(band) => self.places(band as u32)[5].cast(),
+            Edge::Sheet => self.places(0)[5].cast(),
+        };
+        // SAFETY: the caller's promise.
+        unsafe { rows_mut(carries, self.layout.chunks, step, 1) }
+    }
+
+    /// `count` rows of a ply from row `first` on, with all that belongs to them.
+    ///
+    /// # Safety
+    /// They lie inside the blocks, and nothing else uses them while they are held.
+    unsafe fn rows<'r>(
+        &self,
+        first: usize,
+        count: usize,
+        ply: usize,
+        above: &'r [Chunk<HOT_PLANES>],
+        carry: &'r mut [Chunk<CARRY_PLANES>],
+        kept: &'r mut [[f64; 3]],
+    ) -> Rows<'r> {
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        // SAFETY: the caller's promise.
+        unsafe {
+            Rows {
+                first,
+                ply,
+                hot: rows_mut(memory.hot, chunks, first, count),
+                above,
+                history: rows_mut(memory.history, chunks, first, count),
+                yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
+                strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
+                logarithms: if layout.rate { rows(memory.logarithms, chunks, first, count) } else { &[] },
+                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
+                pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
+                taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
+                before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
+                ranges: rows_mut(memory.ranges, 1, first, count),
+                runs: rows(memory.runs, 1, first, count),
+                net: self.net(),
+                carry,
+                kept,
+            }
+        }
+    }
+
     /// The part of a pass that is not cut.
     ///
     /// # Safety
     /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
     unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
+        if let Some(course) = &self.course {
+            return course.close(system, &gathered, report);
+        }
         for ply in 0..system.layout.plies {
             // SAFETY: no band is being swept.
             let [first, end] = unsafe { self.rows_of_ply(ply) };
@@ -629,22 +823,32 @@ impl Plan {
     /// # Safety
     /// Nothing else uses them while they are held.
     unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
-        let layout = &self.layout;
-        let chunks = layout.chunks;
-        // SAFETY: Bands::of has found room for as many bands, one behind the other, each in this order.
+        let chunks = self.layout.chunks;
+        let worked = if self.layout.viscous { chunks } else { 0 };
+        let [above, carry, work, kept, ..] = self.places(band);
+        // SAFETY: Bands::of has found room for as many bands, one behind the other; the caller's promise.
         unsafe {
-            let above = self.memory.scratch.add(band as usize * layout.reals_of_a_band());
-            let carry = above.add(chunks * CHUNK * HOT_PLANES);
-            let work = carry.add(chunks * CHUNK * CARRY_PLANES);
-            let worked = if layout.viscous { chunks } else { 0 };
-            let kept = work.add(worked * CHUNK * VISCOUS_PLANES);
             Scratch {
                 above: from_raw_parts_mut(above.cast(), chunks),
                 carry: from_raw_parts_mut(carry.cast(), chunks),
                 work: from_raw_parts_mut(work.cast(), worked),
-                kept: from_raw_parts_mut(kept.cast(), layout.nodes_x),
+                kept: from_raw_parts_mut(kept.cast(), self.layout.nodes_x),
             }
         }
+    }
+
+    /// Where a band's own numbers are: those of [`Scratch`] in their order; then, of each step of a block, the row above the gap below the
+    /// band, and the forces carried from below to that gap. Those of the first band are of the body's gap, and of the top.
+    fn places(&self, band: u32) -> [*mut f64; 6] {
+        let layout = &self.layout;
+        let row = layout.chunks * CHUNK;
+        let steps = if layout.in_waves { BLOCK_STEPS } else { 0 };
+        let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
+        let carry = above.wrapping_add(HOT_PLANES * row);
+        let work = carry.wrapping_add(CARRY_PLANES * row);
+        let aboves = work.wrapping_add(if layout.viscous { VISCOUS_PLANES * row } else { 0 });
+        let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
+        [above, carry, work, carries.wrapping_add(steps * CARRY_PLANES * row), aboves, carries]
     }
 
     /// Where the pulls of row 0's two runs are, behind the bands' own numbers.
@@ -669,4 +873,16 @@ unsafe fn rows<'r, T>(start: *const T, width: usize, first: usize, count: usize)
 unsafe fn rows_mut<'r, T>(start: *mut T, width: usize, first: usize, count: usize) -> &'r mut [T] {
     // SAFETY: the caller's promise.
     unsafe { from_raw_parts_mut(start.add(first * width), count * width) }
+}
+
+/// Copies a row of chunks.
+fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
+    copy.iter_mut().zip(row).for_each(|(copy, chunk)| *copy = *chunk);
+}
+
+/// Copies the displacements of a row, which are all that is read of a row above.
+fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
+    for (copy, chunk) in copy.iter_mut().zip(row) {
+        copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
+    }
 }

@@ -607,7 +607,7 @@ fn length(v: &Vector) -> f64 {
 }
 
 /// What lies under the projectile at t_n.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Gathered {
     /// Candidates noted.
     pub count: usize,

@@ -289,10 +289,12 @@ impl Layout {
         Ok((of as usize * self.reals_of_a_band() + 6 * self.nodes_y).div_ceil(CacheLine::REALS))
     }
 
-    /// Numbers of one band: a row above it, forces from below it, its work row of viscosity, its fixed nodes; whole cache lines.
+    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, its work row of viscosity, its
+    /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let viscous = if self.viscous { VISCOUS_PLANES } else { 0 };
-        self.chunks * CHUNK * (HOT_PLANES + CARRY_PLANES + viscous)
+        let rows = if self.in_waves { 1 + BLOCK_STEPS } else { 1 };
+        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + viscous)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 

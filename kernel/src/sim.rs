@@ -359,12 +359,18 @@ impl<'a> Sim<'a> {
     }
 
     /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: as many lines as
-    /// [`Layout::band_lines`] says, content does not matter.
+    /// [`Layout::band_lines`] says, content does not matter. `steps`: how many steps will be taken at least before the bands are
+    /// dropped; a sheet that is too large for the caches takes eight of these in one block. 0 if it is not known.
     ///
     /// # Errors
     /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
-    pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32) -> Result<Bands<'s, 'a>, Error> {
-        Bands::of(&mut self.system, scratch, of)
+    pub fn bands<'s>(
+        &'s mut self,
+        scratch: &'s mut [CacheLine],
+        of: u32,
+        steps: u64,
+    ) -> Result<Bands<'s, 'a>, Error> {
+        Bands::of(&mut self.system, scratch, of, steps)
     }
 
     /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping saves.

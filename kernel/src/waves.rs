@@ -15,7 +15,7 @@
 //! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software and Applications Conf. (2009)
 //! 579 (wavefront parallelization).
 
-use crate::contact::Search;
+use crate::contact::{Gathered, Search};
 use crate::error::Failure;
 use crate::lanes::InstructionSet;
 use crate::layout::{BLOCK_STEPS, Layout};
@@ -24,6 +24,7 @@ use crate::planes::{CARRY_PLANES, CHUNK};
 use crate::pose::Vector;
 use crate::ranges::range_of;
 use crate::step;
+use crate::sweep::Report;
 use crate::system::System;
 
 /// How far a row beyond the body's reach may come nearer within a block, spacings.
@@ -38,35 +39,53 @@ pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usiz
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
 #[inline(never)] // It must not add to the stack of single steps.
 pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
-    let steps = system.block_steps as u64;
-    let all = [0, system.layout.nodes_y];
-    // So that outcomes are tested behind a block.
-    if steps < 2 || most < steps || !system.state.step.is_multiple_of(steps) || system.rows_to_step(0) != all {
-        return Ok(0);
-    }
-    let Some(block) = Block::plan(system) else { return Ok(0) };
+    let Some(block) = Block::plan(system, most) else { return Ok(0) };
     block.take(system)?;
-    Ok(steps)
+    Ok(block.steps as u64)
 }
 
 /// What lies where in a block.
-struct Block {
+#[derive(Clone, Copy)]
+pub(crate) struct Block {
     /// Rows [first, end) that the body may reach.
     near: [usize; 2],
-    /// From where to where along the column it may reach, m.
-    reach: [f64; 2],
+    steps: usize,
+    rows: usize,
+    reach: Reach,
+}
+
+/// From where to where along a column the body may reach within a block.
+#[derive(Clone, Copy)]
+struct Reach {
+    /// The ends, m.
+    low: f64,
+    high: f64,
+    /// Spacing of the nodes along x, m, the unit of displacements.
+    h: f64,
+    /// Spacing of the rows at rest in units of h.
+    rise: f64,
+    nodes_y: u32,
 }
 
 impl Block {
-    /// None if the body may reach a fixed node or half of the rows.
+    /// The block that may begin now; None for single steps: beyond `most` steps, or if the body may reach a fixed node or half of the rows.
     #[inline(never)] // What it needs must not add to the stack of the steps.
-    fn plan(system: &System<'_>) -> Option<Block> {
-        let (body, rows, h) = (&system.state.body, system.layout.nodes_y, system.scene.sheet.spacing);
+    pub fn plan(system: &System<'_>, most: u64) -> Option<Block> {
+        let (steps, rows) = (system.block_steps, system.layout.nodes_y);
+        // So that outcomes are tested behind a block.
+        let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
+        if !is_due || system.rows_to_step(0) != [0, rows] {
+            return None;
+        }
+        let (body, h) = (&system.state.body, system.scene.sheet.spacing);
         // Its surface crosses less than a spacing in a step (`Model::too_fast`).
-        let margin = system.scene.largest_spacing() + system.block_steps as f64 * h;
+        let margin = system.scene.largest_spacing() + steps as f64 * h;
         let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
-        let reach = [body.position.y - half, body.position.y + half];
-        let comes_near = |&j: &usize| comes_near(system, &reach, j, APPROACH * h);
+        let (low, high) = (body.position.y - half, body.position.y + half);
+        let rise = system.directions.front.vertical.rest.spacing;
+        let reach = Reach { low, high, h, rise, nodes_y: system.scene.sheet.nodes_y };
+        let range = |j: usize| system.blocks.ranges.get(j).copied().unwrap_or_default();
+        let comes_near = |&j: &usize| reach.meets(j, range(j), APPROACH * h);
         let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
             (Some(first), Some(last)) => [first, last + 1],
             _ => [0, 0],
@@ -77,68 +96,261 @@ impl Block {
             let [a, b, c, d] = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
         });
-        (!is_held && 2 * (end - first + system.block_steps) <= rows).then_some(Block { near, reach })
+        (!is_held && 2 * (end - first + steps) <= rows).then_some(Block { near, steps, rows, reach })
     }
 
     /// Takes the steps.
     fn take(&self, system: &mut System<'_>) -> Result<(), Failure> {
-        let ([bottom, end], steps, rows) = (self.near, system.block_steps, system.layout.nodes_y);
-        let top = end + steps - 1;
-        system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
-        let below = self.wave(system, [0, bottom])?;
-        for step in 0..steps {
-            self.step_near(system, step, [bottom.saturating_sub(step), (top - step).min(rows)])?;
+        begin(system);
+        let [below, above] = self.waves();
+        self.wave(system, below)?;
+        for step in 0..self.steps {
+            let gathered = self.look_ahead(system)?;
+            let rows = self.rows_near(step);
+            let report = step::sweep_in_block(system, step, rows);
+            self.close_near(system, step, rows, &gathered, report)?;
         }
-        let above = self.wave(system, [top, rows + steps - 1])?;
-        system.failed_segments += below + above;
-        system.set_awake(0, [0, rows]);
-        book_pulls(system);
-        step::end_step(system, 0)
+        self.wave(system, above)?;
+        end(system)
     }
 
-    /// All steps of the rows away from the body, row r - s in step s for the numbers r in [first, end). Returns how many segments failed.
+    /// The numbers [first, end) of the waves below and above the body: row r - s takes step s where r is the number.
+    fn waves(&self) -> [[usize; 2]; 2] {
+        let ([bottom, end], steps) = (self.near, self.steps);
+        [[0, bottom], [end + steps - 1, self.rows + steps - 1]]
+    }
+
+    /// Rows [first, end), those that the body may reach among them, that take a step after all of the wave below.
+    fn rows_near(&self, step: usize) -> [usize; 2] {
+        let ([bottom, end], steps) = (self.near, self.steps);
+        [bottom.saturating_sub(step), (end + steps - 1 - step).min(self.rows)]
+    }
+
+    /// All steps of the rows away from the body.
     #[inline(never)] // It must not add to the stack of the steps near the body.
-    fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<u64, Failure> {
-        let (mut failed, steps, rows) = (0, system.block_steps, system.layout.nodes_y);
+    fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
         for r in first..end {
-            for (step, j) in (0..steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < rows) {
+            for (step, j) in (0..self.steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < self.rows) {
                 let report = step::sweep_in_block(system, step, [j, j + 1]);
-                if report.non_finite || self.is_met(system, step, [j, j + 1]) {
+                let range = system.blocks.ranges.get(j).copied().unwrap_or_default();
+                if report.non_finite || self.is_met(step, j, range) {
                     return Err(Failure::NonFinite);
                 }
-                failed += report.newly_failed;
+                system.failed_segments += report.newly_failed;
             }
         }
-        Ok(failed)
+        Ok(())
     }
 
-    /// A step of rows [first, end), those that the body may reach among them. What follows the last step is left to do.
+    /// The candidates of the next step near the body, or why there can be none.
+    fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
+        step::look_ahead(system, 1.0, self.near)
+    }
+
+    /// What is left of a step near the body behind its sweep of rows [first, end). What follows the last step is left to do.
     #[inline(never)] // It must not add to the stack of a wave.
-    fn step_near(&self, system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Result<(), Failure> {
-        let gathered = step::look_ahead(system, 1.0, self.near)?;
-        let report = step::sweep_in_block(system, step, rows);
-        step::close_pass(system, 1.0, &gathered, report)?;
-        if self.is_met(system, step, rows) {
+    fn close_near(
+        &self,
+        system: &mut System<'_>,
+        step: usize,
+        [first, end]: [usize; 2],
+        gathered: &Gathered,
+        report: Report,
+    ) -> Result<(), Failure> {
+        step::close_pass(system, 1.0, gathered, report)?;
+        let ranges = system.blocks.ranges.get(first..end).unwrap_or_default();
+        if (first..end).zip(ranges).any(|(j, range)| self.is_met(step, j, *range)) {
             return Err(Failure::NonFinite);
         }
-        if step + 1 < system.block_steps { step::end_step(system, 0) } else { Ok(()) }
+        if step + 1 < self.steps { step::end_step(system, 0) } else { Ok(()) }
     }
 
-    /// Whether one of rows [first, end) that were to be beyond the body's reach is not, before the last step.
-    #[inline(never)] // As above.
-    fn is_met(&self, system: &System<'_>, step: usize, [first, end]: [usize; 2]) -> bool {
+    /// Whether a row that was to be beyond the body's reach is not after a step, before the last one.
+    fn is_met(&self, step: usize, j: usize, range: [u32; 4]) -> bool {
         let [near, beyond] = self.near;
-        let mut away = (first..end).filter(|j| !(near..beyond).contains(j));
-        step + 1 < system.block_steps && away.any(|j| comes_near(system, &self.reach, j, 0.0))
+        !(near..beyond).contains(&j) && step + 1 < self.steps && self.reach.meets(j, range, 0.0)
     }
 }
 
-/// Whether a row comes as near as `slack`, m, to what the body may reach.
-fn comes_near(system: &System<'_>, [low, high]: &[f64; 2], j: usize, slack: f64) -> bool {
-    let (rise, h) = (system.directions.front.vertical.rest.spacing, system.scene.sheet.spacing);
-    let rest = rest_offset(j, system.scene.sheet.nodes_y) * rise;
-    let [lowest, highest] = system.blocks.ranges.get(j).map_or([0.0; 2], |&[low, high, ..]| range_of([low, high]));
-    (rest + highest) * h >= low - slack && (rest + lowest) * h <= high + slack
+impl Reach {
+    /// Whether row j, displaced by `range`, comes as near as `slack`, m.
+    fn meets(&self, j: usize, [lowest, highest, ..]: [u32; 4], slack: f64) -> bool {
+        let [lowest, highest] = range_of([lowest, highest]);
+        let rest = rest_offset(j, self.nodes_y) * self.rise;
+        (rest + highest) * self.h >= self.low - slack && (rest + lowest) * self.h <= self.high + slack
+    }
+}
+
+/// A block that bands take. First every band steps its rows away from the body, as far as they do not depend on rows that it has not; then
+/// the gaps between them are filled, step by step.
+///
+/// Of a row next to a gap its band needs the forces from below, which it finds as of the gap's row at that time, and keeps
+/// what the gap will need: the displacements of the row above it, the forces that the row below it carries upwards.
+#[derive(Clone, Copy)]
+pub(crate) struct Course {
+    block: Block,
+    /// Bands that have rows away from the body.
+    bands: usize,
+    part: Part,
+}
+
+/// What bands do of a block in one pass.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Away,
+    /// A step of the gaps.
+    Near(usize),
+}
+
+/// An end of the rows of a band.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Edge {
+    /// Of the sheet.
+    Sheet,
+    /// The gap in which the body is.
+    Body,
+    /// A gap of one row, by the number of the band above it.
+    Cut(usize),
+}
+
+/// Neighbouring rows [first, end) that a band steps away from the body, a row less in each step at an edge that is not the sheet's.
+#[derive(Clone, Copy)]
+pub(crate) struct Piece {
+    rows: [usize; 2],
+    pub lower: Edge,
+    pub upper: Edge,
+}
+
+impl Piece {
+    /// Steps (step, row) of `steps` steps, in their order.
+    pub fn steps(&self, steps: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let Piece { rows: [first, end], lower, upper } = *self;
+        let numbers = first..if upper == Edge::Sheet { end + steps - 1 } else { end };
+        let starts = move |step: usize| if lower == Edge::Sheet { first } else { first + step };
+        let of_number = move |r: usize| (0..steps.min(r + 1)).map(move |step| (step, r - step));
+        numbers.flat_map(of_number).filter(move |&(step, j)| j < end && j >= starts(step))
+    }
+
+    /// Whether row j is the lowest in a step, next to a gap.
+    pub fn starts_at_gap(&self, step: usize, j: usize) -> bool {
+        self.lower != Edge::Sheet && j == self.rows[0] + step
+    }
+}
+
+impl Course {
+    /// The block that may begin now for `of` bands, as [`Block::plan`].
+    pub fn start(system: &mut System<'_>, of: usize, most: u64) -> Option<Course> {
+        let block = Block::plan(system, most)?;
+        begin(system);
+        // Far more rows than gaps.
+        let bands = of.min(block.rows / (8 * block.steps)).max(1);
+        Some(Course { block, bands, part: Part::Away })
+    }
+
+    /// What follows; None behind the last part.
+    pub fn next(self) -> Option<Course> {
+        let step = if let Part::Near(step) = self.part { step + 1 } else { 0 };
+        (step < self.block.steps).then_some(Course { part: Part::Near(step), ..self })
+    }
+
+    /// Whether nothing of the block is done.
+    pub fn is_at_start(&self) -> bool {
+        self.part == Part::Away
+    }
+
+    /// Steps of the block.
+    pub fn steps(&self) -> usize {
+        self.block.steps
+    }
+
+    /// The step of the gaps that is to be taken, if one is.
+    pub fn step(&self) -> Option<usize> {
+        if let Part::Near(step) = self.part { Some(step) } else { None }
+    }
+
+    /// Rows [first, end) of the body's gap in the step that is to be taken.
+    pub fn rows_near(&self) -> [usize; 2] {
+        let ([first, end], rows) = (self.block.near, self.block.rows);
+        match self.part {
+            Part::Near(step) if first < end => [first.saturating_sub(step), (end + step).min(rows)],
+            _ => [0, 0],
+        }
+    }
+
+    /// The row of the gap between a band and the one below it; None at the sheet's edges, and close to the body's gap, which then takes its place.
+    fn cut(&self, band: usize) -> Option<usize> {
+        let Course { block: Block { near: [first, end], steps, rows, .. }, bands, .. } = *self;
+        let row = rows * band / bands.max(1);
+        let is_far = first == end || row + 2 * steps < first || row > end + 2 * steps;
+        (band > 0 && band < bands && is_far).then_some(row)
+    }
+
+    /// What a band steps away from the body.
+    pub fn pieces(&self, band: usize) -> impl Iterator<Item = Piece> + use<> {
+        let [near, beyond] = self.block.near;
+        let (first, lower) = match (band, self.cut(band)) {
+            (0, _) => (0, Edge::Sheet),
+            (_, Some(row)) => (row + 1, Edge::Cut(band)),
+            _ => (beyond, Edge::Body),
+        };
+        let (end, upper) = match self.cut(band + 1) {
+            _ if band + 1 == self.bands => (self.block.rows, Edge::Sheet),
+            Some(row) => (row, Edge::Cut(band + 1)),
+            None => (near, Edge::Body),
+        };
+        let pieces = if near < beyond && first <= near && beyond <= end {
+            [
+                Piece { rows: [first, near], lower, upper: Edge::Body },
+                Piece { rows: [beyond, end], lower: Edge::Body, upper },
+            ]
+        } else {
+            [Piece { rows: [first, end], lower, upper }, Piece { rows: [end, end], lower, upper }]
+        };
+        let is_at_work = band < self.bands && self.is_at_start();
+        pieces.into_iter().filter(move |piece| is_at_work && piece.rows[0] < piece.rows[1])
+    }
+
+    /// Rows [first, end) of the gap between a band and the one below it, in the step that is to be taken.
+    pub fn rows_of_cut(&self, band: usize) -> [usize; 2] {
+        match (self.part, self.cut(band)) {
+            (Part::Near(step), Some(row)) => [row - step, row + 1 + step],
+            _ => [0, 0],
+        }
+    }
+
+    /// What lies under the body in the step near it that is to be taken, if one is.
+    pub fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
+        if self.is_at_start() { Ok(Gathered::default()) } else { self.block.look_ahead(system) }
+    }
+
+    /// As [`Block::is_met`].
+    pub fn is_met(&self, step: usize, j: usize, range: [u32; 4]) -> bool {
+        self.block.is_met(step, j, range)
+    }
+
+    /// What is left of the part when all bands have done theirs.
+    pub fn close(&self, system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
+        if let Part::Near(step) = self.part {
+            self.block.close_near(system, step, self.rows_near(), gathered, report)?;
+        } else if report.non_finite {
+            return Err(Failure::NonFinite);
+        } else {
+            system.failed_segments += report.newly_failed;
+        }
+        if self.next().is_none() { end(system) } else { Ok(()) }
+    }
+}
+
+/// Begins a block.
+fn begin(system: &mut System<'_>) {
+    system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+}
+
+/// Ends a block whose last step is swept.
+fn end(system: &mut System<'_>) -> Result<(), Failure> {
+    system.set_awake(0, [0, system.layout.nodes_y]);
+    book_pulls(system);
+    step::end_step(system, 0)
 }
 
 /// Books the pulls on the supports, step by step.
@@ -176,7 +388,7 @@ mod tests {
         let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
         let pulls = vec![[0.0; PULL_REALS]; BLOCK_STEPS * rows];
         (sim.system.blocks.carries, sim.system.blocks.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
-        sim.system.block_steps = BLOCK_STEPS;
+        (sim.system.layout.in_waves, sim.system.block_steps) = (true, BLOCK_STEPS);
     }
 
     fn with_sim<T>(scene: &Scene, test: impl FnOnce(&mut Sim<'_>) -> T) -> T {
@@ -191,31 +403,63 @@ mod tests {
         scene
     }
 
-    /// Runs a scene in single steps and, `at_once` steps a call, in blocks. Returns how many blocks were taken and how many segments failed.
+    /// Takes steps in bands, which are called in another order in each pass. Returns how many blocks were taken.
+    fn advance_in_bands(sim: &mut Sim<'_>, of: u32, steps: u64) -> u64 {
+        let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
+        let bands = sim.bands(&mut scratch, of, steps).unwrap();
+        let mut blocks = 0;
+        while bands.steps() < steps {
+            let (before, turn) = (bands.steps(), bands.passes());
+            for band in 0..of {
+                let band = (band + turn as u32) % of;
+                assert_eq!(bands.pass(if turn % 2 == 0 { band } else { of - 1 - band }).is_ok(), bands.failure().is_none());
+            }
+            blocks += u64::from(bands.steps() > before + 1);
+        }
+        blocks
+    }
+
+    /// Takes steps in blocks where they are allowed. Returns how many blocks were taken.
+    fn advance_in_blocks(sim: &mut Sim<'_>, steps: u64) -> u64 {
+        let (mut blocks, mut left) = (0, steps);
+        while left > 0 {
+            let taken = super::step_block(&mut sim.system, left).unwrap();
+            blocks += taken / STEPS;
+            if taken == 0 {
+                sim.step().unwrap();
+            }
+            left -= taken.max(1);
+        }
+        blocks
+    }
+
+    /// Runs a scene in single steps and, `at_once` steps a call, in blocks, without and with bands. Returns how many blocks were taken and
+    /// how many segments failed.
     fn same_bits(scene: &Scene, set: InstructionSet, steps: u64, at_once: u64) -> (u64, u64) {
         with_sim(scene, |single| {
             with_sim(scene, |blocked| {
-                single.use_instructions(set).unwrap();
-                blocked.use_instructions(set).unwrap();
-                single.step_every_row();
-                blocked.step_every_row();
-                allow_blocks(blocked);
-                let mut blocks = 0;
-                while single.step_count() < steps {
-                    (0..at_once).for_each(|_| single.step().unwrap());
-                    let mut left = at_once;
-                    while left > 0 {
-                        let taken = super::step_block(&mut blocked.system, left).unwrap();
-                        blocks += taken / STEPS;
-                        if taken == 0 {
-                            blocked.step().unwrap();
-                        }
-                        left -= taken.max(1);
+                with_sim(scene, |banded| {
+                    single.use_instructions(set).unwrap();
+                    blocked.use_instructions(set).unwrap();
+                    banded.use_instructions(set).unwrap();
+                    single.step_every_row();
+                    blocked.step_every_row();
+                    banded.step_every_row();
+                    allow_blocks(blocked);
+                    allow_blocks(banded);
+                    let mut blocks = 0;
+                    while single.step_count() < steps {
+                        (0..at_once).for_each(|_| single.step().unwrap());
+                        let taken = advance_in_blocks(blocked, at_once);
+                        blocks += taken;
+                        let of = 1 + (single.step_count() / at_once % 11) as u32;
+                        assert_eq!(advance_in_bands(banded, of, at_once), taken, "{of} bands");
+                        let here = (single.digest(), single.counters());
+                        assert_eq!(here, (blocked.digest(), blocked.counters()), "step {}", single.step_count());
+                        assert_eq!(here, (banded.digest(), banded.counters()), "{of} bands");
                     }
-                    assert_eq!(single.digest(), blocked.digest(), "step {}", single.step_count());
-                    assert_eq!(single.counters(), blocked.counters());
-                }
-                (blocks, single.counters().failed_segments)
+                    (blocks, single.counters().failed_segments)
+                })
             })
         })
     }
@@ -301,15 +545,11 @@ mod tests {
                     for call in 0..12 {
                         let steps = 1 + number(20 + call) % 90;
                         (0..steps).for_each(|_| single.step().unwrap());
-                        let mut left = steps;
-                        while left > 0 {
-                            let taken = super::step_block(&mut blocked.system, left).unwrap();
-                            blocks += taken / STEPS;
-                            if taken == 0 {
-                                blocked.step().unwrap();
-                            }
-                            left -= taken.max(1);
-                        }
+                        blocks += if (k + call) % 3 == 0 {
+                            advance_in_bands(blocked, 1 + (call % 4) as u32, steps)
+                        } else {
+                            advance_in_blocks(blocked, steps)
+                        };
                         assert_eq!(single.digest(), blocked.digest(), "scene {k}, call {call}");
                         assert_eq!(single.counters(), blocked.counters());
                         blocked.save(&mut image).unwrap();
@@ -328,9 +568,10 @@ mod tests {
         scene.projectile.position[1] = 10.2 * scene.sheet.spacing;
         scene.projectile.radius = 8.5 * scene.sheet.spacing;
         with_sim(&scene, |sim| {
+            sim.step_every_row();
             allow_blocks(sim);
             // The middle of the sheet lies in row 70: 80.2 - 25.5 and 80.2 + 25.5.
-            assert_eq!(super::Block::plan(&sim.system).unwrap().near, [55, 106]);
+            assert_eq!(super::Block::plan(&sim.system, STEPS).unwrap().near, [55, 106]);
         });
     }
 

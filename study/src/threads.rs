@@ -25,7 +25,7 @@ pub fn advance_until(
         return Ok(sim.advance_until(mask, steps));
     }
     let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(threads)?];
-    let bands = sim.bands(&mut scratch, threads)?;
+    let bands = sim.bands(&mut scratch, threads, steps)?;
     let meeting = Meeting::default();
     let work = |band| while bands.steps() < steps && !bands.outcomes().has(mask) && meeting.pass(&bands, band) {};
     std::thread::scope(|scope| {

@@ -219,10 +219,10 @@ static void short_buffers(void)
     memset(all, GUARD_BYTE, sizeof all);
     CHECK(fk_bands_size(sim, 2, &bytes) == FK_OK && bytes < ROOM);
     for (n = 0; n < bytes; n++, tried++)
-        CHECK(fk_bands_begin(sim, 2, all, n) == FK_SHORT_BUFFER && UNWRITTEN(all));
+        CHECK(fk_bands_begin(sim, 2, 0, all, n) == FK_SHORT_BUFFER && UNWRITTEN(all));
     for (n = 0; n < 128; n++) {
         memset(all, GUARD_BYTE, sizeof all);
-        CHECK(fk_bands_begin(sim, 2, all + n, bytes) == FK_OK && fk_bands_end(sim) == FK_OK && digest_of(sim) == before);
+        CHECK(fk_bands_begin(sim, 2, 0, all + n, bytes) == FK_OK && fk_bands_end(sim) == FK_OK && digest_of(sim) == before);
         CHECK((n == 0 || all[n - 1] == GUARD_BYTE) && all[n + bytes] == GUARD_BYTE);
     }
     CHECK(fk_state_size(sim, &bytes) == FK_OK && bytes < ROOM);
@@ -825,13 +825,13 @@ static void bands(uint64_t expected)
 
     CHECK(fk_bands_pass(sim, 0, &last) == FK_BAND_OUT_OF_TURN && last == 7);
     CHECK(fk_bands_progress(sim, &passes, &steps, &outcomes) == FK_BAND_OUT_OF_TURN && fk_bands_end(sim) == FK_BAND_OUT_OF_TURN);
-    CHECK(fk_bands_begin(sim, 3, NULL, bytes) == FK_NULL_POINTER && fk_bands_begin(NULL, 3, scratch, bytes) == FK_NULL_POINTER);
-    CHECK(fk_bands_begin(sim, 3, scratch, bytes - 1) == FK_SHORT_BUFFER);
-    CHECK(fk_bands_begin(sim, 0, scratch, bytes) == FK_OUT_OF_RANGE);
+    CHECK(fk_bands_begin(sim, 3, 0, NULL, bytes) == FK_NULL_POINTER && fk_bands_begin(NULL, 3, 0, scratch, bytes) == FK_NULL_POINTER);
+    CHECK(fk_bands_begin(sim, 3, 0, scratch, bytes - 1) == FK_SHORT_BUFFER);
+    CHECK(fk_bands_begin(sim, 0, 0, scratch, bytes) == FK_OUT_OF_RANGE);
     for (byte = 0; byte < GUARD; byte++)
         CHECK(scratch[byte] == GUARD_BYTE);
-    CHECK(fk_bands_begin(sim, 3, scratch, bytes) == FK_OK);
-    CHECK(fk_bands_begin(sim, 3, scratch, bytes) == FK_BAND_OUT_OF_TURN);
+    CHECK(fk_bands_begin(sim, 3, 0, scratch, bytes) == FK_OK);
+    CHECK(fk_bands_begin(sim, 3, 0, scratch, bytes) == FK_BAND_OUT_OF_TURN);
     every_call_says(sim, FK_BAND_OUT_OF_TURN);
     CHECK(fk_reset(sim) == FK_BAND_OUT_OF_TURN && fk_state_load(sim, scratch, 8) == FK_BAND_OUT_OF_TURN);
     CHECK(fk_get_counters(sim, &counters, sizeof counters) == FK_BAND_OUT_OF_TURN && fk_get_fault(sim, &why, sizeof why) == FK_BAND_OUT_OF_TURN);
@@ -858,13 +858,13 @@ static void bands(uint64_t expected)
     scene.contact_capacity = 1;
     b = new_block(&scene, 0);
     CHECK(fk_init(b.start, b.bytes, &scene, &sim, NULL, 0) == FK_OK);
-    CHECK(fk_bands_begin(sim, 2, scratch, bytes) == FK_OK);
+    CHECK(fk_bands_begin(sim, 2, 0, scratch, bytes) == FK_OK);
     for (steps = 0; fk_bands_pass(sim, 0, NULL) == FK_OK; steps++)
         CHECK(steps < STEPS && fk_bands_pass(sim, 1, NULL) == (steps == 0 ? FK_CONTACT_CAPACITY : FK_OK));
     CHECK(fk_bands_pass(sim, 1, NULL) == FK_CONTACT_CAPACITY);
     CHECK(fk_bands_end(sim) == FK_CONTACT_CAPACITY);
     told(sim, FK_CONTACT_CAPACITY, "");
-    CHECK(fk_bands_begin(sim, 2, scratch, bytes) == FK_CONTACT_CAPACITY);
+    CHECK(fk_bands_begin(sim, 2, 0, scratch, bytes) == FK_CONTACT_CAPACITY);
     free(scratch);
     free_block(b);
 }

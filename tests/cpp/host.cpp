@@ -143,7 +143,7 @@ void bands()
     std::vector<double> scratch(*sim.bands_size(2) / sizeof(double) + 8);
     auto *start = reinterpret_cast<char *>(scratch.data());
     const std::uint64_t bytes = *sim.bands_size(2);
-    CHECK(sim.bands_begin(2, start, bytes));
+    CHECK(sim.bands_begin(2, 0, start, bytes));
     CHECK(sim.step().status() == FK_BAND_OUT_OF_TURN);
     for (int pass = 0; pass < 100; pass++)
         CHECK(*sim.bands_pass(1) == 0 && *sim.bands_pass(0) == 1);

@@ -170,7 +170,7 @@ fn every_way_of_stepping_has_the_same_bits() {
         let mut buffers = Buffers::of(&scene);
         let mut sim = buffers.sim(&scene);
         let mut scratch = vec![fabric::CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
-        let bands = sim.bands(&mut scratch, of).unwrap();
+        let bands = sim.bands(&mut scratch, of, 0).unwrap();
         while bands.steps() < 2000 {
             for band in 0..of {
                 bands.pass(band).unwrap();

@@ -12,7 +12,7 @@ use std::sync::Barrier;
 /// Takes `steps` steps with all bands on this thread, in an order that changes with every pass.
 fn in_turn(sim: &mut Sim<'_>, of: u32, steps: u64) -> Result<(), Error> {
     let mut scratch = vec![CacheLine([f64::NAN; 8]); sim.layout().band_lines(of)?];
-    let bands = sim.bands(&mut scratch, of)?;
+    let bands = sim.bands(&mut scratch, of, steps)?;
     let mut passes = 0;
     while bands.steps() < steps {
         for k in 0..of {
@@ -28,7 +28,7 @@ fn in_turn(sim: &mut Sim<'_>, of: u32, steps: u64) -> Result<(), Error> {
 /// Takes `steps` steps with a thread for every band.
 fn on_threads(sim: &mut Sim<'_>, of: u32, steps: u64) {
     let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
-    let bands = sim.bands(&mut scratch, of).unwrap();
+    let bands = sim.bands(&mut scratch, of, steps).unwrap();
     std::thread::scope(|threads| {
         for band in 0..of {
             let bands = &bands;
@@ -218,7 +218,7 @@ fn a_band_out_of_turn_is_refused_and_changes_nothing() {
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
     let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
-    let bands = sim.bands(&mut scratch, 3).unwrap();
+    let bands = sim.bands(&mut scratch, 3, 0).unwrap();
     for _ in 0..40 {
         band_refused(&bands, 3, Code::OutOfRange, "band");
         band_refused(&bands, u32::MAX, Code::OutOfRange, "band");
@@ -243,7 +243,7 @@ fn threads_that_fight_for_one_band_share_its_turns() {
     let mut memory = Buffers::of(&scene);
     let mut sim = memory.sim(&scene);
     let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(2).unwrap()];
-    let bands = sim.bands(&mut scratch, 2).unwrap();
+    let bands = sim.bands(&mut scratch, 2, 0).unwrap();
     let start = Barrier::new(4);
     std::thread::scope(|threads| {
         for thread in 0..4 {
@@ -294,7 +294,7 @@ fn completed_when_dropped(scene: &Scene, calls_of_a_step: u32) {
     while sim.step_count() < 700 {
         let before = sim.step_count();
         let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
-        let bands = sim.bands(&mut scratch, 3).unwrap();
+        let bands = sim.bands(&mut scratch, 3, 0).unwrap();
         // None of the calls that a halved step takes to all but one, not always from the first band on.
         (0..calls % calls_of_a_step).for_each(|call| assert!(bands.pass((calls + call) % 3).is_ok()));
         drop(bands);
@@ -318,16 +318,16 @@ fn what_cannot_be_cut_is_refused() {
         assert_eq!((error.code, error.field), (code, field));
     };
     let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(MAX_BANDS).unwrap()];
-    refused(sim.bands(&mut scratch, 0), Code::OutOfRange, "of");
-    refused(sim.bands(&mut scratch, MAX_BANDS + 1), Code::OutOfRange, "of");
+    refused(sim.bands(&mut scratch, 0, 0), Code::OutOfRange, "of");
+    refused(sim.bands(&mut scratch, MAX_BANDS + 1, 0), Code::OutOfRange, "of");
     let short = sim.layout().band_lines(2).unwrap() - 1;
-    refused(sim.bands(&mut scratch[..short], 2), Code::ShortBuffer, "scratch");
+    refused(sim.bands(&mut scratch[..short], 2, 0), Code::ShortBuffer, "scratch");
     assert_eq!(sim.digest(), before);
 
     let theta = golden::drawn_yarns_by_the_theta_rule();
     let mut memory = Buffers::of(&theta);
     let mut sim = memory.sim(&theta);
-    refused(sim.bands(&mut scratch, 2), Code::NotInBands, "integrator.kind");
+    refused(sim.bands(&mut scratch, 2, 0), Code::NotInBands, "integrator.kind");
 }
 
 #[test]
@@ -350,7 +350,7 @@ fn a_failure_comes_with_its_step_and_reaches_every_band() {
     in_turn(&mut sim, 3, steps).unwrap();
     assert_eq!(sim.failure(), None);
     let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
-    let bands = sim.bands(&mut scratch, 3).unwrap();
+    let bands = sim.bands(&mut scratch, 3, 0).unwrap();
     assert_eq!((bands.pass(0), bands.pass(2)), (Ok(false), Ok(false)));
     assert_eq!(bands.failure(), None);
     assert_eq!(bands.pass(1), Err(failure.into()));
@@ -359,5 +359,5 @@ fn a_failure_comes_with_its_step_and_reaches_every_band() {
     drop(bands);
     assert_eq!(sim.failure(), Some(failure));
     assert_eq!(sim.digest(), plain.digest());
-    assert_eq!(sim.bands(&mut scratch, 3).err().map(|error| error.code), Some(failure.code()));
+    assert_eq!(sim.bands(&mut scratch, 3, 0).err().map(|error| error.code), Some(failure.code()));
 }

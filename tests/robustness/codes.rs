@@ -147,7 +147,7 @@ fn in_rust(code: Code) -> Option<Code> {
         Code::ImageInvalid => called(&sheet, |sim| sim.load(&forged_image())),
         Code::BandOutOfTurn => called(&sheet, |sim| {
             let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(2)?];
-            let bands = sim.bands(&mut scratch, 2)?;
+            let bands = sim.bands(&mut scratch, 2, 0)?;
             bands.pass(0)?;
             bands.pass(0).map(|_| ())
         }),

@@ -389,7 +389,7 @@ impl Golden {
         self.special(|sim| {
             self.run(sim, self.steps, |sim, steps| {
                 let mut scratch = vec![CacheLine([f64::NAN; 8]); sim.layout().band_lines(of).unwrap()];
-                let bands = sim.bands(&mut scratch, of).unwrap();
+                let bands = sim.bands(&mut scratch, of, 0).unwrap();
                 while bands.steps() < steps {
                     (0..of).rev().for_each(|band| _ = bands.pass(band).unwrap());
                 }

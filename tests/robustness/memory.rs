@@ -79,7 +79,7 @@ fn every_shorter_length_is_refused_and_nothing_is_written() {
         let need = sim.layout().band_lines(2).unwrap();
         let mut scratch = vec![SEVENS; need + GUARD];
         for short in lengths(need) {
-            let error = sim.bands(&mut scratch[..short], 2).err().unwrap();
+            let error = sim.bands(&mut scratch[..short], 2, 0).err().unwrap();
             assert_eq!((error.code, error.field), (Code::ShortBuffer, "scratch"));
             assert!(scratch.iter().all(|&line| line == SEVENS));
             tried += 1;

@@ -977,12 +977,18 @@ int32_t fk_bands_size(const struct fk_sim *sim, uint32_t of, uint64_t *bytes);
 // Cuts the sheet into `of` bands of rows, to be stepped by as many threads of the host's. From here to fk_bands_end the
 // bands have the simulation: every call but fk_bands_pass and fk_bands_progress is refused with FK_BAND_OUT_OF_TURN.
 // `scratch` must not be moved or used by anything else until then.
+// `steps`: how many steps will be taken at least until fk_bands_end; a sheet that is too large for the caches takes eight of these
+// in one block, of many passes. 0 if it is not known.
 // Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_BAND_OUT_OF_TURN (bands are in
 // use), FK_MOVED_BLOCK, a latched failure.
-int32_t fk_bands_begin(struct fk_sim *sim, uint32_t of, void *scratch, uint64_t bytes);
+int32_t fk_bands_begin(struct fk_sim *sim,
+                       uint32_t of,
+                       uint64_t steps,
+                       void *scratch,
+                       uint64_t bytes);
 
 // One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-// these. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// these, and of a block of steps it is a part. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 // last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
@@ -1002,7 +1008,7 @@ int32_t fk_bands_progress(const struct fk_sim *sim,
                           uint32_t *outcomes);
 
 // Gives the simulation back to the other calls, once no thread is in a call of the bands any more. A step that only some
-// bands have taken is completed. Returns the failure of the last pass, if there was one.
+// bands have taken, or a block that is begun, is completed. Returns the failure of the last pass, if there was one.
 // Errors: FK_NULL_POINTER, FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK; failures as fk_step.
 int32_t fk_bands_end(struct fk_sim *sim);
 
