@@ -5,7 +5,8 @@
 //! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
 //! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
-//! that none has changed yet, and the second one sweeps. The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! that none has changed yet, and the second one sweeps. If the caller says how many steps it wants, a sheet beyond the caches takes eight
+//! of them in a block of nine passes (`pieces.rs`). The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -50,6 +51,7 @@ use crate::error::{Code, Error, Failure};
 use crate::grading::{LINE_PLANES, Net};
 use crate::lanes::{CacheLine, InstructionSet};
 use crate::layout::{BLOCK_STEPS, Layout, MAX_BANDS};
+use crate::pieces::{Course, Edge, Piece};
 use crate::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     VISCOUS_PLANES, YARN_PLANES,
@@ -64,7 +66,6 @@ use crate::system::{self, System};
 use crate::toe::Toe;
 use crate::viscosity;
 use crate::watch::OutcomeSet;
-use crate::waves::{Course, Edge};
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
@@ -622,26 +623,38 @@ impl Plan {
     /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation and the scratch.
     #[inline(never)] // As above.
     unsafe fn step_away(&self, band: u32, course: &Course) -> Report {
-        let memory = &self.memory;
         let mut report = Report::default();
-        for piece in course.pieces(band as usize) {
-            for (step, j) in piece.steps(course.steps()) {
-                // SAFETY: the pieces of all bands and the gaps between them have no row in common. What is read of a gap's row is changed
-                // in later passes, and what is kept for a gap is of this piece alone.
-                unsafe {
-                    let carry = self.below_gap(piece.upper, step);
-                    if j == 0 {
-                        carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-                    } else if piece.starts_at_gap(step, j) {
-                        self.lift(j, 0, carry);
-                        copy_displacements(self.above_gap(piece.lower, step), rows(memory.hot, self.layout.chunks, j, 1));
+        for piece in &course.pieces(band as usize) {
+            for r in piece.numbers(course.steps()) {
+                for step in 0..course.steps() {
+                    if let Some(j) = piece.row(r, step) {
+                        // SAFETY: the pieces of all bands and the gaps between them have no row in common. What is read of a gap's row
+                        // is changed in later passes, and what is kept for a gap is of this piece alone.
+                        report = report.merged(unsafe { self.step_row_away(band, course, piece, step, j) });
                     }
-                    let above = self.row_above(j);
-                    report = report.merged(self.step_row(band, course, step, j, above, carry));
                 }
             }
         }
         report
+    }
+
+    /// Takes a step of row j of a piece.
+    ///
+    /// # Safety
+    /// As for [`Plan::step_away`], which is at this piece.
+    unsafe fn step_row_away(&self, band: u32, course: &Course, piece: &Piece, step: usize, j: usize) -> Report {
+        let hot = self.memory.hot;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let carry = self.below_gap(piece.upper, step);
+            if j == 0 {
+                carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+            } else if piece.starts_at_gap(step, j) {
+                self.lift(j, 0, carry);
+                copy_displacements(self.above_gap(piece.lower, step), rows(hot, self.layout.chunks, j, 1));
+            }
+            self.step_row(band, course, step, j, self.row_above(j), carry)
+        }
     }
 
     /// Takes a step of the gap between a band and the one below it.
@@ -698,7 +711,9 @@ impl Plan {
     /// Nothing changes it while it is held.
     unsafe fn row_above<'r>(&self, j: usize) -> &'r [Chunk<HOT_PLANES>] {
         // SAFETY: the caller's promise.
-        unsafe { if j + 1 < self.layout.stored_rows() { rows(self.memory.hot, self.layout.chunks, j + 1, 1) } else { &[] } }
+        unsafe {
+            if j + 1 < self.layout.stored_rows() { rows(self.memory.hot, self.layout.chunks, j + 1, 1) } else { &[] }
+        }
     }
 
     /// Where the displacements of the row above a gap are kept of a step of a block.
@@ -839,6 +854,7 @@ impl Plan {
 
     /// Where a band's own numbers are: those of [`Scratch`] in their order; then, of each step of a block, the row above the gap below the
     /// band, and the forces carried from below to that gap. Those of the first band are of the body's gap, and of the top.
+    #[inline(never)] // As above.
     fn places(&self, band: u32) -> [*mut f64; 6] {
         let layout = &self.layout;
         let row = layout.chunks * CHUNK;
@@ -881,6 +897,7 @@ fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
 }
 
 /// Copies the displacements of a row, which are all that is read of a row above.
+#[inline(never)] // It must not add to the stack of a sweep.
 fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
     for (copy, chunk) in copy.iter_mut().zip(row) {
         copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);

@@ -419,6 +419,9 @@ mod tests {
             let layout = Layout::of(&scene).unwrap();
             assert_eq!((layout.exceeds_caches(), layout.in_waves), (exceeds, exceeds));
         }
+        // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines, and six numbers a row.
+        let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344) + 6 * 447;
+        assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
         // For each of eight steps: carried forces of 56 chunks, six numbers a row. A step that may be halved is taken alone.
         let blocks = Layout::of(&scene).unwrap();
         scene.step_after_failure = StepAfterFailure::Half;

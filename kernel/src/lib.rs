@@ -55,6 +55,7 @@ pub mod math;
 mod model;
 pub mod outcome;
 pub mod path;
+mod pieces;
 pub mod places;
 pub mod planes;
 pub mod polyhedron;

@@ -364,12 +364,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Errors
     /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
-    pub fn bands<'s>(
-        &'s mut self,
-        scratch: &'s mut [CacheLine],
-        of: u32,
-        steps: u64,
-    ) -> Result<Bands<'s, 'a>, Error> {
+    pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32, steps: u64) -> Result<Bands<'s, 'a>, Error> {
         Bands::of(&mut self.system, scratch, of, steps)
     }
 

@@ -48,9 +48,9 @@ pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Fail
 #[derive(Clone, Copy)]
 pub(crate) struct Block {
     /// Rows [first, end) that the body may reach.
-    near: [usize; 2],
-    steps: usize,
-    rows: usize,
+    pub near: [usize; 2],
+    pub steps: usize,
+    pub rows: usize,
     reach: Reach,
 }
 
@@ -105,10 +105,7 @@ impl Block {
         let [below, above] = self.waves();
         self.wave(system, below)?;
         for step in 0..self.steps {
-            let gathered = self.look_ahead(system)?;
-            let rows = self.rows_near(step);
-            let report = step::sweep_in_block(system, step, rows);
-            self.close_near(system, step, rows, &gathered, report)?;
+            self.step_near(system, step)?;
         }
         self.wave(system, above)?;
         end(system)
@@ -142,14 +139,22 @@ impl Block {
         Ok(())
     }
 
+    /// A step of the rows that the body may reach.
+    #[inline(never)] // As above.
+    fn step_near(&self, system: &mut System<'_>, step: usize) -> Result<(), Failure> {
+        let (gathered, rows) = (self.look_ahead(system)?, self.rows_near(step));
+        let report = step::sweep_in_block(system, step, rows);
+        self.close_near(system, step, rows, &gathered, report)
+    }
+
     /// The candidates of the next step near the body, or why there can be none.
-    fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
+    pub fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
         step::look_ahead(system, 1.0, self.near)
     }
 
     /// What is left of a step near the body behind its sweep of rows [first, end). What follows the last step is left to do.
     #[inline(never)] // It must not add to the stack of a wave.
-    fn close_near(
+    pub fn close_near(
         &self,
         system: &mut System<'_>,
         step: usize,
@@ -166,9 +171,17 @@ impl Block {
     }
 
     /// Whether a row that was to be beyond the body's reach is not after a step, before the last one.
-    fn is_met(&self, step: usize, j: usize, range: [u32; 4]) -> bool {
+    pub fn is_met(&self, step: usize, j: usize, range: [u32; 4]) -> bool {
         let [near, beyond] = self.near;
         !(near..beyond).contains(&j) && step + 1 < self.steps && self.reach.meets(j, range, 0.0)
+    }
+}
+
+#[cfg(test)]
+impl Block {
+    /// A block of some steps and rows, for tests of what is stepped when.
+    pub fn of_rows(near: [usize; 2], steps: usize, rows: usize) -> Block {
+        Block { near, steps, rows, reach: Reach { low: 0.0, high: 0.0, h: 1.0, rise: 1.0, nodes_y: rows as u32 } }
     }
 }
 
@@ -181,173 +194,13 @@ impl Reach {
     }
 }
 
-/// A block that bands take. First every band steps its rows away from the body, as far as they do not depend on rows that it has not; then
-/// the gaps between them are filled, step by step.
-///
-/// Of a row next to a gap its band needs the forces from below, which it finds as of the gap's row at that time, and keeps
-/// what the gap will need: the displacements of the row above it, the forces that the row below it carries upwards.
-#[derive(Clone, Copy)]
-pub(crate) struct Course {
-    block: Block,
-    /// Bands that have rows away from the body.
-    bands: usize,
-    part: Part,
-}
-
-/// What bands do of a block in one pass.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
-    Away,
-    /// A step of the gaps.
-    Near(usize),
-}
-
-/// An end of the rows of a band.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Edge {
-    /// Of the sheet.
-    Sheet,
-    /// The gap in which the body is.
-    Body,
-    /// A gap of one row, by the number of the band above it.
-    Cut(usize),
-}
-
-/// Neighbouring rows [first, end) that a band steps away from the body, a row less in each step at an edge that is not the sheet's.
-#[derive(Clone, Copy)]
-pub(crate) struct Piece {
-    rows: [usize; 2],
-    pub lower: Edge,
-    pub upper: Edge,
-}
-
-impl Piece {
-    /// Steps (step, row) of `steps` steps, in their order.
-    pub fn steps(&self, steps: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let Piece { rows: [first, end], lower, upper } = *self;
-        let numbers = first..if upper == Edge::Sheet { end + steps - 1 } else { end };
-        let starts = move |step: usize| if lower == Edge::Sheet { first } else { first + step };
-        let of_number = move |r: usize| (0..steps.min(r + 1)).map(move |step| (step, r - step));
-        numbers.flat_map(of_number).filter(move |&(step, j)| j < end && j >= starts(step))
-    }
-
-    /// Whether row j is the lowest in a step, next to a gap.
-    pub fn starts_at_gap(&self, step: usize, j: usize) -> bool {
-        self.lower != Edge::Sheet && j == self.rows[0] + step
-    }
-}
-
-impl Course {
-    /// The block that may begin now for `of` bands, as [`Block::plan`].
-    pub fn start(system: &mut System<'_>, of: usize, most: u64) -> Option<Course> {
-        let block = Block::plan(system, most)?;
-        begin(system);
-        // Far more rows than gaps.
-        let bands = of.min(block.rows / (8 * block.steps)).max(1);
-        Some(Course { block, bands, part: Part::Away })
-    }
-
-    /// What follows; None behind the last part.
-    pub fn next(self) -> Option<Course> {
-        let step = if let Part::Near(step) = self.part { step + 1 } else { 0 };
-        (step < self.block.steps).then_some(Course { part: Part::Near(step), ..self })
-    }
-
-    /// Whether nothing of the block is done.
-    pub fn is_at_start(&self) -> bool {
-        self.part == Part::Away
-    }
-
-    /// Steps of the block.
-    pub fn steps(&self) -> usize {
-        self.block.steps
-    }
-
-    /// The step of the gaps that is to be taken, if one is.
-    pub fn step(&self) -> Option<usize> {
-        if let Part::Near(step) = self.part { Some(step) } else { None }
-    }
-
-    /// Rows [first, end) of the body's gap in the step that is to be taken.
-    pub fn rows_near(&self) -> [usize; 2] {
-        let ([first, end], rows) = (self.block.near, self.block.rows);
-        match self.part {
-            Part::Near(step) if first < end => [first.saturating_sub(step), (end + step).min(rows)],
-            _ => [0, 0],
-        }
-    }
-
-    /// The row of the gap between a band and the one below it; None at the sheet's edges, and close to the body's gap, which then takes its place.
-    fn cut(&self, band: usize) -> Option<usize> {
-        let Course { block: Block { near: [first, end], steps, rows, .. }, bands, .. } = *self;
-        let row = rows * band / bands.max(1);
-        let is_far = first == end || row + 2 * steps < first || row > end + 2 * steps;
-        (band > 0 && band < bands && is_far).then_some(row)
-    }
-
-    /// What a band steps away from the body.
-    pub fn pieces(&self, band: usize) -> impl Iterator<Item = Piece> + use<> {
-        let [near, beyond] = self.block.near;
-        let (first, lower) = match (band, self.cut(band)) {
-            (0, _) => (0, Edge::Sheet),
-            (_, Some(row)) => (row + 1, Edge::Cut(band)),
-            _ => (beyond, Edge::Body),
-        };
-        let (end, upper) = match self.cut(band + 1) {
-            _ if band + 1 == self.bands => (self.block.rows, Edge::Sheet),
-            Some(row) => (row, Edge::Cut(band + 1)),
-            None => (near, Edge::Body),
-        };
-        let pieces = if near < beyond && first <= near && beyond <= end {
-            [
-                Piece { rows: [first, near], lower, upper: Edge::Body },
-                Piece { rows: [beyond, end], lower: Edge::Body, upper },
-            ]
-        } else {
-            [Piece { rows: [first, end], lower, upper }, Piece { rows: [end, end], lower, upper }]
-        };
-        let is_at_work = band < self.bands && self.is_at_start();
-        pieces.into_iter().filter(move |piece| is_at_work && piece.rows[0] < piece.rows[1])
-    }
-
-    /// Rows [first, end) of the gap between a band and the one below it, in the step that is to be taken.
-    pub fn rows_of_cut(&self, band: usize) -> [usize; 2] {
-        match (self.part, self.cut(band)) {
-            (Part::Near(step), Some(row)) => [row - step, row + 1 + step],
-            _ => [0, 0],
-        }
-    }
-
-    /// What lies under the body in the step near it that is to be taken, if one is.
-    pub fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
-        if self.is_at_start() { Ok(Gathered::default()) } else { self.block.look_ahead(system) }
-    }
-
-    /// As [`Block::is_met`].
-    pub fn is_met(&self, step: usize, j: usize, range: [u32; 4]) -> bool {
-        self.block.is_met(step, j, range)
-    }
-
-    /// What is left of the part when all bands have done theirs.
-    pub fn close(&self, system: &mut System<'_>, gathered: &Gathered, report: Report) -> Result<(), Failure> {
-        if let Part::Near(step) = self.part {
-            self.block.close_near(system, step, self.rows_near(), gathered, report)?;
-        } else if report.non_finite {
-            return Err(Failure::NonFinite);
-        } else {
-            system.failed_segments += report.newly_failed;
-        }
-        if self.next().is_none() { end(system) } else { Ok(()) }
-    }
-}
-
 /// Begins a block.
-fn begin(system: &mut System<'_>) {
+pub(crate) fn begin(system: &mut System<'_>) {
     system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// Ends a block whose last step is swept.
-fn end(system: &mut System<'_>) -> Result<(), Failure> {
+pub(crate) fn end(system: &mut System<'_>) -> Result<(), Failure> {
     system.set_awake(0, [0, system.layout.nodes_y]);
     book_pulls(system);
     step::end_step(system, 0)
@@ -412,7 +265,10 @@ mod tests {
             let (before, turn) = (bands.steps(), bands.passes());
             for band in 0..of {
                 let band = (band + turn as u32) % of;
-                assert_eq!(bands.pass(if turn % 2 == 0 { band } else { of - 1 - band }).is_ok(), bands.failure().is_none());
+                assert_eq!(
+                    bands.pass(if turn % 2 == 0 { band } else { of - 1 - band }).is_ok(),
+                    bands.failure().is_none()
+                );
             }
             blocks += u64::from(bands.steps() > before + 1);
         }

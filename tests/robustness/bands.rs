@@ -271,6 +271,57 @@ fn threads_that_fight_for_one_band_share_its_turns() {
     assert_eq!(sim.digest(), plain.digest());
 }
 
+/// A sheet beyond the caches, all of it in motion, which takes eight steps in a block.
+fn large_sheet() -> Scene {
+    let mut scene = small_sheet(447, 250.0);
+    scene.contact_capacity = 2000;
+    scene
+}
+
+#[test]
+fn bands_of_a_large_sheet_take_its_steps_in_blocks_with_the_same_bits() {
+    let scene = large_sheet();
+    let mut memory = Buffers::of(&scene);
+    let mut plain = memory.sim(&scene);
+    plain.step_every_row();
+    (0..43).for_each(|_| plain.step().unwrap());
+    for of in [1, 2, 5] {
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.step_every_row();
+        // Five blocks and three single steps, on threads; in between a call of less than a block.
+        on_threads(&mut sim, of, 24);
+        in_turn(&mut sim, of, 3).unwrap();
+        on_threads(&mut sim, of, 16);
+        assert_eq!((sim.step_count(), sim.digest()), (43, plain.digest()), "{of} bands");
+    }
+}
+
+#[test]
+fn dropping_bands_completes_a_begun_block() {
+    if !InstructionSet::Avx2.available() {
+        return; // No blocks.
+    }
+    let scene = large_sheet();
+    let mut memory = Buffers::of(&scene);
+    let mut plain = memory.sim(&scene);
+    plain.step_every_row();
+    (0..8).for_each(|_| plain.step().unwrap());
+    for calls in [0, 1, 3, 7, 20] {
+        let mut memory = Buffers::of(&scene);
+        let mut sim = memory.sim(&scene);
+        sim.step_every_row();
+        let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(3).unwrap()];
+        let bands = sim.bands(&mut scratch, 3, 1000).unwrap();
+        (0..calls).for_each(|call| assert!(bands.pass(call % 3).is_ok()));
+        assert_eq!(bands.steps(), 0);
+        drop(bands);
+        assert_eq!(sim.step_count(), if calls > 0 { 8 } else { 0 });
+        sim.advance(8 - sim.step_count()).unwrap();
+        assert_eq!(sim.digest(), plain.digest(), "{calls} calls");
+    }
+}
+
 #[test]
 fn dropping_bands_completes_a_begun_step() {
     let mut scene = small_sheet(21, 250.0);
