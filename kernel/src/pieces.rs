@@ -78,7 +78,7 @@ impl Course {
         let block = Block::plan(system, most)?;
         waves::begin(system);
         // Far more rows than gaps; at least 1, so that no division by zero has to be compiled in.
-        let bands = of.min(block.rows / (8 * block.steps).max(1)).max(1);
+        let bands = of.min(block.rows / (4 * block.steps).max(1)).max(1);
         Some(Course { block, bands, part: Part::Away })
     }
 
@@ -220,7 +220,7 @@ mod tests {
 
     /// Takes a block, its bands in the order that `key` gives. Returns how many bands had rows away from the body.
     fn take(near: [usize; 2], rows: usize, of: usize, key: u64) -> usize {
-        let bands = of.min(rows / (8 * STEPS)).max(1);
+        let bands = of.min(rows / (4 * STEPS)).max(1);
         let mut course = Course { block: Block::of_rows(near, STEPS, rows), bands, part: Part::Away };
         let mut sheet = Sheet { taken: vec![0; rows], aboves: Vec::new(), carries: Vec::new() };
         let order = |pass: usize| (0..of).map(move |k| (k + key as usize + pass) % of);
@@ -277,8 +277,9 @@ mod tests {
         assert_eq!(take([480, 520], 1000, 2, 0), 2);
         assert_eq!(take([200, 240], 1000, 2, 0), 2);
         assert_eq!(take([200, 240], 1000, 12, 0), 12);
-        // 64 rows a band at least; here both cuts would lie close to the body's gap, which leaves nothing between them.
-        assert_eq!(take([60, 100], 300, 12, 0), 4);
-        assert_eq!(take([80, 120], 200, 12, 0), 2);
+        // 32 rows a band at least.
+        assert_eq!(take([30, 40], 400, 20, 0), 12);
+        // Both cuts would lie close to the body's gap, which leaves nothing between them.
+        assert_eq!(take([80, 120], 200, 3, 0), 2);
     }
 }

@@ -261,14 +261,12 @@ mod tests {
         let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
         let bands = sim.bands(&mut scratch, of, steps).unwrap();
         let mut blocks = 0;
-        while bands.steps() < steps {
+        while bands.steps() < steps && bands.failure().is_none() {
             let (before, turn) = (bands.steps(), bands.passes());
             for band in 0..of {
                 let band = (band + turn as u32) % of;
-                assert_eq!(
-                    bands.pass(if turn % 2 == 0 { band } else { of - 1 - band }).is_ok(),
-                    bands.failure().is_none()
-                );
+                let result = bands.pass(if turn % 2 == 0 { band } else { of - 1 - band });
+                assert_eq!(result.is_ok(), bands.failure().is_none());
             }
             blocks += u64::from(bands.steps() > before + 1);
         }
@@ -377,7 +375,7 @@ mod tests {
             let part = |n: u64| number(n) as f64 / u64::MAX as f64;
             let mut scene = sphere();
             let (sheet, projectile) = (&mut scene.sheet, &mut scene.projectile);
-            (sheet.nodes_x, sheet.nodes_y) = (17 + (number(0) % 40) as u32, 60 + (number(1) % 90) as u32);
+            (sheet.nodes_x, sheet.nodes_y) = (17 + (number(0) % 40) as u32, 60 + (number(1) % 180) as u32);
             sheet.spacing_y = if number(2).is_multiple_of(3) { sheet.spacing * (0.7 + part(3)) } else { 0.0 };
             projectile.radius = sheet.spacing * (2.0 + 4.0 * part(4));
             let half = [sheet.nodes_x, sheet.nodes_y].map(|nodes| 0.5 * f64::from(nodes) * sheet.spacing);
@@ -402,7 +400,7 @@ mod tests {
                         let steps = 1 + number(20 + call) % 90;
                         (0..steps).for_each(|_| single.step().unwrap());
                         blocks += if (k + call) % 3 == 0 {
-                            advance_in_bands(blocked, 1 + (call % 4) as u32, steps)
+                            advance_in_bands(blocked, 1 + (call % 7) as u32, steps)
                         } else {
                             advance_in_blocks(blocked, steps)
                         };
@@ -475,10 +473,20 @@ mod tests {
             sim.set_motion(&positions, &slow).unwrap();
             allow_blocks(sim);
             assert_eq!(super::step_block(&mut sim.system, STEPS), Ok(STEPS));
-            sim.reset();
-            sim.set_motion(&positions, &fast).unwrap();
-            assert_eq!(sim.advance(STEPS), Err(Failure::NonFinite));
-            assert_eq!(sim.advance(1), Err(Failure::NonFinite));
+            for of in [0, 1, 2] {
+                sim.reset();
+                sim.set_motion(&positions, &fast).unwrap();
+                if of > 0 {
+                    advance_in_bands(sim, of, STEPS);
+                } else {
+                    assert_eq!(sim.advance(STEPS), Err(Failure::NonFinite));
+                }
+                assert_eq!(
+                    (sim.failure(), sim.advance(1)),
+                    (Some(Failure::NonFinite), Err(Failure::NonFinite)),
+                    "{of}"
+                );
+            }
         });
     }
 
@@ -490,6 +498,9 @@ mod tests {
             sim.step_every_row();
             allow_blocks(sim);
             assert_eq!(sim.advance(640), Err(Failure::ContactCapacity));
+            assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
+            sim.reset();
+            advance_in_bands(sim, 2, 640);
             assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
         });
     }
