@@ -345,6 +345,7 @@ impl Instance {
             Id::PlyStrain => copy(values, &cache.plies(sim, first)?.map(|ply| ply.strain)),
             Id::PlyDissipated => copy(values, &cache.plies(sim, first)?.map(|ply| ply.dissipated)),
             Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
+            Id::BeyondFine => copy(values, &[sim.counters().beyond_fine as f64]),
             Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
             Id::Status => copy(values, &[f64::from(kept.shown.status)]),
             Id::Happened(event) => copy(values, &[f64::from(kept.shown.happened >> event & 1)]),
@@ -510,6 +511,7 @@ impl Instance {
             return Err(Status::Error);
         };
         let (mask, contact) = (sim.outcomes().mask, sim.outcomes().first_contact);
+        let beyond_fine = sim.counters().beyond_fine;
         if path.is_none()
             && let Err(error) = sim.set_external_load(force, torque)
         {
@@ -551,6 +553,9 @@ impl Instance {
             }
         }
         let early = sim.step_count() < end;
+        if beyond_fine == 0 && sim.counters().beyond_fine > 0 {
+            self.log.say(Category::Event, BEYOND_FINE);
+        }
         self.log_events(mask, contact_came);
         Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
     }
@@ -576,6 +581,10 @@ impl Instance {
         }
     }
 }
+
+/// Said once, as an event.
+const BEYOND_FINE: &str = "contact.beyond_fine: the projectile met the sheet beyond the fine part of the graded network, where nodes may be \
+                           too far apart to feel it: move sheet.grading.centre or enlarge sheet.grading.half_width";
 
 type Sums = ([f64; 3], [f64; 3], f64, u64);
 

@@ -65,6 +65,7 @@ pub enum Id {
     MomentumResidual,
     StepFraction,
     Unconverged,
+    BeyondFine,
     Status,
     /// Whether an event has happened: a place in [`EVENTS`].
     Happened(usize),
@@ -321,7 +322,7 @@ pub fn choices() -> impl Iterator<Item = &'static Choice> {
 
 /// Log categories: name and meaning.
 pub const LOG_CATEGORIES: &[(&str, &str)] = &[
-    ("logEvents", "Initialisation, first contact, outcomes, what was put right"),
+    ("logEvents", "Initialisation, first contact, outcomes, what was put right, a hit beyond the fine part of a graded network"),
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
     ("logStatusFatal", "No memory for an instance"),
@@ -509,6 +510,14 @@ const OWN: &[Variable] = &[
     ),
     output(Id::StepFraction, "step.fraction", 431, &RATIO, "Time step in use over the stability limit of the sheet as drawn"),
     output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that ran out of sweeps"),
+    output(
+        Id::BeyondFine,
+        "contact.beyond_fine",
+        434,
+        &COUNT_OF,
+        "Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be \
+         too far apart to feel it: 0 in a run that is to be trusted",
+    ),
     output(
         Id::InterfaceGap,
         "interface.gap",

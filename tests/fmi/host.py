@@ -45,6 +45,7 @@ OUTPUTS = [
     "energy.contact_loss", "energy.viscous", "energy.friction", "energy.ply_loss", "energy.residual", "interface.residual", "interface.gap", "fabric.max_deflection", "fabric.max_stretch",
     "fabric.failed_segments", "fabric.worst_penetration", "fabric.ply_penetration",
     "ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated", "momentum.residual", "step.fraction", "contact.unconverged",
+    "contact.beyond_fine",
     "status", "outcome.first_contact", "outcome.arrested", "outcome.detached", "outcome.exited", "outcome.passed",
     "outcome.first_contact_time", "outcome.arrested_time", "outcome.detached_time", "outcome.exited_time", "outcome.passed_time",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ import zipfile
 
 import fmpy
 from fmpy.validation import validate_fmu
-from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, TARGET, Host, opened, parameter_set
+from host import ARCHIVES, ERROR, EXAMPLES, OK, OUTPUTS, SMALL, TARGET, Host, opened, parameter_set
 
 NAME = "TiltedDiscSector"
 SCENE = pathlib.Path(__file__).parents[2] / "study" / "scenes" / "tilted_disc_sector.toml"
@@ -61,6 +61,22 @@ class Scenes(unittest.TestCase):
             self.assertEqual(host.get("ply.failed_segments")[0], host.get("fabric.failed_segments"))
             host.close()
         self.assertEqual(told[2], told[3])
+
+    def test_a_hit_beyond_the_fine_part_is_counted_and_told_once(self):
+        for x, beside in [(0.0, False), (4e-3, True)]:
+            counts = []
+            for version in (2, 3):
+                host = Host(version, {
+                    **SMALL, "sheet.nodes_x": 61, "sheet.nodes_y": 61, "sheet.grading.largest": 8, "sheet.grading.run": 1,
+                    "sheet.grading.half_width": [7e-3, 7e-3], "projectile.start.position[1]": x,
+                })  # fmt: skip
+                host.run(0, 40, 1e-6)
+                counts.append(host.get("contact.beyond_fine"))
+                told = [text for _, _, text in host.log if text.startswith("contact.beyond_fine: the projectile met the sheet")]
+                self.assertEqual(len(told), int(beside), host.log)
+                host.close()
+            self.assertEqual(counts[0], counts[1])
+            self.assertEqual(counts[0] > 0, beside)
 
     def test_a_model_of_a_scene_starts_as_that_scene(self):
         wanted = tomllib.loads(SCENE.read_text())

@@ -95,6 +95,7 @@ fn outputs(sim: &mut Sim<'_>) -> Result<Map<String, Value>> {
         "contact.impulse": contact.impulse,
         "contact.force_peak": contact.force_peak,
         "contact.unconverged": counters.unconverged,
+        "contact.beyond_fine": counters.beyond_fine,
         "support.impulse": sim.support()?.total,
         "state.position": motion.position,
         "state.velocity": motion.velocity,
