@@ -148,6 +148,9 @@ class Counters(TypedDict):
     candidate_capacity: int
     iterations: int
     most_iterations: int
+    beyond_fine: int
+    """Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network: 0 in a run that is to
+    be trusted."""
     worst_penetration: float
     ply_penetration: float
 

@@ -4,12 +4,14 @@ A run is a function of its scene alone, to the bit, so the table does not depend
 of workers, or on how often the ensemble was killed and resumed.
 """
 
+import collections
 import functools
 import hashlib
 import json
 import math
 import os
 import signal
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -21,7 +23,7 @@ from tqdm.auto import tqdm
 
 from . import _kernel
 from ._kernel import VERSION, Scene
-from .runs import STEPS, UNTIL, fly
+from .runs import STEPS, UNTIL, doubts, flown
 
 if TYPE_CHECKING:
     import pandas
@@ -55,7 +57,9 @@ def ensemble(
     - `batch`: runs that a worker gets at a time. A task should take a second or so on a large cluster.
     - `progress`: whether to show a progress bar; None: on a terminal.
 
-    Raises Refused, with the name of the field, if a scene cannot be simulated; ClusterLost if the workers are gone.
+    Warns (RuntimeWarning) if some of the results are not to be trusted as they are (`fly`), or if runs of different scenes are equal,
+    as where a scene draws nothing from its seed. Raises Refused, with the name of the field, if a scene cannot be simulated;
+    ClusterLost if the workers are gone.
     """
     if isinstance(scenes, Scene):
         raise TypeError("scenes: must be a list of scenes; of one scene it is [scene]")
@@ -79,6 +83,8 @@ def ensemble(
         except ClusterLost as lost:
             where = f"; they are in {keep}: the same call goes on from there" if keep is not None else ""
             raise ClusterLost(f"{lost} after {len(rows)} of {len(wanted)} runs{where}") from lost.__cause__
+    for doubt in doubts(list(rows.values())) + _repeats(list(rows.values())):
+        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return _table(keys, scenes, rows)
 
 
@@ -101,7 +107,7 @@ def _work(version: str, until: Sequence[str], steps: int, task: list[tuple[str, 
     results = []
     for key, scene in task:
         try:
-            results.append((key, json.dumps(fly(scene, until=until, steps=steps))))
+            results.append((key, json.dumps(flown(scene, until, steps))))
         except ValueError as refused:
             refused.add_note(f"the scene: {scene!r}")
             raise
@@ -185,6 +191,21 @@ def append(path: Path, results: list[tuple[str, str]]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as file:
         file.write("".join(f'{{"key": "{key}", "row": {line}}}\n' for key, line in results))
+
+
+def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Says how many results of different scenes are equal. The digest differs with the scene, so it does not count; runs without
+    contact may well be alike."""
+    touched = [row for row in rows if row["absorbed"]]
+    counts = collections.Counter(json.dumps({name: row[name] for name in row if name != "digest"}) for row in touched)
+    alike = sum(count for count in counts.values() if count > 1)
+    if not alike:
+        return []
+    return [
+        f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes nothing. Of the seed "
+        "that is so where the yarn is not drawn (yarn.stochastic and yarn.strength_draw); draw something else, such as the impact point "
+        "(`vary`)."
+    ]
 
 
 def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str, Any]]) -> "pandas.DataFrame":

@@ -1,7 +1,8 @@
 """One impact from start to end: its row of a table, and its history."""
 
 import math
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ._kernel import Failed, Scene, Simulation
@@ -14,6 +15,8 @@ UNTIL = ("arrested", "exited", "passed")
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
+MOST_UNCONVERGED = 0.01
+"""Contact solves that do not converge are harmless below this share of the steps (docs/stability.md)."""
 
 
 def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
@@ -32,12 +35,23 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `contact_loss`, `energy_residual`: the energy
       balance at the end, J;
     - `failed_segments`: segments that have failed;
+    - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
+      `beyond_fine`: steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network;
     - `digest`: hash of the state at the end.
 
-    After a failure everything but the outcome, steps, failed segments and digest is None.
+    After a failure everything but the outcome, steps, these counters and the digest is None.
 
-    Raises Refused, with the name of the field, if the scene cannot be simulated.
+    Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are. Raises Refused, with the name of
+    the field, if the scene cannot be simulated.
     """
+    row = flown(scene, until, steps)
+    for doubt in doubts([row]):
+        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
+    return row
+
+
+def flown(scene: Scene, until: Sequence[str], steps: int) -> dict[str, Any]:
+    """What `fly` returns, without its warnings."""
     simulation = Simulation(scene)
     initial = simulation.energy()["projectile_kinetic"]
     row: dict[str, Any] = {"outcome": "failed", "failure": None, "stopped": None}
@@ -71,9 +85,30 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     for name in ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "contact_loss"):
         row[name] = energy.get(name)
     row["energy_residual"] = energy.get("residual")
-    row["failed_segments"] = counters["failed_segments"]
+    row |= {name: counters[name] for name in ("failed_segments", "unconverged", "ply_penetration", "beyond_fine")}
     row["digest"] = simulation.digest
     return row
+
+
+def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Why rows of `fly` are not to be trusted as they are, and what to do: nothing of sound runs."""
+    found = []
+    shares = [row["unconverged"] / max(row["steps"], 1) for row in rows]
+    many = sum(share > MOST_UNCONVERGED for share in shares)
+    if many:
+        found.append(
+            f"In {many} of {len(rows)} runs more than {100 * MOST_UNCONVERGED:g} % of the steps have a contact solve that did not converge "
+            f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are velocities and energies. "
+            "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both usually make the share "
+            "smaller, and a number that they change by more than runs differ anyway is not a result."
+        )
+    beside = sum(row["beyond_fine"] > 0 for row in rows)
+    if beside:
+        found.append(
+            f"In {beside} of {len(rows)} runs the projectile met the sheet beyond the fine part of the graded network (`beyond_fine`), "
+            "where nodes may be too far apart to feel it: move sheet.grading.centre or enlarge sheet.grading.half_width."
+        )
+    return found
 
 
 def history(

@@ -294,14 +294,15 @@ class Shooter:
         self.made: dict[str, dict[str, Any]] = {}
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
-        from . import fly, vary
+        from . import vary
         from .ensembles import append, run_key
+        from .runs import flown
 
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.UNTIL, self.steps)
         self.was_kept = key in self.rows
         if not self.was_kept:
-            self.rows[key] = fly(one, until=self.UNTIL, steps=self.steps)
+            self.rows[key] = flown(one, self.UNTIL, self.steps)
             if self.keep is not None:
                 append(self.keep, [(key, json.dumps(self.rows[key]))])
         row = self.made[key] = self.rows[key]
@@ -312,6 +313,8 @@ class Shooter:
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
+        from .runs import doubts
+
         rows = [row for row in self.made.values() if row["stopped"] is not None]
         through = [row for row in rows if not row["stopped"]]
         torn = sum(row["outcome"] == "detached" for row in through)
@@ -324,7 +327,7 @@ class Shooter:
             )
         if absorbed > 0.0:
             notes.append(f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed energy.")
-        return notes
+        return doubts(rows) + notes
 
 
 def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:

@@ -303,6 +303,7 @@ impl Simulation {
             ("candidate_capacity", counters.candidate_capacity),
             ("iterations", counters.iterations),
             ("most_iterations", counters.most_iterations),
+            ("beyond_fine", counters.beyond_fine),
         ];
         let all = all.into_py_dict(py)?;
         all.set_item("worst_penetration", counters.worst_penetration)?;

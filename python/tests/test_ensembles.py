@@ -14,6 +14,7 @@ import tempfile
 import time
 import unittest
 import unittest.mock
+import warnings
 
 import numpy
 import pandas
@@ -145,6 +146,48 @@ class Ensembles(unittest.TestCase):
         self.assertEqual(list(table["outcome"]), ["exited", "failed"])
         self.assertEqual(table["failure"][1], "ContactCapacity")
         self.assertTrue(math.isnan(table["speed"][1]))
+
+    def test_results_that_are_not_to_be_trusted_are_told_once(self):
+        # With so much friction some solves of plies that lie on each other do not converge.
+        rubs = fk.Scene(
+            fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}, stack={"plies": 3}, contact={"friction": 10.0}
+        )  # fmt: skip
+        rubs = rubs.replace({"projectile.velocity": (0.0, 0.0, 200.0)}).aimed()
+        # The fine part ends beside the projectile.
+        grading = {"largest": 8, "run": 1, "half_width": [7e-3, 7e-3]}
+        beside = BASE.replace(sheet={"nodes_x": 61, "nodes_y": 61, "grading": grading}).aimed((4e-3, 0.0))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            table = fk.ensemble([rubs, beside, SCENES[0], SCENES[1]], on=2, steps=600)
+        texts = [str(one.message) for one in told if one.category is RuntimeWarning]
+        self.assertEqual(len(texts), 2, texts)
+        share = table["unconverged"] / table["steps"]
+        self.assertEqual(list(share > 0.01), [True, False, False, False], table[["unconverged", "steps"]])
+        self.assertEqual(list(table["beyond_fine"] > 0), [False, True, False, False])
+        self.assertEqual(list(table["ply_penetration"] > 0.0), [True, False, False, False])
+        self.assertTrue(texts[0].startswith("In 1 of 4 runs more than 1 % of the steps have a contact solve that did not converge"), texts)
+        self.assertIn(f"at most {100 * share.max():.2g} %", texts[0])
+        self.assertTrue(texts[1].startswith("In 1 of 4 runs the projectile met the sheet beyond the fine part"), texts)
+        # One run says it too, and its simulation has the counter.
+        with self.assertWarnsRegex(RuntimeWarning, "beyond the fine part"):
+            row = fk.fly(beside, steps=600)
+        simulation = fk.Simulation(beside)
+        simulation.step(600)
+        self.assertEqual(simulation.counters()["beyond_fine"], row["beyond_fine"])
+
+    def test_runs_that_are_equal_because_nothing_is_drawn_are_told(self):
+        cloth = fk.Scene(fabric={"name": "kevlar_km2_s706"}, sheet={"nodes_x": 31, "nodes_y": 31}).aimed()
+        with self.assertWarnsRegex(RuntimeWarning, "^4 of 4 runs have the result of another run.*seed"):
+            table = fk.ensemble(fk.vary(cloth, 4, seed=1), on=1, steps=300)
+        self.assertEqual((table["seed"].nunique(), table["absorbed"].nunique()), (4, 1))
+        self.assertGreater(table["absorbed"][0], 0.0)
+        # Drawn yarn, a drawn point, a run asked for twice, and runs that meet nothing say nothing.
+        far = cloth.replace({"projectile.position": (1.0, 0.0, -1.0)})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            fk.ensemble([*SCENES[:3], SCENES[0]], on=1, steps=300)
+            fk.ensemble(fk.vary(cloth, 3, seed=1, point=(scipy.stats.norm(0.0, 1e-4), 0.0)), on=1, steps=300)
+            fk.ensemble(fk.vary(far, 2, seed=1), on=1, steps=300)
 
     def test_draws(self):
         longer = fk.vary(BASE, 15, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))

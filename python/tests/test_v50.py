@@ -30,10 +30,19 @@ class OfAScene(unittest.TestCase):
         row = fly(vary(self.scene(), 3, seed=3, speed=70.0)[2], until=Shooter.UNTIL, steps=1_000_000)
         self.assertEqual((stopped, residual), (row["stopped"], row["speed"]))
         self.assertEqual(shoot.notes()[-1], f"The viscosity of the yarn took {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy.")
+        self.assertEqual([note for note in shoot.notes() if "converge" in note], [])
         # Within a mesh about the middle: another point, the same for each call.
         about = Shooter(self.scene(), seed=3)
         self.assertEqual(about(70.0, 2), about(70.0, 2))
         self.assertNotEqual(about(70.0, 2), about(70.0, 1))
+
+    def test_the_report_says_what_is_not_to_be_trusted(self):
+        shoot = Shooter(self.scene(), seed=3)
+        shoot(70.0, 0), shoot(70.0, 1)
+        row = list(shoot.made.values())[1]
+        self.assertEqual((row["unconverged"], row["ply_penetration"], row["beyond_fine"]), (0, 0.0, 0))
+        row["unconverged"] = row["steps"] // 4
+        self.assertRegex(shoot.notes()[0], r"^In 1 of 2 runs more than 1 % of the steps .* at most 25 %\)")
 
     def test_too_few_steps_are_an_error_that_names_the_shot(self):
         with self.assertRaisesRegex(RuntimeError, "shot 1 at 70 m/s: timeout after 10 steps"):
