@@ -322,7 +322,10 @@ pub fn choices() -> impl Iterator<Item = &'static Choice> {
 
 /// Log categories: name and meaning.
 pub const LOG_CATEGORIES: &[(&str, &str)] = &[
-    ("logEvents", "Initialisation, first contact, outcomes, what was put right, a hit beyond the fine part of a graded network"),
+    (
+        "logEvents",
+        "Initialisation, first contact, outcomes, what was put right, a hit beyond the fine part of a graded network",
+    ),
     ("logStatusDiscard", "Steps refused with nothing changed"),
     ("logStatusError", "Calls refused, and failures"),
     ("logStatusFatal", "No memory for an instance"),
