@@ -6,13 +6,16 @@
 //! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
 //! Reference: docs/model.md, "Energy balance".
 
+use crate::direction::{Along, Direction};
 use crate::error::{Code, Error, Failure};
-use crate::planes::{self, Axis};
+use crate::lanes::{self, Job, Lane};
+use crate::planes::{self, Axis, CHUNK};
 use crate::pose::Vector;
 use crate::rate::RateLaw;
+use crate::readout::Around;
 use crate::scene::Drive;
 use crate::system::{SegmentView, System};
-use crate::yarn::Segment;
+use crate::yarn::{self, Segment};
 
 /// Energies (M15), J.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,41 +147,124 @@ pub(crate) fn ply(system: &System<'_>, ply: u32) -> Result<Ply, Error> {
 
 /// Kinetic, strain and dissipated energy of rows [first, end), J. Summed row by row, rows in order.
 fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f64) {
-    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
-    for j in first..end {
-        let row = planes::row(system.blocks.hot, chunks, j);
-        let mut sum = 0.0;
-        for plane in 3..6 {
-            let weighted = |i: usize| {
-                let v = planes::get(row, plane, i)?;
-                Some(v * v * system.share(i, j))
-            };
-            sum += (0..nx).filter_map(weighted).sum::<f64>();
-        }
-        kinetic += system.mass_share_of_row(j) * sum;
-    }
     // Before and now, along x and along y.
     let rates = [Axis::Horizontal, Axis::Vertical].map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
     for j in first..end {
-        let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
-        for i in 0..nx {
-            for (axis, rates) in [Axis::Horizontal, Axis::Vertical].into_iter().zip(&rates) {
-                if let Some(segment) = system.segment(axis, i, j) {
-                    let (stored, lost) = segment_energy(system, rates, &segment);
-                    let [segments, yarns] = segment.bar;
-                    let weight = system.layout.segment_weight(axis, i, j) * yarns;
-                    let direction = system.direction_of(&segment);
-                    row_strain += weight * (stored * (segment.rest.length * segment.rest.length));
-                    row_dissipated += weight * (lost * (direction.volume * segments));
-                }
-            }
-        }
-        strain += system.mass_share_of_row(j) * row_strain;
+        let share = system.mass_share_of_row(j);
+        kinetic += share * squared_velocities(system, j);
+        let (row_strain, row_dissipated) = yarns_of_row(system, &rates, j);
+        strain += share * row_strain;
         dissipated += row_dissipated;
     }
     let unit = system.model.unit_energy;
     (0.5 * unit * kinetic, unit * strain, dissipated * system.model.segment_volume)
+}
+
+/// Sum of the squared velocities of a row, each component by itself, in units of (h/dt)^2 and of a node's mass.
+#[inline(never)] // It must not add to the stack of the laws.
+fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
+    let (layout, mut sums) = (&system.layout, [0.0; 3]);
+    let row = planes::row(system.blocks.hot, layout.chunks, j);
+    let weighted = layout.graded || layout.x.mirrored || layout.y.mirrored;
+    for (c, [_, _, _, vx, vy, vz, ..]) in row.iter().enumerate() {
+        for (k, ((vx, vy), vz)) in vx.iter().zip(vy).zip(vz).enumerate().take(layout.nodes_x.saturating_sub(c * CHUNK))
+        {
+            let share = if weighted { system.share(c * CHUNK + k, j) } else { 1.0 };
+            sums = [sums[0] + vx * vx * share, sums[1] + vy * vy * share, sums[2] + vz * vz * share];
+        }
+    }
+    sums[0] + sums[1] + sums[2]
+}
+
+/// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have dissipated, in units of that of a
+/// segment per J/m^3. `rates`: before and now, along x and along y. Those of a chunk of plain yarn without damage are found side by side;
+/// all are summed in one order.
+#[inline(never)] // As above.
+fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {
+    let layout = &system.layout;
+    let ends = [layout.x.segments(), if layout.has_verticals(j) { layout.nodes_x } else { 0 }];
+    let plain = !(layout.implicit || layout.toe || layout.rate);
+    let Along { horizontal, vertical, .. } = system.directions_of_row(j);
+    let areas = [horizontal, vertical].map(|direction| direction.rest.length * direction.rest.length);
+    let (mut strain, mut dissipated) = (0.0, 0.0);
+    for (c, [across, up]) in planes::row(system.blocks.history, layout.chunks, j).iter().enumerate() {
+        let [mut along_x, mut along_y] = [[0.0; CHUNK]; 2];
+        let mut whole = [false; 2];
+        if plain && let Some(around) = Around::of(system, c, j) {
+            whole = [
+                stored_in_chunk(system, &around, horizontal, (Axis::Horizontal, across), &mut along_x),
+                stored_in_chunk(system, &around, vertical, (Axis::Vertical, up), &mut along_y),
+            ];
+        }
+        for (k, (x, y)) in along_x.iter().zip(&along_y).enumerate() {
+            let i = c * CHUNK + k;
+            for (axis, a, stored) in [(Axis::Horizontal, 0, x), (Axis::Vertical, 1, y)] {
+                if whole[a] && i < ends[a] {
+                    strain += stored * areas[a];
+                } else if i < ends[a] {
+                    let (stored, lost) = weighted_energy(system, &rates[a], axis, i, j);
+                    strain += stored;
+                    dissipated += lost;
+                }
+            }
+        }
+    }
+    (strain, dissipated)
+}
+
+/// The mean strain energies of the segments along an axis from a chunk of nodes, with their history, as [`segment_energy`] has them of plain
+/// yarn without damage; false if one of them is damaged.
+#[inline(never)] // It must not add to the stack of the laws.
+fn stored_in_chunk(
+    system: &System<'_>,
+    around: &Around<'_>,
+    direction: &Direction,
+    (axis, history): (Axis, &[f64; CHUNK]),
+    stored: &mut [f64; CHUNK],
+) -> bool {
+    lanes::dispatch(system.instructions, StoredInChunk { around, axis, direction, history, stored })
+}
+
+/// [`stored_in_chunk`] as a job for the lanes.
+struct StoredInChunk<'a> {
+    around: &'a Around<'a>,
+    axis: Axis,
+    direction: &'a Direction,
+    history: &'a [f64; CHUNK],
+    stored: &'a mut [f64; CHUNK],
+}
+
+impl Job for StoredInChunk<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> bool {
+        let StoredInChunk { around, axis, direction, history, stored } = self;
+        let (rest, critical) = (direction.rest.lanes::<L>(), L::splat(direction.critical));
+        let mut whole = true;
+        for g in 0..CHUNK / L::WIDTH {
+            let (d, v) = (around.displacement::<L>(axis, g), around.velocity::<L>(axis, g));
+            let now = rest.twice_strain(d);
+            let before = rest.twice_strain([d[0].sub(v[0]), d[1].sub(v[1]), d[2].sub(v[2])]);
+            let stiffness = around.stiffness::<L>(axis, g);
+            let sum = yarn::strain_energy(stiffness, before).add(yarn::strain_energy(stiffness, now));
+            L::splat(0.5).mul(sum).store(&mut L::groups_mut(stored)[g]);
+            whole &= !(now.any_above(critical) || L::load(&L::groups(history)[g]).any_above(critical));
+        }
+        whole
+    }
+}
+
+/// What [`segment_energy`] finds of a segment, times how much of it there is, in the units of [`yarns_of_row`].
+#[inline(never)] // It must not add to the stack of the rest.
+pub(crate) fn weighted_energy(system: &System<'_>, rates: &[RateLaw; 2], axis: Axis, i: usize, j: usize) -> (f64, f64) {
+    let Some(segment) = system.segment(axis, i, j) else { return (0.0, 0.0) };
+    let (stored, lost) = segment_energy(system, rates, &segment);
+    let [segments, yarns] = segment.bar;
+    let weight = system.layout.segment_weight(axis, i, j) * yarns;
+    let volume = system.direction_of(&segment).volume;
+    (weight * (stored * (segment.rest.length * segment.rest.length)), weight * (lost * (volume * segments)))
 }
 
 /// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.

@@ -90,6 +90,14 @@ impl<'a> Net<'a> {
         planes::get(self.columns, WIDTH, i).unwrap_or(1.0) * planes::get(self.lines, WIDTH, j).unwrap_or(1.0)
     }
 
+    /// Whether the bars from the nodes of chunk c of row j are single segments of single yarns, as all are without grading.
+    pub fn is_fine(&self, c: usize, j: usize) -> bool {
+        let Some(columns) = self.columns.get(c) else { return true };
+        [SEGMENTS, WIDTH].into_iter().all(|plane| {
+            columns[plane].iter().all(|&number| number == 1.0) && planes::get(self.lines, plane, j) == Some(1.0)
+        })
+    }
+
     /// 1 over the widths of column i and of row j.
     pub fn inverse_widths(&self, i: usize, j: usize) -> [f64; 2] {
         [(self.columns, i), (self.lines, j)].map(|(line, k)| planes::get(line, INVERSE_WIDTH, k).unwrap_or(1.0))

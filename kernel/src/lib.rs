@@ -65,6 +65,7 @@ pub mod projectile;
 pub mod random;
 mod ranges;
 mod rate;
+mod readout;
 mod relaxation;
 mod rows;
 pub mod scene;

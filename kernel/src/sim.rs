@@ -7,7 +7,7 @@ use crate::bands::Bands;
 use crate::blocks::{self, Blocks};
 use crate::energy::{self, Energy, Ply};
 use crate::error::{Code, Error, Failure};
-use crate::lanes::{CacheLine, InstructionSet};
+use crate::lanes::{self, CacheLine, InstructionSet};
 use crate::layout::Layout;
 use crate::math;
 use crate::model::start_motion;
@@ -16,6 +16,7 @@ use crate::path::{self, Path, Track};
 use crate::planes::Axis;
 use crate::pose::Vector;
 use crate::projectile::{Body, Motion};
+use crate::readout::GreatestOfRow;
 use crate::scene::{AttachmentKind, Drive, Scene, StepLimits};
 use crate::snapshot;
 use crate::start;
@@ -493,15 +494,9 @@ impl<'a> Sim<'a> {
                 if held {
                     deflection = math::max(z, deflection);
                 }
-                for axis in [Axis::Horizontal, Axis::Vertical] {
-                    if let Some(segment) = self.system.segment(axis, i, j)
-                        && segment.stiffness > 0.0
-                    {
-                        let q = segment.twice_strain();
-                        largest = math::max(q, largest);
-                    }
-                }
             }
+            let row = GreatestOfRow { system: &self.system, j };
+            largest = math::max(lanes::dispatch(self.system.instructions, row), largest);
         }
         Ok(Fabric { max_deflection: deflection * self.system.scene.sheet.spacing, max_stretch: yarn::stretch(largest) })
     }

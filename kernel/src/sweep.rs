@@ -502,7 +502,7 @@ fn least<L: Lane>(lanes: L) -> f64 {
 
 /// Greatest number of a lane group, or 0.
 #[inline(always)]
-fn greatest<L: Lane>(lanes: L) -> f64 {
+pub(crate) fn greatest<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
     group.as_ref().iter().fold(0.0, |a, &b| math::max(b, a))

@@ -256,8 +256,10 @@ impl Viscosity {
 }
 
 /// Strain energy, the integral of stress over strain: alpha E e^2/2 in tension. `stiffness`: half of alpha E.
-pub fn strain_energy(stiffness: f64, twice_strain: f64) -> f64 {
-    if twice_strain > 0.0 { 0.25 * stiffness * twice_strain * twice_strain } else { 0.0 }
+#[inline(always)]
+pub fn strain_energy<L: Lane>(stiffness: L, twice_strain: L) -> L {
+    let taut = twice_strain.max(L::splat(0.0));
+    L::splat(0.25).mul(stiffness).mul(taut).mul(taut)
 }
 
 impl DamageLaw {
