@@ -45,6 +45,9 @@ def report(folder, docs=None):
         ("velocity.svg", "Velocity of the projectile."), ("force.svg", "Force on the projectile, mean between samples."), ("energies.svg", "Where the absorbed energy is."),
     ]:
         html.figure(folder / file, caption)
+    if summary.get("warnings"):
+        html.section("Warnings")
+        html.table([""], [[warning] for warning in summary["warnings"]])
     html.section("Numbers")
     html.table(["", ""], [[key.replace("_", " "), value] for key, value in summary.items() if not isinstance(value, (list, dict))], (1,))
     if plies[1:]:

@@ -1,6 +1,6 @@
 //! Refusals and failures as Python's exceptions.
 
-use fabric::fields::{FIELDS, field};
+use fabric::fields::field;
 use fabric_scene::BadKey;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -48,31 +48,7 @@ pub fn of_scene(error: Box<dyn std::error::Error>) -> PyErr {
         return of(*error);
     }
     let key = error.downcast_ref::<BadKey>().map_or("", |bad| &bad.key);
-    let mut text = error.to_string();
-    if !key.is_empty() && text.starts_with("unknown key") {
-        text += &meant(key);
-    }
-    bad(key, text)
-}
-
-/// What somebody may have meant who wrote a key that there is not.
-fn meant(key: &str) -> String {
-    let names = || FIELDS.iter().map(|field| field.name);
-    let (name, last) = (key.split('[').next().unwrap_or(key), key.rsplit('.').next().unwrap_or(key));
-    if field(name).is_some() {
-        return format!("; an element has no key of its own: set the whole of `{name}`");
-    }
-    let mut near: Vec<String> =
-        names().filter(|name| name.rsplit('.').next() == Some(last)).map(String::from).collect();
-    if near.is_empty() {
-        let close = |py: Python<'_>| -> PyResult<Vec<String>> {
-            let names: Vec<&str> = names().collect();
-            py.import("difflib")?.call_method1("get_close_matches", (key, names))?.extract()
-        };
-        near = Python::attach(close).unwrap_or_default();
-    }
-    let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
-    if near.is_empty() { String::new() } else { format!("; is it {}?", near.join(" or ")) }
+    bad(key, error.to_string())
 }
 
 /// A key or an argument that is not what it must be.

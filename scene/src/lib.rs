@@ -35,7 +35,7 @@ use toml::{Table, Value};
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Error that `grading = "automatic"` asks for.
-const AUTOMATIC_GRADING: f64 = 0.01;
+pub const AUTOMATIC_GRADING: f64 = 0.01;
 
 /// A key that there is not, or a value that is not of its key's type.
 #[derive(Debug)]
@@ -119,8 +119,21 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     }
     if automatic {
         scene.set_grading(AUTOMATIC_GRADING)?;
+        let yarn = &scene.yarn;
+        let viscous = [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending].iter().any(|&c| c > 0.0);
+        if fabric.is_some() && viscous && scene.is_graded() {
+            let text = "sheet.grading: a graded network has no viscosity, and [fabric] gives its yarn some: set viscosity_linear, \
+                        viscosity_quadratic and viscosity_bending of [yarn] to 0, or leave sheet.grading out";
+            return bad("sheet.grading", text.into());
+        }
     }
     Ok(())
+}
+
+/// Whether a scene file has `sheet.grading = "automatic"`, which may leave a network whole.
+pub fn asks_for_grading(file: &Path) -> Result<bool> {
+    let mut file: Table = std::fs::read_to_string(file)?.parse()?;
+    Ok(takes_automatic_grading(&mut file))
 }
 
 /// Whether the table of the sheet says `grading = "automatic"`; takes it out.
@@ -225,9 +238,25 @@ fn flat(prefix: &str, value: Value) -> Result<Vec<(String, Value)>> {
     }
 }
 
+/// What somebody may have meant who wrote a key that there is not.
+fn meant(key: &str) -> String {
+    let (name, last) = (key.split('[').next().unwrap_or(key), key.rsplit('.').next().unwrap_or(key));
+    if fields::field(name).is_some() {
+        return format!("; an element has no key of its own: set the whole of `{name}`");
+    }
+    let names = || FIELDS.iter().map(|field| field.name);
+    let mut near: Vec<&str> = names().filter(|name| name.rsplit('.').next() == Some(last)).collect();
+    if near.is_empty() {
+        let likeness = |name: &&str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
+        near = names().max_by_key(likeness).filter(|name| likeness(name) > 600).into_iter().collect();
+    }
+    let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
+    if near.is_empty() { String::new() } else { format!("; is it {}?", near.join(" or ")) }
+}
+
 /// Gives a parameter a value.
 fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<()> {
-    let Some(field) = fields::field(key) else { return bad(key, format!("unknown key `{key}`")) };
+    let Some(field) = fields::field(key) else { return bad(key, format!("unknown key `{key}`{}", meant(key))) };
     let Some(words) = words(field, value) else {
         return bad(key, format!("{key} = {value}: must be {}", expected(field)));
     };
@@ -296,6 +325,25 @@ mod tests {
         assert_eq!(parse("preset = \"sheet_3in_sphere\"").unwrap(), Scene::sheet_3in_sphere());
         assert_eq!(parse("preset = \"sheet_10in_cylinder\"").unwrap(), Scene::sheet_10in_cylinder());
         assert_eq!(parse("preset = \"turbine_disc_sector\"").unwrap(), Scene::turbine_disc_sector());
+    }
+
+    #[test]
+    fn an_unknown_key_comes_with_the_one_that_may_be_meant() {
+        let refused = |text: &str| parse(text).unwrap_err().to_string();
+        let preset = "preset = \"sheet_3in_sphere\"\n";
+        let misspelt = refused(&format!("{preset}[contact]\nfricton = 0.2\n"));
+        assert_eq!(misspelt, "unknown key `contact.fricton`; is it `contact.friction`?");
+        let elsewhere = refused(&format!("{preset}[sheet]\nvelocity = 3.0\n"));
+        assert_eq!(elsewhere, "unknown key `sheet.velocity`; is it `projectile.velocity`?");
+        assert_eq!(refused(&format!("{preset}[zebra]\nquagga = 1\n")), "unknown key `zebra.quagga`");
+    }
+
+    #[test]
+    fn a_named_fabric_in_a_graded_network_must_lose_its_viscosity() {
+        let text = "preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"\n[sheet]\ngrading = \"automatic\"\n";
+        assert!(parse(text).unwrap_err().to_string().contains("viscosity_bending of [yarn] to 0"));
+        let inviscid = "[yarn]\nviscosity_linear = 0.0\nviscosity_quadratic = 0.0\nviscosity_bending = 0.0\n";
+        assert!(parse(&format!("{text}{inviscid}")).unwrap().is_graded());
     }
 
     #[test]

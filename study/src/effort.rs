@@ -8,7 +8,7 @@ pub struct Flags {
     /// Fewer points and fewer runs in each mean: minutes on two cores.
     #[arg(long, conflicts_with = "smoke")]
     quick: bool,
-    /// Small sheets and two runs in each mean, seconds: a check that everything works, not a result.
+    /// Small sheets and two runs in each mean, a minute at most: a check that everything works, not a result.
     #[arg(long)]
     smoke: bool,
 }
@@ -27,7 +27,7 @@ impl Flags {
 /// How much is computed.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub enum Effort {
-    /// Seconds, and no physics to be read off.
+    /// A minute at most, and no physics to be read off.
     Smoke,
     /// Minutes.
     Quick,

@@ -158,6 +158,9 @@ pub struct Summary {
     pub beyond_fine: u64,
     /// Hash of the final state.
     pub digest: String,
+    /// What the numbers alone do not say loudly enough; only of a run of a scene file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 impl Summary {
@@ -221,6 +224,7 @@ impl Summary {
             unconverged: counters.unconverged,
             beyond_fine: counters.beyond_fine,
             digest: format!("{:016x}", sim.digest()),
+            warnings: Vec::new(),
         })
     }
 
