@@ -353,7 +353,10 @@ fn plies(summary: &Summary) -> String {
         [vec![(number + 1).to_string(), ply.failed_segments.to_string()], energies.to_vec()].concat()
     };
     let rows: Vec<_> = summary.plies.iter().enumerate().map(row).collect();
-    report::table(&["ply, from the side that is hit", "failed segments", "kinetic, J", "strain, J", "dissipated, J"], &rows)
+    report::table(
+        &["ply, from the side that is hit", "failed segments", "kinetic, J", "strain, J", "dissipated, J"],
+        &rows,
+    )
 }
 
 /// Shape and the dimensions that it reads.
@@ -382,7 +385,8 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
     let mut found = Vec::new();
     if scene.step_check == StepCheck::None {
         found.push(
-            "the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible".to_string(),
+            "the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible"
+                .to_string(),
         );
     }
     if summary.energy_residual_relative.abs() > 0.01 {
