@@ -435,3 +435,40 @@ fn attachment_name(kind: fabric::AttachmentKind, index: usize) -> &'static str {
     };
     names[index]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::Buffers;
+
+    #[test]
+    fn solves_at_their_limit_come_with_their_share_and_advice() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 11);
+        let mut buffers = Buffers::of(&scene).unwrap();
+        let sim = buffers.sim(&scene).unwrap();
+        let mut summary = Summary::of(&sim, fabric::OutcomeSet::NONE).unwrap();
+        assert!(warnings(&scene, &sim, &summary).is_empty());
+        (summary.steps, summary.unconverged) = (1000, 4);
+        let warned = warnings(&scene, &sim, &summary).concat();
+        assert!(
+            warned.starts_with("4 contact solves, 0.40 % of the steps") && warned.contains("may be left so"),
+            "{warned}"
+        );
+        summary.unconverged = 40;
+        let warned = warnings(&scene, &sim, &summary).concat();
+        assert!(warned.contains("4.00 % of the steps") && warned.contains("half the step"), "{warned}");
+    }
+
+    #[test]
+    fn memory_is_of_the_nodes_that_are_there() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.stack.plies, scene.stack.gap) = (11, 11, 3, 1e-4);
+        let mut buffers = Buffers::of(&scene).unwrap();
+        let sim = buffers.sim(&scene).unwrap();
+        let summary = Summary::of(&sim, fabric::OutcomeSet::NONE).unwrap();
+        let text = table("plies", &scene, &sim, &summary, 0.0, String::new());
+        let per_node = format!("{:.1} per node", sim.layout().bytes() as f64 / 363.0);
+        assert!(text.contains(&per_node), "{text}");
+    }
+}
