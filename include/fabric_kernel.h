@@ -970,16 +970,18 @@ int32_t fk_advance_until(struct fk_sim *sim, uint32_t mask, uint64_t steps, uint
 int32_t fk_follow(struct fk_sim *sim, const struct fk_path *path, uint64_t path_size, uint64_t steps);
 
 // Bytes of scratch that fk_bands_begin needs for `of` bands, wherever it starts.
-// Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_MOVED_BLOCK, a latched
-// failure.
-int32_t fk_bands_size(const struct fk_sim *sim, uint32_t of, uint64_t *bytes);
+// Errors: FK_NULL_POINTER, FK_OUT_OF_RANGE (`of` is not 1 to FK_MAX_BANDS), FK_NOT_IN_BANDS, FK_TOO_MANY_NODES (more memory than
+// there can be), FK_MOVED_BLOCK, a latched failure.
+int32_t fk_bands_size(const struct fk_sim *sim,
+                      uint32_t of,
+                      uint64_t *bytes);
 
 // Cuts the sheet into `of` bands of rows, to be stepped by as many threads of the host's. From here to fk_bands_end the
 // bands have the simulation: every call but fk_bands_pass and fk_bands_progress is refused with FK_BAND_OUT_OF_TURN.
 // `scratch` must not be moved or used by anything else until then.
 // `steps`: how many steps will be taken at least until fk_bands_end; a sheet that is too large for the caches takes eight of these
-// in one block, of many passes. 0 if it is not known.
-// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_BAND_OUT_OF_TURN (bands are in
+// in one block of nine passes. 0 if it is not known. If fewer are taken, fk_bands_end completes the block: up to eight steps more.
+// Errors: FK_NULL_POINTER, FK_SHORT_BUFFER, FK_OUT_OF_RANGE, FK_NOT_IN_BANDS, FK_TOO_MANY_NODES, FK_BAND_OUT_OF_TURN (bands are in
 // use), FK_MOVED_BLOCK, a latched failure.
 int32_t fk_bands_begin(struct fk_sim *sim,
                        uint32_t of,
@@ -988,7 +990,7 @@ int32_t fk_bands_begin(struct fk_sim *sim,
                        uint64_t bytes);
 
 // One band's part of a pass: a pass is a step, or half of one after step_after_failure; with viscosity two passes make one of
-// these, and of a block of steps it is a part. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
+// these, and a block of eight steps takes nine. To be called for every band once a pass, in any order, from any threads, at the same time. Nothing waits in here: the
 // last band to be done completes the pass for all. `last` (may be null) receives 1 in that call, else 0. The host must wait for the pass to be complete before it
 // calls the same band again: until then it is refused. The bits are those of fk_step.
 // Errors: FK_OUT_OF_RANGE (no such band), FK_BAND_OUT_OF_TURN (called already in this pass, or no fk_bands_begin): nothing
@@ -999,7 +1001,7 @@ int32_t fk_bands_pass(const struct fk_sim *sim,
 
 // How far the bands have come since fk_bands_begin: passes completed (a failed one included), steps completed, outcomes
 // latched (FK_ARRESTED | ...). Any pointer may be null. Any thread may look between fk_bands_begin and fk_bands_end, also while
-// others are in fk_bands_pass; the end drops what this looks at. When `passes` has grown, the next pass may begin; while a
+// others are in fk_bands_pass; the end drops what this looks at. In a block `steps` grows by eight at its end. When `passes` has grown, the next pass may begin; while a
 // thread's own band has not been called, none of the three changes.
 // Errors: FK_NULL_POINTER (sim), FK_BAND_OUT_OF_TURN (no fk_bands_begin), FK_MOVED_BLOCK.
 int32_t fk_bands_progress(const struct fk_sim *sim,

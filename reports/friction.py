@@ -11,8 +11,10 @@ def report(folder, docs=None):
     text = NOTES + "\n" + verdicts(limits)
     for case in dict.fromkeys(row["case"] for row in impacts):
         own = [row for row in impacts if row["case"] == case]
-        text += f"\n## {case[0].upper()}{case[1:]}\n\nBallistic limit:\n\n" + limit_table([row for row in limits if row["case"] == case])
-        text += "\nAbove it:\n\n" + impact_table(own)
+        searched = [row for row in limits if row["case"] == case]
+        text += f"\n## {case[0].upper()}{case[1:]}\n"
+        text += "\nBallistic limit:\n\n" + limit_table(searched) if searched else ""
+        text += "\nAbove the limit:\n\n" + impact_table(own)
     print(text)
     if docs:
         page.write_table(docs, "friction", "Friction against its coefficient", "fabric-study friction` and `python3 -m reports friction --docs docs", text)

@@ -153,10 +153,12 @@ pub(crate) fn bands(handle: &ToLookAt) -> Result<&Bands<'static, 'static>, Error
 /// Bytes of scratch for `of` bands, wherever it starts: the bands, then their numbers.
 ///
 /// # Errors
-/// A number of bands, or an integrator, that a sheet cannot be cut for.
+/// A number of bands, or an integrator, that a sheet cannot be cut for; more memory than there can be.
 pub(crate) fn bands_bytes(layout: &Layout, of: u32) -> Result<usize, Error> {
-    // Far less than the rows themselves, which have been found to fit.
-    Ok(BANDS_BYTES + size_of::<CacheLine>() * layout.band_lines(of)? + ALIGN - 1)
+    // No more than a slice can hold, so that the product is right and only the sum may be too large.
+    let lines = size_of::<CacheLine>() * layout.band_lines(of)?;
+    let bytes = lines.checked_add(BANDS_BYTES + ALIGN - 1).filter(|&bytes| bytes <= isize::MAX as usize);
+    bytes.ok_or(Error::plain(Code::TooManyNodes, "of"))
 }
 
 /// Bytes of the bands themselves, rounded up so that the numbers behind them are aligned.

@@ -97,8 +97,9 @@ pub struct Bands<'s, 'a> {
 
 // SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
 unsafe impl Send for Bands<'_, '_> {}
-// SAFETY: everything behind the pointers and cells is reached through `pass` alone. A band's own rows, scratch and report are
-// used only by the call that has set the band's bit in `claimed`; the simulation and the plan are changed only by the call
+// SAFETY: everything behind the pointers and cells is reached through `pass` alone. A band's own rows, report and the first four parts
+// of its scratch are used only by the call that has set the band's bit in `claimed`; what is kept for the gaps of a block has one
+// writer in the first pass and is used by one band in the later ones; the simulation and the plan are changed only by the call
 // that finds all bits of `arrived` set, while every bit of `claimed` still keeps the others out.
 unsafe impl Sync for Bands<'_, '_> {}
 
@@ -224,7 +225,7 @@ impl Bands<'_, '_> {
         if self.claimed.fetch_or(bit, Ordering::AcqRel) & bit != 0 {
             return Err(Error::new(Code::BandOutOfTurn, "band", f64::from(band), 0.0));
         }
-        // SAFETY: this call has claimed the band, so no other has its rows, scratch and report; the claim has acquired what
+        // SAFETY: this call has claimed the band, so no other has its rows, its own scratch and report; the claim has acquired what
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
             let plan = &*self.plan.get();
@@ -853,7 +854,8 @@ impl Plan {
     }
 
     /// Where a band's own numbers are: those of [`Scratch`] in their order; then, of each step of a block, the row above the gap below the
-    /// band, and the forces carried from below to that gap. Those of the first band are of the body's gap, and of the top.
+    /// band, and the forces carried from below to that gap. The first band has no gap below it: its row above is that of the body's gap, its
+    /// forces are those of the piece that reaches the top of the sheet.
     #[inline(never)] // As above.
     fn places(&self, band: u32) -> [*mut f64; 6] {
         let layout = &self.layout;

@@ -177,8 +177,8 @@ fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     sums[0] + sums[1] + sums[2]
 }
 
-/// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have dissipated, in units of that of a
-/// segment per J/m^3. `rates`: before and now, along x and along y. Those of a chunk of plain yarn without damage are found side by side;
+/// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have dissipated, in J/m^3 times
+/// `segment_volume`. `rates`: before and now, along x and along y. Those of a chunk of plain yarn without damage are found side by side;
 /// all are summed in one order.
 #[inline(never)] // As above.
 fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {

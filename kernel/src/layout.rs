@@ -277,7 +277,8 @@ impl Layout {
     /// Length of the memory that stepping in `of` bands takes besides, in lines of 64 bytes.
     ///
     /// # Errors
-    /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands.
+    /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands; more memory than a slice can hold, which wide
+    /// sheets may need on targets of 32 bits.
     pub fn band_lines(&self, of: u32) -> Result<usize, Error> {
         if self.implicit {
             return Err(Error::plain(Code::NotInBands, "integrator.kind"));
@@ -285,8 +286,15 @@ impl Layout {
         if !(1..=MAX_BANDS).contains(&of) {
             return Err(Error::new(Code::OutOfRange, "of", f64::from(of), f64::from(MAX_BANDS)));
         }
-        // Far less than the rows themselves, which compute() has found to fit.
-        Ok((of as usize * self.reals_of_a_band() + 6 * self.nodes_y).div_ceil(CacheLine::REALS))
+        // What compute() has found to fit bounds a band, some ten rows of the sheet, and not all bands.
+        let lines = (of as usize)
+            .checked_mul(self.reals_of_a_band())
+            .and_then(|reals| reals.checked_add(6 * self.nodes_y))
+            .map(|reals| reals.div_ceil(CacheLine::REALS))
+            .filter(|lines| {
+                lines.checked_mul(size_of::<CacheLine>()).is_some_and(|bytes| bytes <= isize::MAX as usize)
+            });
+        lines.ok_or(Error::plain(Code::TooManyNodes, "of"))
     }
 
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, its work row of viscosity, its

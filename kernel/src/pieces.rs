@@ -1,11 +1,11 @@
 //! A block of steps (`waves.rs`) in bands: what each does of it, and in which order.
 //!
-//! Method: first every band takes all steps of its rows away from the body that do not depend on rows of others: at an edge of its rows it is a
+//! Method: first every band takes all steps of its rows away from the body that do not need rows of other bands: at an edge of its rows it is a
 //! row less in each step. That is one pass. What is left are gaps that grow by a row at both ends in each step: one row wide at first between two bands,
 //! and the rows that the body may reach. They take a step a pass; the body's gap is cut into bands as a whole sheet is. A row above a
-//! gap needs the forces from below: they are found of the gap's row, which has come as far. A gap needs the displacements of the row
+//! gap needs the forces from below: they are found from the gap's row, which has come as far. A gap needs the displacements of the row
 //! above it and the forces from the row below it as they were in each step: both are kept.
-//! Limits: those of a block. Bands whose cut lies close to the body's gap share that one; a sheet of few rows has fewer bands away from
+//! Limits: those of a block. Where a cut lies close to the body's gap, that gap takes the place of the cut; a sheet of few rows has fewer bands away from
 //! the body.
 //! Reference: D. Wonnacott, Int. J. Parallel Programming 30 (2002) 181 (time skewing for parallel computers).
 

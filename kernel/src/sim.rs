@@ -361,10 +361,11 @@ impl<'a> Sim<'a> {
 
     /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: as many lines as
     /// [`Layout::band_lines`] says, content does not matter. `steps`: how many steps will be taken at least before the bands are
-    /// dropped; a sheet that is too large for the caches takes eight of these in one block. 0 if it is not known.
+    /// dropped; a sheet that is too large for the caches takes eight of these in one block of nine passes. 0 if it is not known. If
+    /// fewer are taken, dropping the bands completes the block: up to eight steps more.
     ///
     /// # Errors
-    /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch, the theta rule, a latched failure.
+    /// More bands than [`crate::layout::MAX_BANDS`] or none, too little scratch or more than there can be, the theta rule, a latched failure.
     pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32, steps: u64) -> Result<Bands<'s, 'a>, Error> {
         Bands::of(&mut self.system, scratch, of, steps)
     }

@@ -6,6 +6,7 @@
 //! body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
 //! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
 //! the same.
+//! With bands the order is another one (`pieces.rs`).
 //! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_waves`); every
 //! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
 //! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that

@@ -34,6 +34,7 @@ pub fn advance_until(
         }
         work(0);
     });
+    // A block that is begun ends before an outcome stops the threads, so dropping the bands takes no step more.
     Ok(bands.failure().map_or(Ok(bands.steps()), Err))
 }
 
