@@ -329,6 +329,12 @@ impl Layout {
         (node % nx, node / nx)
     }
 
+    /// Of the chunks with the nodes at column i of a row of the sheet, in all plies: the place of the first one, and how far the next one is behind it.
+    #[inline]
+    pub(crate) fn stacked(&self, i: usize, row: usize) -> [usize; 2] {
+        [row * self.chunks + i / CHUNK, self.y.modelled() * self.chunks]
+    }
+
     /// Number of segments modelled, those from the last node before a mirror plane to its image included.
     pub fn segments(&self) -> usize {
         self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies

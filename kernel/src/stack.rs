@@ -10,7 +10,7 @@
 //! and the body a little, and the regression is that of nodes with such springs: each pool moves by the root of a sum of straight pieces. So a column
 //! is solved for its nodes and candidates at once, and the columns follow each other as the nodes of a single sheet do (`contact.rs`). Every such
 //! step is an exact one of the common dual problem, with a body that gives way by no less than it does: the solve may stop at any time
-//! without adding energy.
+//! without adding energy. Candidates out of reach are left out; if more comes of the impulses than that allows, all are solved again from the start.
 //! Friction (`friction.rs`): behind each solve of a column the tangential impulses of its candidates follow, their nodes with their own mass, which gives
 //! way by no less than the pool's. Impulses that would add energy are all scaled back.
 //! Limits: candidates that share a column are soft by a millionth of a node's give, so that they share an impulse in one way only. Nodes face nodes along z. The moment of an impulse between nodes that are displaced along the sheet is not kept: it is that
@@ -47,6 +47,9 @@ const ROUGH: f64 = 1e-7;
 /// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
 const PATIENCE: u32 = 4;
 const GROWTH: f64 = 1.1;
+/// A candidate whose gap grows by more than so many times the fastest approach, of a candidate or of two nodes of a column, is left out, unless
+/// more comes of it.
+const OUT_OF_REACH: f64 = 2.0;
 /// No candidate.
 const NONE: u32 = u32::MAX;
 
@@ -56,7 +59,7 @@ const SPEED: usize = 0;
 /// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
 const ROOM: usize = 1;
 /// Of a candidate: the velocity along z at which the projectile's impulse on it ends; after: that impulse along z, in masses of a node and
-/// spacings a pass.
+/// spacings a pass. Of another node: its velocity before.
 const RELEASE: usize = 2;
 /// Of a candidate: n_z^2 over what it gives way besides, over that of a node; with the sign of n_z. 0 of another node.
 const GRIP: usize = 3;
@@ -64,7 +67,8 @@ const GRIP: usize = 3;
 const OFFSET: usize = 4;
 /// Its mass.
 const MASS: usize = 5;
-// From place 6 on: the numbers of the n-th pool.
+// From place 6 on: the numbers of the n-th pool, among them its velocity.
+const MEAN: usize = 8;
 
 // What the plies do to a candidate.
 /// Velocity along z that impulses give its node, m/s.
@@ -76,7 +80,8 @@ const STALE: usize = 2;
 const FREE: usize = 3;
 /// In the same place, once its column is solved: its normal impulse before that, N s.
 const LAST: usize = 3;
-// Place 4: softness of the contact, 1/kg.
+/// Softness of the contact, 1/kg; 0 if no other candidate shares the column.
+const SOFT: usize = 4;
 // Place 5: 1/m of its node, 1/kg.
 
 /// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
@@ -182,11 +187,11 @@ fn project(column: &mut [[f64; COLUMN_REALS]]) {
         node[OFFSET] = offset;
         let mut pool = Pool::of(node);
         while pools > first {
-            let Some(below) = column.get(pools - 1).map(Pool::read) else { return };
-            if below.mean <= pool.mean {
+            let Some(below) = column.get(pools - 1) else { return };
+            if below[MEAN] <= pool.mean {
                 break;
             }
-            pool = below.with(&pool);
+            pool = Pool::read(below).with(&pool);
             if !pool.is_settled() {
                 let start = (k + 1).saturating_sub(pool.nodes as usize);
                 pool = pool.settled(column.get(start..=k).unwrap_or(&[]));
@@ -199,7 +204,8 @@ fn project(column: &mut [[f64; COLUMN_REALS]]) {
     }
     let mut start = 0;
     for pool in 0..pools {
-        let Some(pool) = column.get(pool).map(Pool::read) else { return };
+        let Some(place) = column.get(pool) else { return };
+        let pool = Pool::read(place);
         let end = start + pool.nodes as usize;
         let Some(nodes) = column.get_mut(start..end) else { return };
         move_together(nodes, &pool);
@@ -240,23 +246,19 @@ fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
     }
 }
 
-/// Displacement and velocity along z of node i of a row, and its displacements along the sheet.
-fn motion(row: &[Chunk<HOT_PLANES>], i: usize) -> [f64; 4] {
-    let lane = i % CHUNK;
-    row.get(i / CHUNK).map_or([0.0; 4], |chunk| [chunk[0][lane], chunk[1][lane], chunk[2][lane], chunk[5][lane]])
-}
-
 /// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing ones are through each
 /// other at the pass's start, spacings; 0 if none is.
 fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
-    let (rows, chunks, gap) = (system.layout.y.modelled(), system.layout.chunks, system.model.gap);
+    let (lane, gap) = (i % CHUNK, system.model.gap);
     let rise = system.directions.front.vertical.rest.spacing;
     let shares = [1.0, system.model.back_share];
+    let [mut at, next] = system.layout.stacked(i, row);
     let System { directions, blocks: Blocks { hot, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
     for (ply, place) in column.iter_mut().enumerate() {
-        let here = motion(planes::row(hot, chunks, ply * rows + row), i);
-        let [x, y, z, v] = here;
+        let Some(chunk) = hot.get(at) else { break };
+        at += next;
+        let [x, y, z, v] = [chunk[0][lane], chunk[1][lane], chunk[2][lane], chunk[5][lane]];
         let room = match below {
             Some([x_below, y_below, z_below, v_below])
                 if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>
@@ -267,9 +269,9 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
             }
             _ => f64::INFINITY,
         };
-        (place[SPEED], place[ROOM], place[GRIP]) = (v, room, 0.0);
+        (place[SPEED], place[ROOM], place[RELEASE], place[GRIP]) = (v, room, v, 0.0);
         place[MASS] = shares[usize::from(directions.is_back(ply))];
-        below = Some(here);
+        below = Some([x, y, z, v]);
     }
     deepest
 }
@@ -351,14 +353,17 @@ impl Job for Pressed<'_> {
     #[inline(always)]
     fn run<L: Lane>(self) -> Option<usize> {
         let (gap, zero) = (L::splat(self.gap), L::splat(0.0));
-        for (c, (below, above)) in self.below.iter().zip(self.above).enumerate().skip(self.from) {
-            // One test for all of the chunk.
-            let mut least = zero;
-            for g in 0..CHUNK / L::WIDTH {
-                let at = |chunk: &Chunk<HOT_PLANES>, plane: usize| L::load(&L::groups(&chunk[plane])[g]);
-                let end = at(above, 2).sub(at(below, 2)).add(gap);
-                least = end.max(at(above, 5).sub(at(below, 5))).min(least);
+        let [below, above] = [self.below, self.above].map(|row| row.get(self.from..).unwrap_or(&[]));
+        for (c, (below, above)) in (self.from..).zip(below.iter().zip(above)) {
+            let at = |chunk: &Chunk<HOT_PLANES>, plane: usize, g: usize| L::load(&L::groups(&chunk[plane])[g]);
+            let end = |g: usize| at(above, 2, g).sub(at(below, 2, g)).add(gap);
+            // One test for all of the chunk, and velocities are looked at only where it finds something.
+            let lowest = (0..CHUNK / L::WIDTH).fold(zero, |lowest, g| end(g).min(lowest));
+            if !zero.any_above(lowest) {
+                continue;
             }
+            let least = (0..CHUNK / L::WIDTH)
+                .fold(zero, |least, g| end(g).max(at(above, 5, g).sub(at(below, 5, g))).min(least));
             if zero.any_above(least) {
                 return Some(c);
             }
@@ -404,18 +409,15 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
 /// The impulses of the first `count` candidates of a stack: [`crate::contact::solve_first`] together with the columns.
 #[inline(never)] // It must not add to the stack of a single sheet's solve.
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
-    link(system, count);
-    let mut joint = Joint::of(system, count);
-    let (mut most, mut converged) = (MAX_SWEEPS, false);
-    while joint.sweeps < most && !converged {
-        converged = true;
-        for c in 0..count {
-            converged &= joint.visit(c);
-        }
-        joint.sweeps += 1;
-        if joint.supported {
-            most = MAX_SWEEPS_ON_SUPPORTS;
-        }
+    let mut joint = Joint::at(system);
+    let reach = joint.begin(count);
+    joint.take_up(count, reach);
+    let mut converged = joint.settle(count);
+    if joint.moved() > 0.9 * reach {
+        // Once more from the start, with all of them.
+        joint.begin(count);
+        joint.take_up(count, f64::INFINITY);
+        converged = joint.settle(count);
     }
     let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate };
@@ -459,6 +461,10 @@ struct Joint<'s, 'a> {
     turns: bool,
     /// Masses of the nodes of a column.
     mass: f64,
+    /// Longest arm of a candidate, m.
+    arm: f64,
+    /// The most by which a node without a candidate that is taken up is moved along z, m/s.
+    widest: f64,
     /// Whether a fixed node has taken an impulse.
     supported: bool,
     /// Sweeps done.
@@ -476,35 +482,63 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        Joint { system, inertia, give, tolerance: 0.0, turns, mass, supported: false, sweeps: 0, velocity, rate }
+        let [tolerance, arm, widest] = [0.0; 3];
+        Joint {
+            system,
+            inertia,
+            give,
+            tolerance,
+            turns,
+            mass,
+            arm,
+            widest,
+            supported: false,
+            sweeps: 0,
+            velocity,
+            rate,
+        }
     }
 
-    /// Before any impulse.
-    fn of(system: &'s mut System<'a>, count: usize) -> Joint<'s, 'a> {
-        let mut joint = Joint::at(system);
-        let (mut fastest, mut farthest) = (0.0, 0.0);
+    /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
+    fn begin(&mut self, count: usize) -> f64 {
+        let body = &self.system.state.body;
+        (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
+        let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
         for c in 0..count {
-            let [rate, arm] = joint.start(c);
-            (fastest, farthest) = (math::max(rate, fastest), math::max(arm, farthest));
+            let [speed, arm, rate] = self.start(c);
+            (fastest, farthest) = (math::max(speed, fastest), math::max(arm, farthest));
+            closing = math::max(-rate, closing);
         }
         // The speeds that a gap rate is the difference of.
         let length = |v: &Vector| math::length([v.x, v.y, v.z]);
-        let moving = length(&joint.velocity) + math::sqrt(farthest) * length(&joint.rate);
+        let moving = length(&self.velocity) + math::sqrt(farthest) * length(&self.rate);
         let [relative, rounding] = SETTLED;
-        joint.tolerance = math::max(relative * fastest, rounding * moving);
-        joint
+        self.tolerance = math::max(relative * fastest, rounding * moving);
+        link(self.system, count);
+        (self.arm, self.widest) = (math::sqrt(farthest), 0.0);
+        for c in 0..count {
+            if self.leads(c) && !self.candidate(c).is_fixed() {
+                self.widest = math::max(self.spread(c), self.widest);
+            }
+        }
+        OUT_OF_REACH * (closing + self.widest)
     }
 
-    /// Begins with a candidate without impulse. Returns its gap rate or slip, whichever is faster, m/s, and the square of its longest arm, m^2.
-    fn start(&mut self, c: usize) -> [f64; 2] {
+    /// Begins with a candidate without impulse. Returns its gap rate or slip, whichever is faster, m/s, the square of its longest arm, m^2, and
+    /// its gap rate, m/s.
+    fn start(&mut self, c: usize) -> [f64; 3] {
         if let Some([.., impulse]) = self.system.blocks.candidates.get_mut(c) {
             *impulse = 0.0;
         }
         let candidate = self.candidate(c);
-        let own = self.give / self.share(c);
-        let (mut fastest, mut farthest) = (math::abs(self.body_rate(&candidate)), candidate.arm.dot(&candidate.arm));
+        let rate = self.body_rate(&candidate);
+        let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
+        if let Some(touch) = self.system.blocks.touches.get_mut(c) {
+            touch[FREE] = rate;
+        }
         if let Some(mut t) = self.tangential(c) {
-            t.begin(&self.inertia, if candidate.is_fixed() { 0.0 } else { own }, Symmetry::default(), 1.0);
+            let own = if candidate.is_fixed() { 0.0 } else { self.own_give(c) };
+            t.begin(&self.inertia, own, Symmetry::default(), 1.0);
             for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
                 fastest = math::max(math::abs(slip), fastest);
                 farthest = math::max(arm.dot(&arm), farthest);
@@ -514,24 +548,86 @@ impl<'s, 'a> Joint<'s, 'a> {
                 *pace = [1.0, 0.0, 0.0];
             }
         }
-        if self.leads(c) {
-            let (mut members, mut next) = (0.0, Some(c));
+        [fastest, farthest, rate]
+    }
+
+    /// By how much the velocities along z differ in the column of a candidate, m/s: no node of it is moved by more before the body pushes one.
+    fn spread(&self, c: usize) -> f64 {
+        let (i, row) = place(self.system, c);
+        let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
+        let [at, next] = self.system.layout.stacked(i, row);
+        for ply in 0..self.system.layout.plies {
+            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
+            (low, high) = (math::min(speed, low), math::max(speed, high));
+        }
+        (high - low) * self.system.model.unit_speed
+    }
+
+    /// Takes up the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
+    /// to them; but the first one of a column leads it as before.
+    fn take_up(&mut self, count: usize, reach: f64) {
+        for c in 0..count {
+            if !self.leads(c) {
+                continue;
+            }
+            let first = self.candidate(c);
+            let (mut members, mut last, mut near, mut next) = (0.0, c, false, Some(c));
             while let Some(k) = next {
-                members += 1.0;
                 next = self.behind(k);
+                members += 1.0;
+                if self.touch(k)[FREE] > reach {
+                    continue;
+                }
+                near = true;
+                if k != last {
+                    self.set_behind(last, k as u32);
+                    last = k;
+                }
+            }
+            self.set_behind(last, NONE);
+            if !near {
+                self.lead_no_more(c);
+                continue;
             }
             next = Some(c);
             while let Some(k) = next {
-                let own = self.give / self.share(k);
-                let give = self.give_besides(&self.candidate(k), own, &candidate, members);
+                let own = self.own_give(k);
+                let give = self.give_besides(&self.candidate(k), own, &first, members);
                 if let Some(touch) = self.system.blocks.touches.get_mut(k) {
-                    let soft = if members > 1.0 && !candidate.is_fixed() { EVEN * own } else { 0.0 };
+                    let soft = if members > 1.0 && !first.is_fixed() { EVEN * own } else { 0.0 };
                     *touch = [0.0, give, 1.0, 0.0, soft, own];
                 }
                 next = self.behind(k);
             }
         }
-        [fastest, farthest]
+    }
+
+    /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
+    fn settle(&mut self, count: usize) -> bool {
+        let (mut most, mut converged) = (MAX_SWEEPS, false);
+        while self.sweeps < most && !converged {
+            converged = true;
+            for c in 0..count {
+                converged &= self.visit(c);
+            }
+            self.sweeps += 1;
+            if self.supported {
+                most = MAX_SWEEPS_ON_SUPPORTS;
+            }
+        }
+        converged
+    }
+
+    /// At the most by how much the gap rate of a candidate that was left out has changed, m/s.
+    fn moved(&self) -> f64 {
+        let body = &self.system.state.body;
+        let length = |v: Vector| math::length([v.x, v.y, v.z]);
+        length(self.velocity - body.velocity) + self.arm * length(self.rate - body.angular_velocity) + self.widest
+    }
+
+    /// What a candidate's node gives way by itself, 1/kg.
+    fn own_give(&self, c: usize) -> f64 {
+        self.give / self.share(c)
     }
 
     /// Mass of a candidate's node over that of one of the front fabric.
@@ -596,6 +692,19 @@ impl<'s, 'a> Joint<'s, 'a> {
         self.system.blocks.links.get(c).map(|link| link[0]).filter(|&next| next != NONE).map(|next| next as usize)
     }
 
+    fn set_behind(&mut self, c: usize, next: u32) {
+        if let Some([behind, _]) = self.system.blocks.links.get_mut(c) {
+            *behind = next;
+        }
+    }
+
+    /// Takes the lead from a candidate: its column is not solved.
+    fn lead_no_more(&mut self, c: usize) {
+        if let Some([_, ply_and_leads]) = self.system.blocks.links.get_mut(c) {
+            *ply_and_leads &= !1;
+        }
+    }
+
     fn touch(&self, c: usize) -> [f64; TOUCH_REALS] {
         self.system.blocks.touches.get(c).copied().unwrap_or([0.0; TOUCH_REALS])
     }
@@ -654,7 +763,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             return false;
         }
         let moved = self.rub(c);
-        let [harmless, still] = if friction && self.behind(c).is_some() {
+        let shared = self.touch(c)[SOFT] > 0.0;
+        let [harmless, still] = if friction && shared {
             [ROUGH * unit_speed; 2]
         } else {
             // What candidates of one column pass on between them moves nothing.
@@ -718,13 +828,18 @@ impl<'s, 'a> Joint<'s, 'a> {
             let free = node[SPEED];
             touch[FREE] = free;
             node[GRIP] = up * math::abs(up) * self.give / give;
-            node[RELEASE] = free + (give * candidate.impulse - rate) / (up * unit_speed);
+            if up != 0.0 {
+                node[RELEASE] = free + (give * candidate.impulse - rate) / (up * unit_speed);
+            }
             if let Some(t) = &rubbing {
                 node[SPEED] += t.push(t.impulse).z / (unit_impulse * node[MASS]);
             }
             next = self.behind(c);
         }
         project(self.system.blocks.column);
+        for node in self.system.blocks.column.iter().filter(|node| node[GRIP] == 0.0) {
+            self.widest = math::max(math::abs(node[SPEED] - node[RELEASE]) * unit_speed, self.widest);
+        }
         // All answer to the body as it is now.
         let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
         next = Some(leader);
@@ -777,10 +892,10 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         project(self.system.blocks.column);
         let Blocks { hot, column, .. } = &self.system.blocks;
-        let (rows, chunks) = (self.system.layout.y.modelled(), self.system.layout.chunks);
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
+        let [at, next] = self.system.layout.stacked(i, row);
         for (ply, node) in column.iter().enumerate() {
-            let [.., free] = motion(planes::row(hot, chunks, ply * rows + row), i);
+            let free = hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
             let change = node[SPEED] - free;
             if node[ROOM] != f64::INFINITY {
                 work += from_below * node[ROOM];
@@ -872,6 +987,8 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
     if inertia.inverse_mass > 0.0 {
         change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
     }
+    // Of all candidates' columns.
+    link(system, count);
     let (mut joint, mut between, mut lifted) = (Joint::at(system), 0.0, 0.0);
     for c in 0..count {
         let (candidate, Some(t)) = (joint.candidate(c), joint.tangential(c)) else { break };

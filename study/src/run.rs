@@ -286,7 +286,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         let mut first = 0;
         for plies in summary.plies.chunk_by(|one, next| one.fabric == next.fabric) {
             let next = first + plies.len();
-            row(&format!("  fabric of plies {first} to {}", next - 1), plies[0].fabric.clone());
+            row(&format!("  fabric of plies {} to {next}", first + 1), plies[0].fabric.clone());
             first = next;
         }
     }

@@ -141,6 +141,48 @@ fn plies_on_each_other_move_as_the_lumped_sheet() {
 }
 
 /// Motion of a stack of free plies without a projectile: so many spacings apart, with these velocities along z, m/s.
+/// A ring of nodes that closes in on a light sphere from a little below its equator squeezes it out upwards, faster than the nodes move. So it meets
+/// in the same step a node above it that nothing seemed to reach.
+#[test]
+fn a_sphere_that_is_squeezed_out_meets_what_was_out_of_its_reach() {
+    let mut scene = small_sheet(10, 0.0);
+    let (h, closing, dt, ring) = (scene.sheet.spacing, 10.0, 1e-8, 16);
+    let (radius, sine) = (1.05 * h, 0.2_f64);
+    let body = &mut scene.projectile;
+    (body.radius, body.mass) = (radius, scene.sheet.node_mass);
+    let centre = -1.5 * radius;
+    (body.position, body.velocity) = ([0.0, 0.0, centre], [0.0; 3]);
+    scene.time_step = TimeStep::seconds(dt);
+    let scene = stacked(scene, 2, 0.0);
+    let mut buffers = Buffers::of(&scene);
+    let mut sim = buffers.sim(&scene);
+    // Both plies are torn to pieces, so that nothing but contact moves their nodes. The middle ones are put about the sphere.
+    sim.set_largest_stretch(&vec![10.0; sim.layout().segments()]).unwrap();
+    let mut x = positions(&sim);
+    let mut v = vec![[0.0; 3]; x.len()];
+    let mut middle: Vec<usize> = (0..100).collect();
+    middle.sort_by(|&a, &b| x[a][0].hypot(x[a][1]).total_cmp(&x[b][0].hypot(x[b][1])));
+    let above = middle[ring];
+    for ply in [0, 100] {
+        for (k, node) in middle[..ring].iter().enumerate() {
+            let angle = std::f64::consts::TAU * k as f64 / ring as f64;
+            let cosine = (1.0 - sine * sine).sqrt();
+            let normal = [cosine * angle.cos(), cosine * angle.sin(), -sine];
+            let away = normal.map(|n| 1.000_001 * radius * n);
+            x[ply + node] = [away[0], away[1], centre + away[2]];
+            v[ply + node] = normal.map(|n| -closing * n);
+        }
+        x[ply + above] = [0.0, 0.0, centre + radius + 2.2 * closing * dt];
+    }
+    sim.set_motion(x.as_flattened(), v.as_flattened()).unwrap();
+    sim.step().unwrap();
+    let body = sim.projectile().unwrap();
+    let depth = |x: &[f64; 3]| radius - length(sub(*x, body.position));
+    let deepest = positions(&sim).iter().map(depth).fold(-h, f64::max);
+    assert!(deepest < 1e-9 * h, "{deepest}");
+    assert!(velocities(&sim)[above][2] > 0.0 && body.velocity[2] > 2.2 * closing, "{:?}", body.velocity);
+}
+
 fn free_plies(plies: u32, gap: f64) -> Scene {
     let mut scene = stacked(without_projectile(small_sheet(9, 0.0)), plies, gap);
     scene.attachment.kind = AttachmentKind::Free;
