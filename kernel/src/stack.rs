@@ -247,14 +247,15 @@ fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
 }
 
 /// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing ones are through each
-/// other at the pass's start, spacings; 0 if none is.
-fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
+/// other at the pass's start, spacings, 0 if none is; and whether any press on each other before the projectile does.
+fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
     let (lane, gap) = (i % CHUNK, system.model.gap);
     let rise = system.directions.front.vertical.rest.spacing;
     let shares = [1.0, system.model.back_share];
     let [mut at, next] = system.layout.stacked(i, row);
     let System { directions, blocks: Blocks { hot, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
+    let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
     for (ply, place) in column.iter_mut().enumerate() {
         let Some(chunk) = hot.get(at) else { break };
         at += next;
@@ -269,11 +270,16 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> f64 {
             }
             _ => f64::INFINITY,
         };
+        (offset, speed_below) =
+            if room == f64::INFINITY { (0.0, -f64::INFINITY) } else { (offset + room, speed_below) };
+        let speed = v + offset;
+        presses |= speed_below > speed;
+        speed_below = speed;
         (place[SPEED], place[ROOM], place[RELEASE], place[GRIP]) = (v, room, v, 0.0);
         place[MASS] = shares[usize::from(directions.is_back(ply))];
         below = Some([x, y, z, v]);
     }
-    deepest
+    (deepest, presses)
 }
 
 /// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
@@ -375,8 +381,12 @@ impl Job for Pressed<'_> {
 /// Parts one column of free nodes.
 fn part_column(system: &mut System<'_>, i: usize, row: usize) {
     let (rows, chunks, layout) = (system.layout.y.modelled(), system.layout.chunks, system.layout);
-    let deepest = load(system, i, row) * system.scene.sheet.spacing;
-    system.state.sums.ply_penetration = math::max(deepest, system.state.sums.ply_penetration);
+    let (deepest, presses) = load(system, i, row);
+    let sums = &mut system.state.sums;
+    sums.ply_penetration = math::max(deepest * system.scene.sheet.spacing, sums.ply_penetration);
+    if !presses {
+        return;
+    }
     project(system.blocks.column);
     let (mut lost, mut viscous) = (0.0, 0.0);
     for ply in 0..layout.plies {
@@ -749,13 +759,14 @@ impl<'s, 'a> Joint<'s, 'a> {
         if !self.leads(c) {
             return true;
         }
-        let error = self.error(c);
+        let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.friction);
+        let much = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
+        let error = self.error(c, much);
         if self.touch(c)[STALE] == 0.0 && error <= self.tolerance {
             return true;
         }
         let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
-        let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.friction);
-        if !friction && error > HARMLESS * unit_speed {
+        if error > much {
             // Not settled, whatever has moved.
             if let Some(touch) = self.system.blocks.touches.get_mut(c) {
                 touch[STALE] = 0.0;
@@ -773,13 +784,17 @@ impl<'s, 'a> Joint<'s, 'a> {
         error <= harmless && math::max(lifted, moved) <= still
     }
 
-    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s.
-    fn error(&self, leader: usize) -> f64 {
+    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes behind more than `enough` is not
+    /// looked at.
+    fn error(&self, leader: usize, enough: f64) -> f64 {
         let (mut error, mut next) = (0.0, Some(leader));
         while let Some(c) = next {
             let (candidate, rubbing, [lift, .., soft, own]) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]) + candidate.normal.z * lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
+            if error > enough {
+                break;
+            }
             if let Some(t) = &rubbing
                 && t.effective_mass > 0.0
             {

@@ -69,6 +69,7 @@ enum Group {
     Sweep(u32),
     Run(u32),
     Dense(u32),
+    Plies(u32),
     Peers(u32),
     Rest(u32),
     Contact(u32),
@@ -89,6 +90,7 @@ impl Group {
             Group::Sweep(size) => format!("sweep {size}"),
             Group::Run(size) => format!("run {size}"),
             Group::Dense(size) => format!("dense {size}"),
+            Group::Plies(size) => format!("plies {size}"),
             Group::Peers(size) => format!("peers {size}"),
             Group::Rest(size) => format!("rest {size}"),
             Group::Contact(size) => format!("contact {size}"),
@@ -124,7 +126,7 @@ fn groups(options: &Options) -> Vec<Group> {
     };
     let mut groups = vec![Group::Ports];
     groups.extend(sizes.iter().flat_map(|&size| [Group::Sweep(size), Group::Run(size)]));
-    groups.push(Group::Dense(105));
+    groups.extend([Group::Dense(105), Group::Plies(105)]);
     if options.smoke {
         groups.extend([Group::Peers(35), Group::Rest(35), Group::Contact(105), Group::Ledger(105), Group::Memory]);
         groups.push(Group::Fmu);
@@ -247,6 +249,9 @@ fn measure(
         Group::Run(size) => report.rows.extend(sheets::measure(&sheets::whole_run(size), ways, effort, progress)?),
         Group::Dense(size) => {
             report.rows.extend(sheets::measure(&sheets::dense(size), ways, effort, progress)?);
+        }
+        Group::Plies(size) => {
+            report.rows.extend(sheets::measure(&sheets::plies(size), ways, effort, progress)?);
         }
         Group::Peers(size) => peers::measure(size, options.smoke, effort, progress, report)?,
         Group::Rest(size) => parts::rest(size, effort, progress, report)?,
