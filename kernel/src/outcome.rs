@@ -12,7 +12,7 @@ use crate::blocks::Blocks;
 use crate::math;
 use crate::model::start_motion;
 use crate::path;
-use crate::planes::{self, Axis};
+use crate::planes::{self, Axis, Chunk, HOT_PLANES};
 use crate::pose::Vector;
 use crate::scene::{AttachmentKind, Drive};
 use crate::system::System;
@@ -80,6 +80,7 @@ impl Flight {
 }
 
 /// A box about nodes, m, and the range of their velocities, m/s.
+#[derive(Clone, Copy)]
 struct Region {
     low: [f64; 3],
     high: [f64; 3],
@@ -254,7 +255,11 @@ fn flight(system: &System<'_>) -> Flight {
 /// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
 /// way are allowed if they have next to nothing to exchange with it.
 fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
-    let (pieces, flight) = (pieces(system), flight(system));
+    let flight = flight(system);
+    if whole_yarn_is_in_the_way(system, &flight) {
+        return false;
+    }
+    let pieces = pieces(system);
     if !held_is_clear(system, &pieces, &flight) {
         return false;
     }
@@ -268,23 +273,84 @@ fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
     beside_debris && exchange(system, &pieces, &flight, &loose) <= 4.0 * settling(system.state.sums.work)
 }
 
-/// Whether what is held lies behind the body and stays there, or the body leaves the box about it for good.
-fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool {
-    let (mut held, mut behind, mut none) = (Region::EMPTY, true, true);
-    for (i, j) in system.nodes() {
-        if !pieces.hold(piece(system, pieces, i, j)) {
-            continue;
-        }
-        let (x, v) = (system.position(i, j), system.velocity(i, j));
-        none = false;
-        held.include(&x);
+/// What of the sheet is held, as far as it has been looked at.
+struct Held {
+    /// The box about it.
+    region: Region,
+    /// Whether all of it lies behind the body and stays there.
+    behind: bool,
+    /// Whether nothing has been looked at.
+    none: bool,
+}
+
+impl Held {
+    const NOTHING: Held = Held { region: Region::EMPTY, behind: true, none: true };
+
+    fn include(&mut self, system: &System<'_>, flight: &Flight, i: usize, j: usize) {
+        let x = system.position(i, j);
+        self.none = false;
+        self.region.include(&x);
         if system.scene.attachment.kind == AttachmentKind::Free {
-            held.include_velocity(&v);
+            self.region.include_velocity(&system.velocity(i, j));
         }
-        behind = behind && !flight.has_ahead(&x) && flight.misses(&x, &v);
+        self.behind = self.behind && !flight.has_ahead(&x) && flight.misses(&x, &system.velocity(i, j));
     }
-    complete(system, &mut held);
-    none || behind || flight.leaves(&held)
+
+    /// Whether it lies behind the body and stays there, or the body leaves the box about it for good. What is not clear stays so,
+    /// whatever is included.
+    fn is_clear(&self, system: &System<'_>, flight: &Flight) -> bool {
+        if self.none || self.behind {
+            return true;
+        }
+        let mut region = self.region;
+        complete(system, &mut region);
+        flight.leaves(&region)
+    }
+}
+
+/// Whether all that is held is clear of the body.
+fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool {
+    let mut held = Held::NOTHING;
+    rows_from(system, flight).all(|j| {
+        for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(piece(system, pieces, i, j))) {
+            held.include(system, flight, i, j);
+        }
+        held.is_clear(system, flight)
+    })
+}
+
+/// Whether yarn along x near the body that is whole from a fixed node on, and so is held, is not clear of it: the usual case
+/// while the body is in the sheet, found without joining nodes.
+fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
+    let mut held = Held::NOTHING;
+    let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
+    rows_from(system, flight).take_while(near).any(|j| {
+        let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
+        let [_, left_end, right, right_end] = system.blocks.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
+        let mut whole = left_end;
+        while left_end > 0 && whole < system.layout.nodes_x && live(whole - 1) {
+            held.include(system, flight, whole, j);
+            whole += 1;
+        }
+        for i in (whole..right).rev().take_while(|&i| right < right_end && live(i)) {
+            held.include(system, flight, i, j);
+        }
+        !held.is_clear(system, flight)
+    })
+}
+
+/// All rows, those at rest nearest to the body first: what is in its way is most likely there.
+fn rows_from(system: &System<'_>, flight: &Flight) -> impl Iterator<Item = usize> + use<> {
+    let rows = system.layout.nodes_y;
+    let by_distance = |a: &usize, b: &usize| distance(system, flight, *a).total_cmp(&distance(system, flight, *b));
+    let nearest = (0..rows).min_by(by_distance).unwrap_or(0);
+    let both = (0..rows).flat_map(move |d| [nearest.checked_sub(d + 1), nearest.checked_add(d)]);
+    both.flatten().filter(move |&j| j < rows)
+}
+
+/// How far a row at rest is from the body's centre along y, m.
+fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
+    math::abs(system.rest(0, j)[1] - flight.position[1])
 }
 
 /// Looks for loose pieces in the body's way and flags them.
@@ -400,19 +466,7 @@ fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
     let Blocks { hot, labels, runs, .. } = &mut system.blocks;
     let mut sets = Components::new(labels);
-    for j in 0..ny {
-        let row = planes::row(hot, chunks, j);
-        let live = |axis: usize, i: usize| planes::get(row, 6 + axis, i).is_some_and(|stiffness| stiffness > 0.0);
-        for i in 0..nx {
-            let k = j * nx + i;
-            if i + 1 < nx && live(0, i) {
-                sets.join(k, k + 1);
-            }
-            if j + 1 < ny && live(1, i) {
-                sets.join(k, k + nx);
-            }
-        }
-    }
+    join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     // All fixed nodes into one component.
     let mut support = None;
     for (j, run) in runs.iter().enumerate() {
@@ -426,6 +480,32 @@ fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     }
     sets.flatten();
     support.map(|k| sets.find(k))
+}
+
+/// Joins the ends of every live segment of so many nodes.
+fn join_live_segments(sets: &mut Components<'_>, hot: &[Chunk<HOT_PLANES>], chunks: usize, [nx, ny]: [usize; 2]) {
+    let live = |row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize| {
+        planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+    };
+    let mut below: &[Chunk<HOT_PLANES>] = &[];
+    for j in 0..ny {
+        let row = planes::row(hot, chunks, j);
+        let mut from_below = false;
+        for i in 0..nx {
+            let k = j * nx + i;
+            let from_left = i > 0 && live(row, Axis::Horizontal, i - 1);
+            if from_left {
+                sets.join(k - 1, k);
+            }
+            // Most often the other three sides of the cell have joined the two ends already.
+            let joined = from_below && from_left && live(below, Axis::Horizontal, i - 1);
+            from_below = live(below, Axis::Vertical, i);
+            if from_below && !joined {
+                sets.join(k - nx, k);
+            }
+        }
+        below = row;
+    }
 }
 
 /// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
@@ -507,6 +587,8 @@ impl<'a> Components<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::planes::CHUNK;
+    use crate::random::splitmix64;
 
     #[test]
     fn components_join() {
@@ -517,5 +599,39 @@ mod tests {
         assert_eq!(sets.find(5), sets.find(1));
         assert_ne!(sets.find(0), sets.find(1));
         assert_eq!(sets.find(3), 3);
+    }
+
+    #[test]
+    fn live_segments_join_their_ends_whatever_has_failed() {
+        let ([nx, ny], chunks) = ([19, 17], 3);
+        for case in 0..200 {
+            // Nearly whole, in pieces, dust.
+            let threshold = [u64::MAX / 50, u64::MAX / 2, u64::MAX / 4 * 3][case % 3];
+            let draw = |k: usize| splitmix64((case * 10_000 + k) as u64) > threshold;
+            let mut hot = std::vec![[[0.0; CHUNK]; HOT_PLANES]; chunks * ny];
+            for k in 0..nx * ny {
+                let (i, j) = (k % nx, k / nx);
+                let chunk = &mut hot[j * chunks + i / CHUNK];
+                chunk[6][i % CHUNK] = f64::from(draw(2 * k));
+                chunk[7][i % CHUNK] = f64::from(draw(2 * k + 1));
+            }
+            let mut plainly = std::vec![0; nx * ny];
+            let mut sets = Components::new(&mut plainly);
+            for k in 0..nx * ny {
+                let (i, j) = (k % nx, k / nx);
+                if i + 1 < nx && draw(2 * k) {
+                    sets.join(k, k + 1);
+                }
+                if j + 1 < ny && draw(2 * k + 1) {
+                    sets.join(k, k + nx);
+                }
+            }
+            sets.flatten();
+            let mut labels = std::vec![0; nx * ny];
+            let mut sets = Components::new(&mut labels);
+            join_live_segments(&mut sets, &hot, chunks, [nx, ny]);
+            sets.flatten();
+            assert_eq!(labels, plainly, "case {case}");
+        }
     }
 }
