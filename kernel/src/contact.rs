@@ -231,7 +231,7 @@ pub(crate) struct Neighbourhood<'s> {
 
 /// The nodes of a chunk as the body sees them.
 struct Offsets {
-    /// From the body's centre, m.
+    /// From the body's centre, m; of nodes beyond the box or the ball they may be others.
     r: [[f64; CHUNK]; 3],
     /// How far beyond the box and the ball, not above 0 inside.
     beyond: [f64; CHUNK],
@@ -309,10 +309,16 @@ impl Job for Near<'_> {
             for g in 0..CHUNK / L::WIDTH {
                 let from_centre =
                     |place: L, u: &[f64; CHUNK], k: usize| place.add(L::load(&L::groups(u)[g])).mul(h).sub(centre[k]);
-                let rx = from_centre(L::load(&L::groups(columns)[g]).add(L::splat(column)), x, 0);
-                let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(L::splat(z0), z, 2));
                 let beyond_axis = |r: L, k: usize| r.max(zero.sub(r)).sub(half[k]);
-                let beyond_box = beyond_axis(rx, 0).max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
+                let rx = from_centre(L::load(&L::groups(columns)[g]).add(L::splat(column)), x, 0);
+                let beyond_x = beyond_axis(rx, 0);
+                if !zero.sub(beyond_x).any_not_below(zero) {
+                    // Most of a row lies to one side, and nothing more is asked of nodes beyond the box.
+                    beyond_x.store(&mut L::groups_mut(out)[g]);
+                    continue;
+                }
+                let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(L::splat(z0), z, 2));
+                let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
                 let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
                 let beyond = beyond_box.max(beyond_ball);
                 rx.store(&mut L::groups_mut(out_x)[g]);
@@ -1149,7 +1155,8 @@ mod tests {
                     assert_eq!(found, expected, "{set:?}");
                     let Some(c) = found else { continue };
                     assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));
-                    for (i, k) in (0..CHUNK).flat_map(|i| [(i, 0), (i, 1), (i, 2)]) {
+                    let near = (0..CHUNK).filter(|&i| offsets.beyond[i] <= 0.0);
+                    for (i, k) in near.flat_map(|i| [(i, 0), (i, 1), (i, 2)]) {
                         let rest = [first[0] + (c * CHUNK + i) as f64, first[1], first[2]];
                         assert_eq!(offsets.r[k][i], (rest[k] + row[c][k][i]) * h - body.position[k], "{set:?}");
                     }

@@ -14,11 +14,11 @@
 use crate::direction::Along;
 use crate::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::lanes::{self, InstructionSet, Job, Lane};
-use crate::math;
 use crate::planes::{
     self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES,
     STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
+use crate::ranges;
 use crate::rate::Rates;
 use crate::toe::{NO_TOE, Toe};
 use crate::yarn::{self, DamageLaw, LOST};
@@ -497,7 +497,7 @@ fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L
 fn least<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| math::min(b, a))
+    ranges::least(group.as_mut())
 }
 
 /// Greatest number of a lane group, or 0.
@@ -505,7 +505,7 @@ fn least<L: Lane>(lanes: L) -> f64 {
 pub(crate) fn greatest<L: Lane>(lanes: L) -> f64 {
     let mut group = L::ZEROS;
     lanes.store(&mut group);
-    group.as_ref().iter().fold(0.0, |a, &b| math::max(b, a))
+    ranges::greatest(group.as_mut())
 }
 
 /// Which segments a lane group holds.
