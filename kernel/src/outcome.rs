@@ -339,18 +339,18 @@ fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     })
 }
 
-/// All rows, those at rest nearest to the body first: what is in its way is most likely there.
+/// All rows, those at rest nearest to the body first, from either side in turn: what is in its way is most likely there.
 fn rows_from(system: &System<'_>, flight: &Flight) -> impl Iterator<Item = usize> + use<> {
     let rows = system.layout.nodes_y;
     let by_distance = |a: &usize, b: &usize| distance(system, flight, *a).total_cmp(&distance(system, flight, *b));
     let nearest = (0..rows).min_by(by_distance).unwrap_or(0);
-    let both = (0..rows).flat_map(move |d| [nearest.checked_sub(d + 1), nearest.checked_add(d)]);
+    let both = (0..rows).flat_map(move |d| [nearest.checked_add(d), nearest.checked_sub(d + 1)]);
     both.flatten().filter(move |&j| j < rows)
 }
 
 /// How far a row at rest is from the body's centre along y, m.
 fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
-    math::abs(system.rest(0, j)[1] - flight.position[1])
+    math::abs(system.rest(0, j)[1] * system.scene.sheet.spacing - flight.position[1])
 }
 
 /// Looks for loose pieces in the body's way and flags them.
@@ -589,6 +589,8 @@ mod tests {
     use super::*;
     use crate::planes::CHUNK;
     use crate::random::splitmix64;
+    use crate::{CacheLine, Layout, Scene, Sim};
+    use std::vec::Vec;
 
     #[test]
     fn components_join() {
@@ -599,6 +601,24 @@ mod tests {
         assert_eq!(sets.find(5), sets.find(1));
         assert_ne!(sets.find(0), sets.find(1));
         assert_eq!(sets.find(3), 3);
+    }
+
+    #[test]
+    fn the_rows_nearest_to_the_body_come_first() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.projectile.position[1] = 7.3 * scene.sheet.spacing;
+        let layout = Layout::of(&scene).unwrap();
+        let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+        let sim = Sim::new(&scene, &mut memory).unwrap();
+        let (system, flight) = (&sim.system, flight(&sim.system));
+        let mut rows: Vec<usize> = rows_from(system, &flight).collect();
+        assert_eq!(rows[..4], [59, 58, 60, 57], "the middle one is 52");
+        let off = |j: usize| (system.position(0, j).y - flight.position.y).abs();
+        for &j in &rows {
+            assert!((distance(system, &flight, j) - off(j)).abs() < 1e-15);
+        }
+        rows.sort_unstable();
+        assert_eq!(rows, Vec::from_iter(0..layout.nodes_y));
     }
 
     #[test]
