@@ -277,18 +277,15 @@ fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
 struct Held {
     /// The box about it.
     region: Region,
-    /// Whether all of it lies behind the body and stays there.
+    /// Whether all of it lies behind the body and stays there; true of nothing.
     behind: bool,
-    /// Whether nothing has been looked at.
-    none: bool,
 }
 
 impl Held {
-    const NOTHING: Held = Held { region: Region::EMPTY, behind: true, none: true };
+    const NOTHING: Held = Held { region: Region::EMPTY, behind: true };
 
     fn include(&mut self, system: &System<'_>, flight: &Flight, i: usize, j: usize) {
         let x = system.position(i, j);
-        self.none = false;
         self.region.include(&x);
         if system.scene.attachment.kind == AttachmentKind::Free {
             self.region.include_velocity(&system.velocity(i, j));
@@ -299,7 +296,7 @@ impl Held {
     /// Whether it lies behind the body and stays there, or the body leaves the box about it for good. What is not clear stays so,
     /// whatever is included.
     fn is_clear(&self, system: &System<'_>, flight: &Flight) -> bool {
-        if self.none || self.behind {
+        if self.behind {
             return true;
         }
         let mut region = self.region;
@@ -323,6 +320,7 @@ fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool 
 /// while the body is in the sheet, found without joining nodes.
 fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     let mut held = Held::NOTHING;
+    // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all nodes.
     let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
     rows_from(system, flight).take_while(near).any(|j| {
         let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
@@ -442,7 +440,11 @@ fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
 
 /// Whether the segment that starts at node (i, j) has not failed.
 fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
-    let row = planes::row(system.blocks.hot, system.layout.chunks, j);
+    is_live_in(planes::row(system.blocks.hot, system.layout.chunks, j), axis, i)
+}
+
+/// The same of the segment that starts at column i of a row.
+fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
     planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
 }
 
@@ -484,22 +486,19 @@ fn join_nodes(system: &mut System<'_>) -> Option<usize> {
 
 /// Joins the ends of every live segment of so many nodes.
 fn join_live_segments(sets: &mut Components<'_>, hot: &[Chunk<HOT_PLANES>], chunks: usize, [nx, ny]: [usize; 2]) {
-    let live = |row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize| {
-        planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
-    };
     let mut below: &[Chunk<HOT_PLANES>] = &[];
     for j in 0..ny {
         let row = planes::row(hot, chunks, j);
         let mut from_below = false;
         for i in 0..nx {
             let k = j * nx + i;
-            let from_left = i > 0 && live(row, Axis::Horizontal, i - 1);
+            let from_left = i > 0 && is_live_in(row, Axis::Horizontal, i - 1);
             if from_left {
                 sets.join(k - 1, k);
             }
             // Most often the other three sides of the cell have joined the two ends already.
-            let joined = from_below && from_left && live(below, Axis::Horizontal, i - 1);
-            from_below = live(below, Axis::Vertical, i);
+            let joined = from_below && from_left && is_live_in(below, Axis::Horizontal, i - 1);
+            from_below = is_live_in(below, Axis::Vertical, i);
             if from_below && !joined {
                 sets.join(k - nx, k);
             }
@@ -619,6 +618,40 @@ mod tests {
         }
         rows.sort_unstable();
         assert_eq!(rows, Vec::from_iter(0..layout.nodes_y));
+    }
+
+    /// What is not clear of a part of what is held must not be clear of the whole.
+    #[test]
+    fn whole_yarn_in_the_way_is_never_clear() {
+        let (mut found, mut not_found) = (0, 0);
+        for (kind, seed) in
+            [(AttachmentKind::TwoSides, 1), (AttachmentKind::FourSides, 2), (AttachmentKind::TwoSides, 3)]
+        {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            (scene.attachment.kind, scene.seed) = (kind, seed);
+            scene.projectile.velocity[2] = 60.0;
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            for _ in 0..300 {
+                sim.advance(TEST_INTERVAL).unwrap();
+                let flight = flight(&sim.system);
+                let in_the_way = whole_yarn_is_in_the_way(&sim.system, &flight);
+                let pieces = pieces(&mut sim.system);
+                let mut held = Held::NOTHING;
+                for (i, j) in sim.system.nodes() {
+                    if pieces.hold(piece(&sim.system, &pieces, i, j)) {
+                        held.include(&sim.system, &flight, i, j);
+                    }
+                }
+                let clear = held.is_clear(&sim.system, &flight);
+                assert!(!(in_the_way && clear), "step {}", sim.system.state.step);
+                assert_eq!(held_is_clear(&sim.system, &pieces, &flight), clear);
+                *(if in_the_way { &mut found } else { &mut not_found }) += 1;
+            }
+        }
+        assert!(found > 50 && not_found > 50, "{found} {not_found}");
     }
 
     #[test]

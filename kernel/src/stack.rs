@@ -760,14 +760,14 @@ impl<'s, 'a> Joint<'s, 'a> {
             return true;
         }
         let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.friction);
-        let much = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
-        let error = self.error(c, much);
+        let unsettled = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
+        let error = self.error(c, unsettled);
         if self.touch(c)[STALE] == 0.0 && error <= self.tolerance {
             return true;
         }
         let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
-        if error > much {
-            // Not settled, whatever has moved.
+        if error > unsettled {
+            // Whatever has moved.
             if let Some(touch) = self.system.blocks.touches.get_mut(c) {
                 touch[STALE] = 0.0;
             }
