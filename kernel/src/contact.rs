@@ -18,6 +18,7 @@ use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
+use crate::newton::Newton;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
@@ -30,9 +31,9 @@ use crate::weave::{in_runs, meets_runs};
 
 /// Sweeps after which a solve is given up and counted.
 pub const MAX_SWEEPS: u32 = 200;
-/// The same once a fixed node takes an impulse. Nodes that do not give way are coupled by the body alone: two normals at an
-/// angle a to each other leave cos^2 a of an error in every sweep, the neighbours under a sphere of nine spacings 0.987.
-pub const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
+
+/// What Newton's method may leave of a gap rate or slip, over what sweeps may.
+const LEFT_BY_NEWTON: f64 = 1000.0;
 
 /// What rounding can leave of a gap rate, in parts of the speeds that it is the difference of: nine times half a last place,
 /// three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of the difference. The number of nodes
@@ -393,6 +394,8 @@ pub struct Solved {
     pub velocity: Vector,
     /// Body angular velocity after contact, body axes.
     pub angular_velocity: Vector,
+    /// What one more sweep would change of the fastest gap rate or slip, m/s; 0 if it converged in sweeps.
+    pub residual: f64,
 }
 
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
@@ -407,7 +410,7 @@ pub fn solve(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
-    sweeps::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
+    finished::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
 }
 
 /// The same with friction (M21) of this coefficient. `tangential`: one for each candidate.
@@ -420,15 +423,11 @@ pub fn solve_with_friction(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
-    let solved = sweeps::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
-    if solved.converged {
-        return solved;
-    }
-    scale_back(candidates, tangential, body, inertia, node_mass, solved)
+    finished::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry)
 }
 
-/// Both solves: without friction the compiler leaves out what belongs to it.
-fn sweeps<const FRICTION: bool>(
+/// Sweeps, and where they do not settle, Newton's method from there.
+fn finished<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
     coefficient: f64,
@@ -437,6 +436,30 @@ fn sweeps<const FRICTION: bool>(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
+    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
+    if solved.converged {
+        return solved;
+    }
+    let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry };
+    let mut solved = newton.finish(solved, LEFT_BY_NEWTON * settled);
+    if !solved.converged {
+        solved = scale_back(newton.candidates, newton.tangential, body, inertia, node_mass, solved);
+        solved.residual = newton.residual(&solved);
+    }
+    solved
+}
+
+/// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
+/// which a solve has settled, m/s.
+fn sweeps<const FRICTION: bool>(
+    candidates: &mut [[f64; CANDIDATE_REALS]],
+    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    coefficient: f64,
+    body: &Body,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
+) -> (Solved, f64) {
     let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
     let whole = symmetry == Symmetry::default();
     let alone = |c: &Candidate| whole && c.weight == 1.0;
@@ -506,8 +529,8 @@ fn sweeps<const FRICTION: bool>(
         }
     };
     set_masses(candidates, out_of_reach);
-    let (mut sweeps, mut most, mut converged, mut changes) = (0, MAX_SWEEPS, false, 0.0);
-    while sweeps < most && !converged {
+    let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
+    while sweeps < MAX_SWEEPS && !converged {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
             let mut c = Candidate::read(slot);
@@ -533,7 +556,6 @@ fn sweeps<const FRICTION: bool>(
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
-                    most = MAX_SWEEPS_ON_SUPPORTS;
                 }
                 largest_change = math::max(size, largest_change);
             }
@@ -563,13 +585,17 @@ fn sweeps<const FRICTION: bool>(
         let followed = changes * follows < 0.9 * out_of_reach;
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
-            (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
+            (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
             set_masses(candidates, out_of_reach);
             (velocity, rate) = (body.velocity, body.angular_velocity);
             candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
         }
     }
-    Solved { sweeps, converged, velocity, angular_velocity: rate }
+    if !converged {
+        set_masses(candidates, f64::INFINITY);
+    }
+    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual: 0.0 };
+    (solved, tolerance / node_mass)
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
@@ -586,22 +612,27 @@ fn scale_back(
     if inertia.inverse_mass > 0.0 {
         change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
     }
-    for (slot, place) in candidates.iter().zip(tangential.iter()) {
-        let (c, t) = (Candidate::read(slot), Tangential::read(place));
-        let [p, q] = t.impulse;
-        let [s0, s1] = t.slip(&body.velocity, &body.angular_velocity);
+    for (k, slot) in candidates.iter().enumerate() {
+        let c = Candidate::read(slot);
         // With the gap's part of the speed this is an upper bound.
-        before += c.images() * (c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity) + p * s0 + q * s1);
+        let mut work = c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity);
+        let mut squared = c.impulse * c.impulse;
+        if let Some(t) = tangential.get(k).map(Tangential::read) {
+            let [p, q] = t.impulse;
+            work += t.work(t.slip(&body.velocity, &body.angular_velocity));
+            squared += p * p + q * q;
+        }
+        before += c.images() * work;
         if !c.is_fixed() {
-            change += c.images() * (c.impulse * c.impulse + p * p + q * q) / node_mass;
+            change += c.images() * squared / node_mass;
         }
     }
     let part = friction::part_without_gain(before, change);
     if part == 1.0 {
         return solved;
     }
-    for (slot, place) in candidates.iter_mut().zip(tangential.iter_mut()) {
-        friction::scale(slot, place, part);
+    for (k, slot) in candidates.iter_mut().enumerate() {
+        friction::scale(slot, tangential.get_mut(k), part);
     }
     let velocity = body.velocity + dv * part;
     let angular_velocity = body.angular_velocity + dw * part;
@@ -817,7 +848,11 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     if solved.sweeps as u64 > system.state.sums.most_sweeps {
         system.state.sums.most_sweeps = solved.sweeps as u64;
     }
-    system.state.sums.unconverged += u64::from(!solved.converged);
+    if !solved.converged {
+        let sums = &mut system.state.sums;
+        sums.unconverged += 1;
+        sums.contact_residual = math::max(solved.residual, sums.contact_residual);
+    }
 }
 
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
