@@ -29,11 +29,12 @@ use crate::shape::{self, Solid};
 use crate::system::System;
 use crate::weave::{in_runs, meets_runs};
 
-/// Sweeps after which a solve is given up and counted.
+/// Sweeps after which a solve goes on with Newton's method, or ends in a stack of plies.
 pub const MAX_SWEEPS: u32 = 200;
-
-/// What Newton's method may leave of a gap rate or slip, over what sweeps may.
-const LEFT_BY_NEWTON: f64 = 1000.0;
+/// Impulses found in sweeps after which it does so earlier, but not before so many sweeps: a pass of Newton's method over many candidates brings more.
+pub const MAX_UPDATES: usize = 200_000;
+/// See [`MAX_UPDATES`].
+pub const LEAST_SWEEPS: u32 = 20;
 
 /// What rounding can leave of a gap rate, in parts of the speeds that it is the difference of: nine times half a last place,
 /// three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of the difference. The number of nodes
@@ -441,7 +442,7 @@ fn finished<const FRICTION: bool>(
         return solved;
     }
     let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry };
-    let mut solved = newton.finish(solved, LEFT_BY_NEWTON * settled);
+    let mut solved = newton.finish(solved, settled);
     if !solved.converged {
         solved = scale_back(newton.candidates, newton.tangential, body, inertia, node_mass, solved);
         solved.residual = newton.residual(&solved);
@@ -530,7 +531,8 @@ fn sweeps<const FRICTION: bool>(
     };
     set_masses(candidates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
-    while sweeps < MAX_SWEEPS && !converged {
+    let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
+    while sweeps < most && !converged {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
             let mut c = Candidate::read(slot);

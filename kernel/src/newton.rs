@@ -22,11 +22,16 @@ use crate::scene::Symmetry;
 pub const MAX_PASSES: u32 = 100;
 /// rho of a fixed node over the mass by which the body gives way to it.
 const STIFF: f64 = 1e4;
-/// Equations count as solved when this part of them is left.
-const SOLVED: f64 = 1e-8;
-/// A step ends where this part of the equations along it is left. It is sought no further among steps that differ by less than this.
+/// Equations count as solved when the first part of them is left, or the second if Newton's method finds no way on.
+const SOLVED: [f64; 2] = [1e-8, 1e-6];
+/// A step of Newton's method ends where this part of the equations along it is left, or where longer ones by this part of it are too long. If one so
+/// much shorter is too long there is no way on.
 const HALF: f64 = 0.5;
-const SHORTEST: f64 = 1e-4;
+const CLOSE: f64 = 0.1;
+const SHORTEST: f64 = 1e-6;
+/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave; or, if another step does not halve that,
+/// by no more than the second.
+const FINISHED: [f64; 2] = [10.0, 1e5];
 
 /// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
 type Six = [f64; 6];
@@ -58,14 +63,17 @@ struct Equations {
 }
 
 impl Newton<'_> {
-    /// Goes on from a solve that was given up, until no contact fails its law by more than `settled`, m/s.
+    /// Goes on from a solve that was given up. `settled`: what sweeps may leave, m/s.
     #[inline(never)] // It must not add to the stack of a solve that converges.
     pub fn finish(&mut self, given_up: Solved, settled: f64) -> Solved {
         let mut solved = given_up;
-        let mut passes = 0;
+        let (mut passes, mut before) = (0, f64::INFINITY);
         loop {
             solved.residual = self.residual(&solved);
-            solved.converged = solved.residual <= settled;
+            let [aim, enough] = FINISHED.map(|part| part * settled);
+            let stalls = solved.residual > 0.5 * before;
+            solved.converged = solved.residual <= if stalls { enough } else { aim };
+            before = solved.residual;
             passes += 1;
             if solved.converged || passes >= MAX_PASSES {
                 break;
@@ -124,35 +132,50 @@ impl Newton<'_> {
         let mut change = [0.0; 6];
         let mut at = self.equations(solved, frozen, &change);
         *passes += 1;
-        let enough = SOLVED * SOLVED * self.product(&at.left, &at.left);
-        while self.product(&at.left, &at.left) > enough {
-            let step = solution(&at)?;
-            let (size, along) = (self.product(&at.left, &at.left), self.product(&at.left, &step));
-            // Parts of the step that are too short and too long, and what is left along it there.
-            let ([mut low, mut high], [mut left, mut beyond], mut part) = ([0.0, 1.0], [along, 0.0], 1.0);
-            loop {
-                let next = combined(&change, -part, &step);
-                at = self.equations(solved, frozen, &next);
-                *passes += 1;
-                let rest = self.product(&at.left, &step);
-                let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.left, &at.left) < size);
-                if nearer || math::abs(rest) <= HALF * along {
-                    change = next;
-                    break;
-                }
-                if *passes >= MAX_PASSES || high - low < SHORTEST {
-                    return None;
-                }
-                if rest > 0.0 {
-                    (low, left) = (part, rest);
-                } else {
-                    (high, beyond) = (part, rest);
-                }
-                let (width, straight) = (high - low, left / (left - beyond));
-                part = low + width * math::min(math::max(straight, 0.1), 0.9);
+        let first = self.product(&at.left, &at.left);
+        let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
+        loop {
+            let size = self.product(&at.left, &at.left);
+            if size <= solved_below {
+                return Some(change);
             }
+            let found = solution(&at).and_then(|step| self.way_on(solved, frozen, (&change, &step), &mut at, passes));
+            let Some(next) = found else { return (size <= enough_below).then_some(change) };
+            change = next;
         }
-        Some(change)
+    }
+
+    /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about the least of what the equations without
+    /// friction are the gradient of, which is convex. `at`: the equations there.
+    fn way_on(
+        &self,
+        solved: &Solved,
+        frozen: bool,
+        (change, step): (&Six, &Six),
+        at: &mut Equations,
+        passes: &mut u32,
+    ) -> Option<Six> {
+        let (size, along) = (self.product(&at.left, &at.left), self.product(&at.left, step));
+        // Parts of the step that are too short and too long.
+        let (mut part, mut low, mut high) = (1.0, 0.0, 1.0);
+        while *passes < MAX_PASSES {
+            let next = combined(change, -part, step);
+            *at = self.equations(solved, frozen, &next);
+            *passes += 1;
+            let rest = self.product(&at.left, step);
+            let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.left, &at.left) < size);
+            // A kink ends a step, too.
+            let at_kink = rest > 0.0 && high - low <= CLOSE * high;
+            if nearer || at_kink || math::abs(rest) <= HALF * along {
+                return Some(next);
+            }
+            [low, high] = if rest > 0.0 { [part, high] } else { [low, part] };
+            if high < SHORTEST {
+                return None;
+            }
+            part = if low > 0.0 { 0.5 * (low + high) } else { 0.1 * high };
+        }
+        None
     }
 
     /// The product of two changes of the rates in which their squares are twice the kinetic energy, J.
