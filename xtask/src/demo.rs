@@ -17,6 +17,7 @@ pub struct Options {
 
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {
+    crate::needs::demo()?;
     let python = tools::python()?;
     crate::fmu::run(&crate::fmu::Options::default())?;
     cargo(&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"])?;

@@ -13,6 +13,7 @@ mod gates;
 mod header;
 mod install;
 mod model;
+mod needs;
 mod page;
 mod platforms;
 mod readme;
@@ -39,6 +40,8 @@ enum Command {
     Demo(demo::Options),
     /// Run every check: format, clippy, unit and physics tests, C and C++ hosts, FMPy, studies in short form.
     Test(tests::Options),
+    /// Print the Debian packages that `test` needs and that are not here, and in a second line those that it can use.
+    Packages,
     /// Run the long checks: ensembles against the paper's numbers, full studies.
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
@@ -67,6 +70,7 @@ fn main() -> std::process::ExitCode {
     let result = match Arguments::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Test(options) => tests::run(&options),
+        Command::Packages => needs::packages(),
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
         Command::Rotorburst(options) => rotorburst::run(&options),

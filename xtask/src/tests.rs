@@ -1,7 +1,8 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python, python_with, read, run as command, target, top};
-use std::path::Path;
+use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -10,23 +11,30 @@ pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
+    /// Only the checks with hosts, until this file is there.
+    #[arg(long, hide = true, value_name = "FILE", conflicts_with = "only")]
+    hosts_until: Option<PathBuf>,
 }
 
 /// A named step.
 type Step = (&'static str, fn() -> Outcome);
 
-/// What every change must pass.
-const TEST: &[Step] = &[
+/// What every change must pass: the code itself.
+const CODE: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", || cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])),
     ("unit, physics, golden and robustness tests", || {
         cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro,fabric-kernel/implicit"])
     }),
     ("every set of features", crate::gates::every_feature_set),
-    ("gates on the libraries", crate::gates::run),
     ("documentation", documentation),
     ("package of the kernel", package),
     ("C header", crate::header::check),
+];
+
+/// What every change must pass: what is shipped, and its hosts.
+const HOSTS: &[Step] = &[
+    ("gates on the libraries", crate::gates::run),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
@@ -71,7 +79,7 @@ fn documentation() -> Outcome {
     let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
     let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
     let features = ["--features", "fabric-kernel/micro,fabric-kernel/implicit"];
-    let status = std::process::Command::new(crate::tools::cargo_program())
+    let status = Command::new(crate::tools::cargo_program())
         .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
         .env("RUSTDOCFLAGS", "-D warnings")
         .current_dir(top())
@@ -92,17 +100,53 @@ fn package() -> Outcome {
 
 /// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
-    let wanted = |name: &str| options.only.is_empty() || options.only.iter().any(|text| name.contains(text.as_str()));
-    if !TEST.iter().any(|(name, _)| wanted(name)) {
-        let names: Vec<_> = TEST.iter().map(|(name, _)| *name).collect();
+    if let Some(stop) = &options.hosts_until {
+        return steps(HOSTS.iter(), || stop.exists());
+    }
+    if options.only.is_empty() {
+        return side_by_side();
+    }
+    let wanted = |name: &str| options.only.iter().any(|text| name.contains(text.as_str()));
+    let mut chosen = CODE.iter().chain(HOSTS).filter(|(name, _)| wanted(name)).peekable();
+    if chosen.peek().is_none() {
+        let names: Vec<_> = CODE.iter().chain(HOSTS).map(|(name, _)| *name).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
-    steps(TEST.iter().filter(|(name, _)| wanted(name)))
+    steps(chosen, || false)
+}
+
+/// The checks of the code here and those with hosts in a second process: many keep one processor busy only, and the two build into
+/// different folders. Where one fails, the other ends after the step that it is in.
+fn side_by_side() -> Outcome {
+    crate::needs::test()?;
+    let folder = emptied(target().join("checks"))?;
+    let (log, stop) = (folder.join("hosts.log"), folder.join("stop"));
+    let failed = |error: std::io::Error| format!("{}: {error}", log.display());
+    let printed = std::fs::File::create(&log).map_err(failed)?;
+    let mut hosts = Command::new(std::env::current_exe().map_err(failed)?)
+        .args(["test", "--hosts-until"])
+        .arg(&stop)
+        .stdin(Stdio::null())
+        .stdout(printed.try_clone().map_err(failed)?)
+        .stderr(printed)
+        .spawn()
+        .map_err(failed)?;
+    println!("The checks with hosts run beside these; what they print is in {} and follows at the end.", log.display());
+    let code = steps(CODE.iter(), || matches!(hosts.try_wait(), Ok(Some(status)) if !status.success()));
+    if let Err(message) = &code {
+        println!("error: {message}; waiting for the step with hosts ...");
+        std::fs::write(&stop, "").map_err(failed)?;
+    }
+    let status = hosts.wait().map_err(failed)?;
+    println!("{}", read(&log)?);
+    code?;
+    if status.success() { Ok(()) } else { Err("a check with hosts failed: see above".into()) }
 }
 
 /// The long checks.
 pub fn verify() -> Outcome {
-    steps(TEST.iter().chain(VERIFY))
+    side_by_side()?;
+    steps(VERIFY.iter(), || false)
 }
 
 /// Options of `cargo xtask bench`.
@@ -119,17 +163,29 @@ pub fn bench(options: &BenchOptions) -> Outcome {
     study(&[&["bench"], &options[..]].concat())
 }
 
-/// Runs the steps in order, stops at the first that fails, and prints what each took.
-fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
+/// Runs the steps in order, stops at the first that fails, or if the word is given, and prints what each took: time, and that of
+/// processors.
+fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Outcome {
     let mut summary = Vec::new();
     for (name, step) in steps {
+        if stopped() {
+            return Err("stopped, for another check has failed".into());
+        }
         println!("\n== {name}");
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), processor_seconds());
         step().map_err(|message| format!("step \"{name}\": {message}"))?;
-        summary.push(format!("  passed in {:6.1} s  {name}", start.elapsed().as_secs_f64()));
+        let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
+        summary.push(format!("  passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"));
     }
     println!("\n{}\n{} passed, 0 failed", summary.join("\n"), summary.len());
     Ok(())
+}
+
+/// What the programs that this one has started and that have ended took of processors, s, as Linux keeps it (proc(5)).
+fn processor_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();
+    fields.skip(13).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
 /// Compares the committed model descriptions, builds both FMUs for every platform there are tools for and those of a scene of its own,
