@@ -11,42 +11,52 @@ pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
-    /// Only the checks with hosts, until this file is there.
+    /// Only the second half of the steps, until this file is there.
     #[arg(long, hide = true, value_name = "FILE", conflicts_with = "only")]
-    hosts_until: Option<PathBuf>,
+    second_until: Option<PathBuf>,
 }
 
 /// A named step.
 type Step = (&'static str, fn() -> Outcome);
 
-/// What every change must pass: the code itself.
-const CODE: &[Step] = &[
+/// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
+/// for the targets of the digests, the second what is shipped.
+const FIRST: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
-    ("clippy", || cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])),
+    ("clippy", || {
+        let features = ["--features", EVERY_FEATURE];
+        cargo(
+            &[&["clippy", "--quiet", "--workspace", "--all-targets"], &features[..], &["--", "-D", "warnings"]]
+                .concat(),
+        )
+    }),
     ("unit, physics, golden and robustness tests", || {
-        cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro,fabric-kernel/implicit"])
+        cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
     }),
     ("every set of features", crate::gates::every_feature_set),
     ("documentation", documentation),
     ("package of the kernel", package),
     ("C header", crate::header::check),
+    ("web page in a browser", crate::web::check),
+    ("digests on other targets", crate::digests::short),
+    ("studies in short form", studies),
 ];
 
-/// What every change must pass: what is shipped, and its hosts.
-const HOSTS: &[Step] = &[
+/// The other half.
+const SECOND: &[Step] = &[
     ("gates on the libraries", crate::gates::run),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
-    ("digests on other targets", crate::digests::short),
-    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
-    ("studies in short form", studies),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true, plies: false })),
 ];
+
+/// The features of the kernel. Where a step builds it with others, it is one more build.
+const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/implicit";
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
@@ -78,7 +88,7 @@ const VERIFY: &[Step] = &[
 fn documentation() -> Outcome {
     let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
     let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
-    let features = ["--features", "fabric-kernel/micro,fabric-kernel/implicit"];
+    let features = ["--features", EVERY_FEATURE];
     let status = Command::new(crate::tools::cargo_program())
         .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
         .env("RUSTDOCFLAGS", "-D warnings")
@@ -100,47 +110,47 @@ fn package() -> Outcome {
 
 /// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
-    if let Some(stop) = &options.hosts_until {
-        return steps(HOSTS.iter(), || stop.exists());
+    if let Some(stop) = &options.second_until {
+        return steps(SECOND.iter(), || stop.exists());
     }
     if options.only.is_empty() {
         return side_by_side();
     }
     let wanted = |name: &str| options.only.iter().any(|text| name.contains(text.as_str()));
-    let mut chosen = CODE.iter().chain(HOSTS).filter(|(name, _)| wanted(name)).peekable();
+    let mut chosen = FIRST.iter().chain(SECOND).filter(|(name, _)| wanted(name)).peekable();
     if chosen.peek().is_none() {
-        let names: Vec<_> = CODE.iter().chain(HOSTS).map(|(name, _)| *name).collect();
+        let names: Vec<_> = FIRST.iter().chain(SECOND).map(|(name, _)| *name).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
     steps(chosen, || false)
 }
 
-/// The checks of the code here and those with hosts in a second process: many keep one processor busy only, and the two build into
-/// different folders. Where one fails, the other ends after the step that it is in.
+/// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. Where
+/// one half fails, the other ends after the step that it is in.
 fn side_by_side() -> Outcome {
     crate::needs::test()?;
     let folder = emptied(target().join("checks"))?;
-    let (log, stop) = (folder.join("hosts.log"), folder.join("stop"));
+    let (log, stop) = (folder.join("second.log"), folder.join("stop"));
     let failed = |error: std::io::Error| format!("{}: {error}", log.display());
     let printed = std::fs::File::create(&log).map_err(failed)?;
-    let mut hosts = Command::new(std::env::current_exe().map_err(failed)?)
-        .args(["test", "--hosts-until"])
+    let mut second = Command::new(std::env::current_exe().map_err(failed)?)
+        .args(["test", "--second-until"])
         .arg(&stop)
         .stdin(Stdio::null())
         .stdout(printed.try_clone().map_err(failed)?)
         .stderr(printed)
         .spawn()
         .map_err(failed)?;
-    println!("The checks with hosts run beside these; what they print is in {} and follows at the end.", log.display());
-    let code = steps(CODE.iter(), || matches!(hosts.try_wait(), Ok(Some(status)) if !status.success()));
-    if let Err(message) = &code {
-        println!("error: {message}; waiting for the step with hosts ...");
+    println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
+    let first = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
+    if let Err(message) = &first {
+        println!("error: {message}; the other half ends after the step that it is in ...");
         std::fs::write(&stop, "").map_err(failed)?;
     }
-    let status = hosts.wait().map_err(failed)?;
+    let status = second.wait().map_err(failed)?;
     println!("{}", read(&log)?);
-    code?;
-    if status.success() { Ok(()) } else { Err("a check with hosts failed: see above".into()) }
+    first?;
+    if status.success() { Ok(()) } else { Err("a step of the second half has failed: see above".into()) }
 }
 
 /// The long checks.
