@@ -18,6 +18,7 @@ mod page;
 mod platforms;
 mod readme;
 mod rotorburst;
+mod sanitize;
 mod stack;
 mod tests;
 mod tools;
@@ -64,6 +65,8 @@ enum Command {
     Wheel(wheel::Options),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
+    /// Run the library's tests under AddressSanitizer, and those with threads under ThreadSanitizer.
+    Sanitize,
 }
 
 fn main() -> std::process::ExitCode {
@@ -82,6 +85,7 @@ fn main() -> std::process::ExitCode {
         Command::Bench(options) => tests::bench(&options),
         Command::Wheel(options) => wheel::run(&options),
         Command::Fuzz(options) => fuzz::run(&options),
+        Command::Sanitize => sanitize::run(),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,

@@ -68,6 +68,7 @@ const VERIFY: &[Step] = &[
         })
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
+    ("sanitizers", crate::sanitize::run),
     ("ensembles against the prototype's numbers", || {
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
