@@ -154,7 +154,7 @@ pub unsafe extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
     })
 }
 
-/// Discrete outputs are already up to date.
+/// Discrete outputs are already up to date. Whether to end is said here, too, for hosts that handle the event before they ask.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     instance: Handle,
