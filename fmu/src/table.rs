@@ -223,7 +223,7 @@ const fn happened(event: usize, name: Text, about: Text) -> Variable {
 
 /// When it happened.
 const fn at(event: usize, name: Text, about: Text) -> Variable {
-    output(Id::HappenedAt(event), name, 448 + event as u32, &TIME, about)
+    Variable { role: Role::Discrete, ..output(Id::HappenedAt(event), name, 448 + event as u32, &TIME, about) }
 }
 
 /// A parameter's name: the kernel's, but where an input has that name.
@@ -629,7 +629,7 @@ mod tests {
     #[test]
     fn only_the_status_and_the_events_are_discrete() {
         for variable in VARIABLES.iter().filter(|variable| variable.role == Role::Discrete) {
-            assert!(matches!(variable.id, Id::Status | Id::Happened(_)), "{}", variable.name);
+            assert!(matches!(variable.id, Id::Status | Id::Happened(_) | Id::HappenedAt(_)), "{}", variable.name);
         }
     }
 

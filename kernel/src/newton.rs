@@ -210,15 +210,23 @@ impl Newton<'_> {
     fn take(&mut self, solved: &mut Solved, frozen: bool, change: &Six) {
         let mut sum = [0.0; 6];
         for k in 0..self.candidates.len() {
-            let Some(slot) = self.candidates.get(k) else { return };
-            let answer =
+            let Some(slot) = &self.candidates.get(k).copied() else { return };
+            let [normal, p, q] =
                 self.answer(k, slot, solved, frozen, change, |way, given, _| sum = combined(&sum, given, &way.to_body));
             if let Some([.., impulse]) = self.candidates.get_mut(k) {
-                *impulse = answer[0];
+                *impulse = normal;
+            }
+            let Some(mut t) = self.tangential.get(k).map(Tangential::read) else { continue };
+            // With frozen friction the normal impulse may now allow less.
+            t.impulse = friction::limited([p, q], self.coefficient * normal);
+            if frozen {
+                let images = Candidate::read(slot).images();
+                for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
+                    sum = combined(&sum, given, &self.way(&t.tangents[d], &t.arms[d], images).to_body);
+                }
             }
             if let Some(place) = self.tangential.get_mut(k) {
-                let [.., p, q] = place;
-                [*p, *q] = [answer[1], answer[2]];
+                t.write(place);
             }
         }
         let [a, b, c, d, e, f] = sum;
