@@ -6,8 +6,9 @@
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
 //! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]).
-//! Limits: penetration-free for converged solves (200 sweeps at the most, 4000 with fixed nodes; unconverged solves are counted
-//! and never add energy: with friction, impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
+//! What sweeps do not settle goes on in `newton.rs`.
+//! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
+//! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
