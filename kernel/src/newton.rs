@@ -79,7 +79,11 @@ impl Newton<'_> {
             }
             let found = self.root(&solved, false, &mut passes).map(|change| (change, false));
             let frozen = || self.root(&solved, true, &mut passes).map(|change| (change, true));
-            let Some((change, frozen)) = found.or_else(frozen) else { break };
+            let Some((change, frozen)) = found.or_else(frozen) else {
+                // Rounding is left.
+                solved.converged = is_near && self.tangential.is_empty();
+                break;
+            };
             self.take(&mut solved, frozen, &change);
             passes += 1;
         }
