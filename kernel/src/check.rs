@@ -46,7 +46,15 @@ impl Scene {
         let mass = self.largest_mass();
         let units = [mass, mass * speed, mass * speed * speed];
         let stiffnesses = [front.per_mass, back.per_mass].map(|per_mass| per_mass.map(|k| dt * dt * k));
+        // Densities of energy come from stiffnesses by moduli over them.
+        let has_density = |back: bool, axis: Axis| {
+            let over = self.node_mass(back) * self.spacing(axis) / (self.area_of(axis, back) * dt * dt);
+            over.is_normal() && (LARGEST_STIFFNESS * over).is_finite()
+        };
+        let have_densities = |back| has_density(back, Axis::Horizontal) && has_density(back, Axis::Vertical);
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
+            && have_densities(false)
+            && (self.back.plies == 0 || have_densities(true))
             && stiffnesses.as_flattened().iter().all(|k| k.is_normal() && *k <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
         if !usable {

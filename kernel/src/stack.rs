@@ -513,6 +513,8 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn begin(&mut self, count: usize) -> f64 {
         let body = &self.system.state.body;
         (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
+        // First of all: a candidate has its ply, and so its mass, from its link.
+        link(self.system, count);
         let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
         for c in 0..count {
             let [speed, arm, rate] = self.start(c);
@@ -524,7 +526,6 @@ impl<'s, 'a> Joint<'s, 'a> {
         let moving = length(&self.velocity) + math::sqrt(farthest) * length(&self.rate);
         let [relative, rounding] = SETTLED;
         self.tolerance = math::max(relative * fastest, rounding * moving);
-        link(self.system, count);
         (self.arm, self.widest) = (math::sqrt(farthest), 0.0);
         for c in 0..count {
             if self.leads(c) && !self.candidate(c).is_fixed() {
