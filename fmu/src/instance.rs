@@ -357,6 +357,7 @@ impl Instance {
             Id::PlyStrain => copy(values, &cache.plies(sim, first)?.map(|ply| ply.strain)),
             Id::PlyDissipated => copy(values, &cache.plies(sim, first)?.map(|ply| ply.dissipated)),
             Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
+            Id::ContactResidual => copy(values, &[sim.counters().contact_residual]),
             Id::BeyondFine => copy(values, &[sim.counters().beyond_fine as f64]),
             Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
             Id::Status => copy(values, &[f64::from(kept.shown.status)]),

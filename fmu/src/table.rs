@@ -65,6 +65,7 @@ pub enum Id {
     MomentumResidual,
     StepFraction,
     Unconverged,
+    ContactResidual,
     BeyondFine,
     Status,
     /// Whether an event has happened: a place in [`EVENTS`].
@@ -512,7 +513,14 @@ const OWN: &[Variable] = &[
         "Size of what the momentum balance of fabric, projectile and supports does not close by",
     ),
     output(Id::StepFraction, "step.fraction", 431, &RATIO, "Time step in use over the stability limit of the sheet as drawn"),
-    output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that ran out of sweeps"),
+    output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that were given up"),
+    output(
+        Id::ContactResidual,
+        "contact.residual",
+        435,
+        &VELOCITY,
+        "Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged",
+    ),
     output(
         Id::BeyondFine,
         "contact.beyond_fine",

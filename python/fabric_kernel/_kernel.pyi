@@ -153,6 +153,8 @@ class Counters(TypedDict):
     be trusted."""
     worst_penetration: float
     ply_penetration: float
+    contact_residual: float
+    """Greatest speed by which a contact has failed its law in a solve that was given up, m/s; 0 if all converged."""
 
 class Latch(TypedDict):
     step: int

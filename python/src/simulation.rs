@@ -308,6 +308,7 @@ impl Simulation {
         let all = all.into_py_dict(py)?;
         all.set_item("worst_penetration", counters.worst_penetration)?;
         all.set_item("ply_penetration", counters.ply_penetration)?;
+        all.set_item("contact_residual", counters.contact_residual)?;
         Ok(all)
     }
 

@@ -404,7 +404,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             "compare with a run of half the step, less friction or a gap between the plies before you rely on this one"
         };
         found.push(format!(
-            "{} contact solves, {share:.2} % of the steps, ended at the largest number of sweeps: their impulses are inexact, although they \
+            "{} contact solves, {share:.2} % of the steps, were given up: their impulses are inexact, although they \
              keep momentum and add no energy; {advice} (docs/model.md, \"Friction\")",
             summary.unconverged
         ));
