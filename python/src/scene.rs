@@ -6,7 +6,7 @@ use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric::shape::Solid;
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
-use fabric_scene::{PRESETS, UNREAD};
+use fabric_scene::{PRESETS, UNREAD, short};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -145,7 +145,7 @@ impl Scene {
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let field = field(name).ok_or_else(|| PyKeyError::new_err(name.to_string()))?;
+        let field = field(name).ok_or_else(|| PyKeyError::new_err(short(name).to_string()))?;
         parameters::value(py, field, &self.scene)
     }
 

@@ -6,6 +6,7 @@ use crate::scene::Scene;
 use fabric::{CacheLine, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
+use fabric_scene::short;
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict};
@@ -93,7 +94,7 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
         .map_err(|_| bad("until", format!("until: must be names of outcomes; there are {known}")))?;
     let outcome = |name: &String| {
         let found = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
-        found.ok_or_else(|| bad("until", format!("until: there is no outcome {name:?}; there are {known}")))
+        found.ok_or_else(|| bad("until", format!("until: there is no outcome {:?}; there are {known}", short(name))))
     };
     names.iter().map(outcome).collect()
 }
