@@ -29,6 +29,7 @@ use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::{self, Solid};
 use crate::system::System;
 use crate::weave::{in_runs, meets_runs};
+use core::ops::Range;
 
 /// Sweeps after which a solve goes on with Newton's method, or ends in a stack of plies.
 pub const MAX_SWEEPS: u32 = 200;
@@ -161,6 +162,25 @@ impl<'s> Search<'s> {
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
         let reach = (solid.reach() + margin) * (1.0 + 1e-9);
         Search { solid, body, half, reach2: reach * reach, margin, instructions }
+    }
+
+    /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub(crate) fn box_at_rest(&self, scene: &Scene, places: &[Places; 2]) -> [Range<usize>; 3] {
+        // In spacings rounding is another: a little more again.
+        let ends = |k: usize, h: f64| {
+            let half = self.half[k] * (1.0 + 1e-9);
+            [(self.body.position[k] - half) / h, (self.body.position[k] + half) / h]
+        };
+        let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.stack.gap, scene.stack.plies as usize);
+        let [[left, right], [bottom, top]] = [ends(0, h_x), ends(1, h_y)];
+        let behind = if gap > 0.0 {
+            let [first, last] = ends(2, gap).map(|end| math::max(end, 0.0) as usize);
+            first..last.saturating_add(1).min(plies)
+        } else {
+            0..plies
+        };
+        [places[0].within(left, right), places[1].within(bottom, top), behind]
     }
 
     /// Whether the plane of the flat sheet cuts the body's box.
