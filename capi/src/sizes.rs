@@ -54,7 +54,7 @@ structures! {
     fk_support: [],
     fk_energy: [],
     fk_fabric: [],
-    fk_counters: [],
+    fk_counters: [96],
     fk_outcome: [],
     fk_textile: [],
     fk_ply: [],

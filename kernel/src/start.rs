@@ -23,16 +23,25 @@ pub(crate) const LARGEST_STRETCH: f64 = 1e100;
 /// first step may find it lost (see [`crate::yarn::LOST`]).
 const LARGEST_GIVEN_MOTION: f64 = 1e30;
 
-/// Refuses a start of the projectile that the checks of the scene let pass.
+/// Refuses a start of the projectile that the checks of the scene let pass. Looks for at most so many nodes under the projectile.
 ///
 /// # Errors
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)] // What it needs must not add to the stack of the caller, who makes another model in its place.
-pub(crate) fn check_body(scene: &Scene, limits: StepLimits) -> Result<(), Error> {
+pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
     let (mut solid, mut body) = (Solid::NOTHING, Body::AT_REST);
     solid.set(&scene.projectile);
     check_motion(scene, limits, &solid, &mut body)?;
-    refuse_overlap(scene, &solid, &body)
+    refuse_overlap(scene, &solid, &body, most)
+}
+
+/// Every how many columns, rows and plies are looked at, so that these are some `most` nodes.
+fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
+    let [columns, rows, plies] = counts;
+    let excess = (columns * rows * plies).div_ceil(most).max(1);
+    let along = excess.isqrt().min(columns).max(1);
+    let up = excess.div_ceil(along).min(rows).max(1);
+    [along, up, excess.div_ceil(along * up)].map(|stride| usize::try_from(stride).unwrap_or(usize::MAX))
 }
 
 /// Puts the projectile where the scene places it, with a model of its own.
@@ -58,24 +67,21 @@ fn overlaps(scene: &Scene, gap: f64) -> bool {
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
-/// which it has no contact.
+/// which it has no contact. Looks at the nodes in the body's box, of more than `most` at some.
 #[inline(never)] // What it needs must not add to the stack of making the model.
-fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body) -> Result<(), Error> {
+fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
     let places = Places::both(scene);
-    let [columns, rows] = &places;
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
-    let (near, movable) = (search.neighbourhood(h_x), scene.drive == Drive::Free);
-    for j in 0..rows.nodes() as usize {
-        let y = rows.offset(j) * h_y;
-        if near.misses_row(y / h_x, [0.0; 2]) {
-            continue;
-        }
-        let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);
-        for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = columns.offset(i) * h_x;
-            for ply in 0..scene.stack.plies {
-                let gap = search.gap(&Vector::new(x, y, f64::from(ply) * scene.stack.gap));
+    let (movable, [columns, rows, plies]) = (scene.drive == Drive::Free, search.box_at_rest(scene, &places));
+    let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
+    for j in rows.step_by(up) {
+        let y = places[1].offset(j) * h_y;
+        let [[a, b], [c, d]] = if movable { [[0; 2]; 2] } else { weave::runs_among(scene, &places, j) };
+        for i in columns.clone().step_by(along).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+            let x = places[0].offset(i) * h_x;
+            for ply in plies.clone().step_by(through) {
+                let gap = search.gap(&Vector::new(x, y, ply as f64 * scene.stack.gap));
                 if overlaps(scene, gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
                 }

@@ -40,6 +40,8 @@ pub struct Sums {
     pub unconverged: u64,
     /// Most sweeps of one solve.
     pub most_sweeps: u64,
+    /// By how much contacts of solves that ran out of sweeps have failed their laws at the most, m/s.
+    pub contact_residual: f64,
     /// Most candidates of one step.
     pub most_candidates: u64,
     /// Passes in which the body met the sheet beyond the fine part of a graded network.
@@ -81,6 +83,7 @@ impl Sums {
         contacts: 0,
         unconverged: 0,
         most_sweeps: 0,
+        contact_residual: 0.0,
         most_candidates: 0,
         beyond_fine: 0,
         iterations: 0,
@@ -241,6 +244,7 @@ impl Sums {
         visitor.count(&mut self.most_candidates);
         visitor.real(&mut self.first_energy);
         visitor.vector(&mut self.first_momentum);
+        visitor.mark(&mut self.contact_residual);
     }
 }
 
@@ -296,6 +300,11 @@ pub trait Visitor {
 
     /// A real number.
     fn real(&mut self, value: &mut f64);
+
+    /// A real number that is 0 in most runs. Only another value enters the digest.
+    fn mark(&mut self, value: &mut f64) {
+        self.real(value);
+    }
 
     /// A vector, x first.
     fn vector(&mut self, value: &mut Vector) {

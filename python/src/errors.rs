@@ -3,7 +3,7 @@
 use fabric::fields::field;
 use fabric_scene::BadKey;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -40,6 +40,11 @@ pub fn of(error: fabric::Error) -> PyErr {
 /// A failure of a step.
 pub fn failed(failure: fabric::Failure) -> PyErr {
     of(failure.into())
+}
+
+/// Why a simulation cannot be made: a refusal, or the lack of memory.
+pub fn of_making(error: Box<dyn std::error::Error>) -> PyErr {
+    error.downcast_ref().map_or_else(|| PyMemoryError::new_err(error.to_string()), |error| of(*error))
 }
 
 /// What the reader of scenes says.

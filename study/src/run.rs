@@ -10,9 +10,14 @@ use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Options of `run`.
 #[derive(Args)]
+#[command(
+    after_help = "Exit status: 0 after an outcome, or after the steps with `--until none`; 3 if the steps ended the run before an \
+                        outcome came; 1 after a failure; 2 for what is refused."
+)]
 pub struct Options {
     /// The scene, see study/scenes.
     #[arg(value_name = "SCENE.toml")]
@@ -20,10 +25,10 @@ pub struct Options {
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/study/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Outcomes that end the run.
+    /// Outcomes that end the run; `none`: it goes on for its steps.
     #[arg(long, value_delimiter = ',', default_value = "arrested,exited,passed")]
     until: Vec<Wanted>,
-    /// Most steps; a run that these end says TIMEOUT.
+    /// Most steps; a run that these end says TIMEOUT, and has exit status 3.
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
     /// Steps between two rows of the history.
@@ -48,18 +53,23 @@ enum Wanted {
     Detached,
     Exited,
     Passed,
+    None,
 }
 
 impl Wanted {
-    fn outcome(self) -> Outcome {
+    fn outcome(self) -> Option<Outcome> {
         match self {
-            Wanted::Arrested => Outcome::Arrested,
-            Wanted::Detached => Outcome::Detached,
-            Wanted::Exited => Outcome::Exited,
-            Wanted::Passed => Outcome::Passed,
+            Wanted::Arrested => Some(Outcome::Arrested),
+            Wanted::Detached => Some(Outcome::Detached),
+            Wanted::Exited => Some(Outcome::Exited),
+            Wanted::Passed => Some(Outcome::Passed),
+            Wanted::None => None,
         }
     }
 }
+
+/// Exit status of a run that its steps ended.
+const TIMEOUT: u8 = 3;
 
 /// The sheets on the way, frames.json, and what is to be made of them.
 #[derive(Serialize)]
@@ -148,24 +158,46 @@ impl Sample {
     }
 }
 
-/// Runs, prints and writes. False if the run ended in a failure.
-pub fn run(options: &Options) -> Result<bool> {
+/// Name of a scene by its file; one of dots alone would be another folder.
+fn name_of(file: &Path) -> String {
+    let name = file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    if name.chars().all(|letter| letter == '.') { "scene".to_string() } else { name }
+}
+
+/// Makes the folder of the results.
+fn make(out: &Path) -> Result<()> {
+    std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()).into())
+}
+
+/// Finds out before the work whether that can be done. Leaves no empty folder behind, for the run may be stopped.
+fn try_to_make(out: &Path) -> Result<()> {
+    let there = out.is_dir();
+    make(out)?;
+    if !there {
+        std::fs::remove_dir(out)?;
+    }
+    Ok(())
+}
+
+/// Runs, prints and writes. Returns how it ended.
+pub fn run(options: &Options) -> Result<ExitCode> {
     let scene = fabric_scene::read(&options.scene)?;
-    let name = options.scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy().to_string());
+    let name = name_of(&options.scene);
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/study").join(&name));
     let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
     let mut sim = buffers.sim(&scene)?;
-    std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    try_to_make(&out)?;
 
-    let until: Vec<Outcome> = options.until.iter().map(|wanted| wanted.outcome()).collect();
+    let until: Vec<Outcome> = options.until.iter().filter_map(|wanted| wanted.outcome()).collect();
     let mask = event::mask_of(&until);
     let wall = Wall::start();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
     let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
+    make(&out)?;
     write_history(&out.join("history.csv"), &history)?;
     if let Some(failure) = failure {
         say::aside(format_args!("error: the run failed at step {}: {failure}", sim.counters().steps));
-        return Ok(false);
+        return Ok(ExitCode::FAILURE);
     }
 
     let mut summary = Summary::of(&sim, mask)?;
@@ -206,7 +238,8 @@ pub fn run(options: &Options) -> Result<bool> {
     let kept = Kept { movie: options.movie, vtk: options.vtk, frames };
     std::fs::write(out.join("frames.json"), serde_json::to_string(&kept)? + "\n")?;
     say::line(format_args!("{}", report::written(&out, "run")));
-    Ok(true)
+    let ended = until.is_empty() || sim.outcomes().mask.has(mask);
+    Ok(if ended { ExitCode::SUCCESS } else { ExitCode::from(TIMEOUT) })
 }
 
 /// Adds to a refusal of too many nodes the memory that they would take, 233 bytes each at the default capacity of contact.
@@ -404,7 +437,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             "compare with a run of half the step, less friction or a gap between the plies before you rely on this one"
         };
         found.push(format!(
-            "{} contact solves, {share:.2} % of the steps, ended at the largest number of sweeps: their impulses are inexact, although they \
+            "{} contact solves, {share:.2} % of the steps, were given up: their impulses are inexact, although they \
              keep momentum and add no energy; {advice} (docs/model.md, \"Friction\")",
             summary.unconverged
         ));

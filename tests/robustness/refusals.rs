@@ -7,8 +7,8 @@ use fabric::{
 };
 use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 
-/// Asserts that a scene is refused with this code and field, by check, layout and constructor alike where they look, and
-/// that the constructor leaves its memory as it was.
+/// Asserts that a scene is refused with this code and field, by checks and constructor alike where they look, and that the
+/// constructor leaves its memory as it was.
 #[track_caller]
 fn refused(scene: &Scene, code: Code, field: &str) -> Error {
     // Enough for every scene below; the pattern would show any write.
@@ -19,8 +19,86 @@ fn refused(scene: &Scene, code: Code, field: &str) -> Error {
     if let Err(earlier) = scene.check() {
         assert_eq!((earlier.code, earlier.field), (code, field));
     }
+    assert_eq!(scene.check_start(), Err(error));
     assert!(error.text().contains(field));
     error
+}
+
+/// Scenes of a billion nodes and more: what init would say of them takes it minutes, or more memory than there is. What is checked in
+/// some milliseconds is what it would say, the more so where a part of the segments shows it.
+#[test]
+fn a_check_of_any_scene_takes_milliseconds() {
+    fn large(s: &mut Scene) {
+        (s.sheet.nodes_x, s.sheet.nodes_y, s.yarn.stochastic) = (65_000, 65_000, true);
+    }
+    /// A body wider than the sheet, whose lower edge comes as near as it may.
+    fn over_all(s: &mut Scene) {
+        (s.projectile.shape, s.projectile.size, s.projectile.mass) = (Shape::Box, [100.0, 100.0, 1.0], 1e3);
+        (s.projectile.orientation, s.projectile.velocity) = ([0.999_999_5, 0.001, 0.0, 0.0], [0.0, 0.0, 1e-3]);
+        s.projectile.position = [0.0, 0.0, -0.601];
+    }
+    type Case = (fn(&mut Scene), Result<(), (Code, &'static str)>);
+    let cases: [Case; 10] = [
+        (large, Ok(())),
+        (|s| (s.sheet.nodes_x, s.sheet.nodes_y) = (65_536, 65_536), Err((Code::TooManyNodes, "sheet.nodes_x"))),
+        (|s| (s.sheet.nodes_x, s.sheet.nodes_y) = (1 << 20, 4000), Ok(())),
+        (|s| (large(s), s.yarn.draw = fabric::Draw::Yarn).1, Ok(())),
+        (|s| (large(s), s.yarn.strength_draw = StrengthDraw::Weibull).1, Ok(())),
+        (|s| (large(s), s.yarn.damage_sd = 1e5).1, Ok(())), // half of the draws are refused
+        (|s| (large(s), s.time_step = TimeStep::seconds(2.7e-8)).1, Err((Code::StepTooLarge, "time_step.seconds"))),
+        (
+            |s| {
+                large(s);
+                (s.attachment.kind, s.sheet.pre_strain, s.yarn.draw) =
+                    (AttachmentKind::FourSides, [0.02, 0.0], fabric::Draw::Yarn);
+                (s.yarn.strength_draw, s.yarn.weibull_shape) = (StrengthDraw::Weibull, 2.0);
+            },
+            Err((Code::OutOfRange, "sheet.pre_strain")),
+        ),
+        (|s| (large(s), over_all(s)).1, Ok(())),
+        (
+            |s| {
+                (large(s), over_all(s));
+                (s.attachment.kind, s.drive) = (AttachmentKind::FourCorners, Drive::Prescribed);
+                s.attachment.disc_inset = 1.0;
+                (s.projectile.size, s.sheet.grading.largest) = ([20.0, 20.0, 1.0], 2);
+                s.sheet.grading.half_width = [100.0; 2];
+            },
+            Ok(()),
+        ),
+    ];
+    for (k, (change, expected)) in cases.into_iter().enumerate() {
+        let mut scene = base();
+        change(&mut scene);
+        let start = std::time::Instant::now();
+        let found = scene.check_start();
+        let took = start.elapsed();
+        println!("case {k}: {:.2} ms, {found:?}", 1e3 * took.as_secs_f64());
+        assert_eq!(found.map_err(|error| (error.code, error.field)), expected, "case {k}");
+        // On a busy machine, too: a thousandth of what the draws take.
+        assert!(took.as_secs_f64() < 0.5, "case {k}: {took:?}");
+    }
+}
+
+/// A part of the segments tells a step that is too large or too small, never one that may be right.
+#[test]
+fn a_check_of_many_segments_refuses_nothing_that_init_takes() {
+    let mut scene = base();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.yarn.modulus_sd) = (201, 201, 4e10);
+    let limits = scene.step_limits().unwrap();
+    let (fastest, memory) = (0.0254 / 35.0 / limits.dt, vec![CacheLine::ZERO; Layout::of(&scene).unwrap().lines()]);
+    for (velocity, taken) in [(0.999, true), (1.001, false)] {
+        scene.projectile.velocity[2] = velocity * fastest;
+        assert_eq!(Sim::new(&scene, &mut memory.clone()).is_ok(), taken);
+        assert!(scene.check_start().is_ok() || !taken);
+    }
+    scene.projectile.velocity[2] = 2.0 * fastest;
+    assert!(scene.check_start().is_err_and(|error| error.code == Code::ProjectileTooFast));
+    scene.projectile.velocity[2] = 50.0;
+    for (fraction, refused) in [(0.999, false), (1.3, true)] {
+        scene.time_step = TimeStep::seconds(fraction * limits.step_max);
+        assert_eq!(scene.check_start().is_err_and(|error| error.code == Code::StepTooLarge), refused);
+    }
 }
 
 fn base() -> Scene {

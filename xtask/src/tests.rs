@@ -263,7 +263,16 @@ fn studies() -> Outcome {
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
     // The first steps of a stack, which has a picture of its own.
-    study(&["run", "study/scenes/pack_of_62_plies.toml", "--steps", "64", "--out", &folder("run of plies")])?;
+    study(&[
+        "run",
+        "study/scenes/pack_of_62_plies.toml",
+        "--steps",
+        "64",
+        "--until",
+        "none",
+        "--out",
+        &folder("run of plies"),
+    ])?;
     report("run", &folder("run of plies"))?;
     let sheets = ["--sample", "512", "--movie", "--vtk"];
     study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;
