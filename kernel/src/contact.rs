@@ -20,6 +20,7 @@ use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::polyhedron::Gap;
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
 use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
@@ -42,6 +43,9 @@ const ROUNDING: f64 = 1e-15;
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
+
+/// A node no deeper than this part of the spacing touches, rounding aside.
+pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// One candidate node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -340,45 +344,66 @@ pub struct Passage<'s> {
     solid: &'s Solid,
     start: Body,
     end: Body,
+    /// Depth down to which a node only touches, m.
+    touching: f64,
+}
+
+/// The way of a node from the start to the end of a pass, straight in the body's axes.
+struct Way {
+    from: Gap,
+    to: Gap,
+    way: Vector,
 }
 
 impl<'s> Passage<'s> {
-    /// The passage of a body with these rates, over `dt`, s.
-    pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> Passage<'s> {
+    /// The passage of a body with these rates, over `dt`, s. A node only touches down to the depth `touching`, m.
+    pub fn new(solid: &'s Solid, body: &Body, dt: f64, touching: f64) -> Passage<'s> {
         let position = body.position + body.velocity * dt;
         let orientation = projectile::cayley_turn(&body.orientation, &body.angular_velocity, dt);
-        Passage { solid, start: *body, end: Body { position, orientation, ..*body } }
+        Passage { solid, start: *body, end: Body { position, orientation, ..*body }, touching }
     }
 
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
     /// `x` would press it.
     ///
-    /// The whole body lies behind that plane and behind the plane of the gap at `y`: the way stays outside if the node gets
-    /// before the second no later than behind the first. A face that is curved (by no radius below R) ends as far above its
-    /// own plane as way^2/2R: what presses by less is of second order, as what turning bends the way by, and no edge.
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses a free node by less
+    /// is of second order, as what turning bends the way by, and no edge.
     pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
-        let last = self.at(&self.end, y);
-        let to = self.solid.gap(&last);
-        if to.distance <= 0.0 {
-            return false;
-        }
-        let first = self.at(&self.start, x);
-        let from = self.solid.gap(&first);
-        let way = last - first;
+        let way = self.way(x, y);
+        let depth = -(way.from.distance + way.from.normal.dot(&way.way));
+        depth * (2.0 * self.solid.radius()) > way.way.dot(&way.way) && self.misses(&way)
+    }
+
+    /// The same of a held node, which is let pass for the time being also where it ends inside below another face: impulses on other
+    /// nodes may keep the body from it. Held, it would stop the body, so that no depth is of second order: at an edge the normal of
+    /// the gap turns by more than along a curved face.
+    pub fn may_pass_an_edge(&self, x: &Vector, y: &Vector) -> bool {
+        let way = self.way(x, y);
+        let (turn, inside) = (way.to.normal - way.from.normal, way.to.distance < -self.touching);
+        let at_edge = length(&turn) > self.solid.curvature() * length(&way.way);
+        at_edge && way.from.distance >= -self.touching && (inside || self.misses(&way))
+    }
+
+    /// Whether a node that goes straight from `x` to `y` stays outside.
+    pub fn stays_outside(&self, x: &Vector, y: &Vector) -> bool {
+        self.misses(&self.way(x, y))
+    }
+
+    /// The whole body lies behind the planes of the gap at both ends: the way stays outside if the node gets before the second no
+    /// later than behind the first. Both planes are taken lower by what counts as touching: nodes below a flat face lie in its plane
+    /// but for rounding, and so do those that come under it next.
+    fn misses(&self, Way { from, to, way }: &Way) -> bool {
+        let [start, end] = [from, to].map(|gap| gap.distance + self.touching);
         // Heights above the first plane at the end and above the second at the start.
-        let (first_at_end, last_at_start) = (from.distance + from.normal.dot(&way), to.distance - to.normal.dot(&way));
-        let edge = -first_at_end * (2.0 * self.solid.radius()) > way.dot(&way);
-        let outside = last_at_start >= 0.0 || last_at_start * first_at_end <= from.distance * to.distance;
-        edge && from.distance >= 0.0 && outside
+        let (first_at_end, last_at_start) = (start + from.normal.dot(way), end - to.normal.dot(way));
+        let crosses_in_order = last_at_start * first_at_end <= start * end;
+        start >= 0.0 && end >= 0.0 && (last_at_start >= 0.0 || first_at_end >= 0.0 || crosses_in_order)
     }
 
-    /// Whether a node at `y` is inside at the end.
-    pub fn ends_inside(&self, y: &Vector) -> bool {
-        self.solid.gap(&self.at(&self.end, y)).distance < 0.0
-    }
-
-    fn at(&self, body: &Body, x: &Vector) -> Vector {
-        pose::into_body(&body.orientation, &(x - body.position))
+    fn way(&self, x: &Vector, y: &Vector) -> Way {
+        let at = |body: &Body, x: &Vector| pose::into_body(&body.orientation, &(x - body.position));
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        Way { from: self.solid.gap(&first), to: self.solid.gap(&last), way: last - first }
     }
 }
 
@@ -740,13 +765,17 @@ pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
         return count;
     }
     let body = &system.state.body;
-    let passage = Passage::new(&system.solid, body, system.model.pass_dt);
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let passage = Passage::new(&system.solid, body, system.model.pass_dt, touching);
     let (mut c, mut kept) = (0, count);
     while c < kept {
-        let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
-            .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
-        let [x, y] = if pressed { free_way(system, c) } else { [Vector::zeros(); 2] };
-        if pressed && passage.is_past_an_edge(&x, &y) {
+        let candidate = system.blocks.candidates.get(c).map(Candidate::read);
+        let pressed = candidate.filter(|c| c.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
+        let passes = pressed.is_some_and(|candidate| {
+            let [x, y] = free_way(system, c);
+            if candidate.is_fixed() { passage.may_pass_an_edge(&x, &y) } else { passage.is_past_an_edge(&x, &y) }
+        });
+        if passes {
             kept -= 1;
             system.blocks.swap_candidates(c, kept);
         } else {
@@ -781,11 +810,12 @@ pub(crate) fn solve_contact(
             return (solved, kept);
         }
         let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
-        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+        let touching = TOUCHING * system.scene.sheet.spacing;
+        let passage = Passage::new(&system.solid, &body, system.model.pass_dt, touching);
         let alone = kept;
         for c in alone..count {
-            let [_, y] = free_way(system, c);
-            if passage.ends_inside(&y) {
+            let [x, y] = free_way(system, c);
+            if !passage.stays_outside(&x, &y) {
                 system.blocks.swap_candidates(c, kept);
                 kept += 1;
             }

@@ -203,6 +203,14 @@ impl Solid {
         }
     }
 
+    /// Largest curvature of its faces, 1/m; edges apart.
+    pub fn curvature(&self) -> f64 {
+        match self {
+            Solid::Polyhedron(_) => 0.0,
+            _ => 1.0 / self.radius(),
+        }
+    }
+
     /// Distance from the centre of mass to the farthest surface point, m.
     pub fn reach(&self) -> f64 {
         match self {
