@@ -20,7 +20,6 @@ use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
-use crate::polyhedron::Gap;
 use crate::pose::{self, Vector};
 use crate::projectile::{self, Body, Inertia};
 use crate::ranges::{NOT_KEPT, end_of_range, range_of, spread};
@@ -43,6 +42,9 @@ const ROUNDING: f64 = 1e-15;
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
+
+/// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
+const MOST_PLANES: u32 = 8;
 
 /// A node no deeper than this part of the spacing touches, rounding aside.
 pub(crate) const TOUCHING: f64 = 1e-9;
@@ -348,13 +350,6 @@ pub struct Passage<'s> {
     touching: f64,
 }
 
-/// The way of a node from the start to the end of a pass, straight in the body's axes.
-struct Way {
-    from: Gap,
-    to: Gap,
-    way: Vector,
-}
-
 impl<'s> Passage<'s> {
     /// The passage of a body with these rates, over `dt`, s. A node only touches down to the depth `touching`, m.
     pub fn new(solid: &'s Solid, body: &Body, dt: f64, touching: f64) -> Passage<'s> {
@@ -366,45 +361,46 @@ impl<'s> Passage<'s> {
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
     /// `x` would press it.
     ///
-    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses a free node by less
-    /// is of second order, as what turning bends the way by, and no edge.
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
+    /// order, as what turning bends the way by, and no edge.
     pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
-        let way = self.way(x, y);
-        let depth = -(way.from.distance + way.from.normal.dot(&way.way));
-        depth * (2.0 * self.solid.radius()) > way.way.dot(&way.way) && self.misses(&way)
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (from, way) = (self.solid.gap(&first), last - first);
+        let depth = -(from.distance + from.normal.dot(&way));
+        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y)
     }
 
-    /// The same of a held node, which is let pass for the time being also where it ends inside below another face: impulses on other
-    /// nodes may keep the body from it. Held, it would stop the body, so that no depth is of second order: at an edge the normal of
-    /// the gap turns by more than along a curved face.
-    pub fn may_pass_an_edge(&self, x: &Vector, y: &Vector) -> bool {
-        let way = self.way(x, y);
-        let (turn, inside) = (way.to.normal - way.from.normal, way.to.distance < -self.touching);
-        let at_edge = length(&turn) > self.solid.curvature() * length(&way.way);
-        at_edge && way.from.distance >= -self.touching && (inside || self.misses(&way))
+    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
+    pub fn starts_before_an_edge(&self, x: &Vector) -> bool {
+        self.solid.is_before_an_edge(&at(&self.start, x), -self.touching)
     }
 
     /// Whether a node that goes straight from `x` to `y` stays outside.
+    ///
+    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
+    /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
+    /// so do those that come under it next.
     pub fn stays_outside(&self, x: &Vector, y: &Vector) -> bool {
-        self.misses(&self.way(x, y))
-    }
-
-    /// The whole body lies behind the planes of the gap at both ends: the way stays outside if the node gets before the second no
-    /// later than behind the first. Both planes are taken lower by what counts as touching: nodes below a flat face lie in its plane
-    /// but for rounding, and so do those that come under it next.
-    fn misses(&self, Way { from, to, way }: &Way) -> bool {
-        let [start, end] = [from, to].map(|gap| gap.distance + self.touching);
-        // Heights above the first plane at the end and above the second at the start.
-        let (first_at_end, last_at_start) = (start + from.normal.dot(way), end - to.normal.dot(way));
-        let crosses_in_order = last_at_start * first_at_end <= start * end;
-        start >= 0.0 && end >= 0.0 && (last_at_start >= 0.0 || first_at_end >= 0.0 || crosses_in_order)
-    }
-
-    fn way(&self, x: &Vector, y: &Vector) -> Way {
-        let at = |body: &Body, x: &Vector| pose::into_body(&body.orientation, &(x - body.position));
         let (first, last) = (at(&self.start, x), at(&self.end, y));
-        Way { from: self.solid.gap(&first), to: self.solid.gap(&last), way: last - first }
+        let (way, mut gone) = (last - first, 0.0);
+        for _ in 0..MOST_PLANES {
+            let gap = self.solid.gap(&(first + way * gone));
+            let (height, rise) = (gap.distance + self.touching, gap.normal.dot(&way));
+            if height < 0.0 {
+                return false;
+            }
+            if height + rise * (1.0 - gone) >= 0.0 {
+                return true;
+            }
+            gone -= height / rise;
+        }
+        false
     }
+}
+
+/// A point in the axes of a body, from its centre.
+fn at(body: &Body, x: &Vector) -> Vector {
+    pose::into_body(&body.orientation, &(x - body.position))
 }
 
 /// What a solve did.
@@ -770,10 +766,10 @@ pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
     let (mut c, mut kept) = (0, count);
     while c < kept {
         let candidate = system.blocks.candidates.get(c).map(Candidate::read);
-        let pressed = candidate.filter(|c| c.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
-        let passes = pressed.is_some_and(|candidate| {
-            let [x, y] = free_way(system, c);
-            if candidate.is_fixed() { passage.may_pass_an_edge(&x, &y) } else { passage.is_past_an_edge(&x, &y) }
+        let passes = candidate.is_some_and(|candidate| {
+            let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
+            let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
+            if candidate.is_fixed() { passage.starts_before_an_edge(&x) } else { pressed && passage.is_past_an_edge(&x, &y) }
         });
         if passes {
             kept -= 1;
