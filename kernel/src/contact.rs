@@ -346,16 +346,14 @@ pub struct Passage<'s> {
     solid: &'s Solid,
     start: Body,
     end: Body,
-    /// Depth down to which a node only touches, m.
-    touching: f64,
 }
 
 impl<'s> Passage<'s> {
-    /// The passage of a body with these rates, over `dt`, s. A node only touches down to the depth `touching`, m.
-    pub fn new(solid: &'s Solid, body: &Body, dt: f64, touching: f64) -> Passage<'s> {
+    /// The passage of a body with these rates, over `dt`, s.
+    pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> Passage<'s> {
         let position = body.position + body.velocity * dt;
         let orientation = projectile::cayley_turn(&body.orientation, &body.angular_velocity, dt);
-        Passage { solid, start: *body, end: Body { position, orientation, ..*body }, touching }
+        Passage { solid, start: *body, end: Body { position, orientation, ..*body } }
     }
 
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
@@ -363,29 +361,34 @@ impl<'s> Passage<'s> {
     ///
     /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
     /// order, as what turning bends the way by, and no edge.
-    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
+    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
         let (first, last) = (at(&self.start, x), at(&self.end, y));
         let (from, way) = (self.solid.gap(&first), last - first);
         let depth = -(from.distance + from.normal.dot(&way));
-        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y)
+        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y, touching)
     }
 
     /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
-    pub fn starts_before_an_edge(&self, x: &Vector) -> bool {
-        self.solid.is_before_an_edge(&at(&self.start, x), -self.touching)
+    pub fn starts_before_an_edge(&self, x: &Vector, touching: f64) -> bool {
+        self.solid.is_before_an_edge(&at(&self.start, x), -touching)
     }
 
-    /// Whether a node that goes straight from `x` to `y` stays outside.
+    /// Depth of a node at `y` at the end, m; negative outside.
+    fn depth_at_end(&self, y: &Vector) -> f64 {
+        -self.solid.gap(&at(&self.end, y)).distance
+    }
+
+    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it only touches.
     ///
     /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
     /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
     /// so do those that come under it next.
-    pub fn stays_outside(&self, x: &Vector, y: &Vector) -> bool {
+    pub fn stays_outside(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
         let (first, last) = (at(&self.start, x), at(&self.end, y));
         let (way, mut gone) = (last - first, 0.0);
         for _ in 0..MOST_PLANES {
             let gap = self.solid.gap(&(first + way * gone));
-            let (height, rise) = (gap.distance + self.touching, gap.normal.dot(&way));
+            let (height, rise) = (gap.distance + touching, gap.normal.dot(&way));
             if height < 0.0 {
                 return false;
             }
@@ -755,21 +758,24 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
-pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
+/// `deepest`: what gathering found, m.
+pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
     let touching = TOUCHING * system.scene.sheet.spacing;
-    let passage = Passage::new(&system.solid, body, system.model.pass_dt, touching);
+    let held_touching = math::max(2.0 * deepest, touching);
+    let passage = Passage::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
         let candidate = system.blocks.candidates.get(c).map(Candidate::read);
         let passes = candidate.is_some_and(|candidate| {
             let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
             let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
-            if candidate.is_fixed() { passage.starts_before_an_edge(&x) } else { pressed && passage.is_past_an_edge(&x, &y) }
+            let waits = candidate.is_fixed() && passage.starts_before_an_edge(&x, held_touching);
+            waits || pressed && passage.is_past_an_edge(&x, &y, touching)
         });
         if passes {
             kept -= 1;
@@ -807,11 +813,13 @@ pub(crate) fn solve_contact(
         }
         let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
         let touching = TOUCHING * system.scene.sheet.spacing;
-        let passage = Passage::new(&system.solid, &body, system.model.pass_dt, touching);
+        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+        let held_touching = math::max(2.0 * deepest_support(system, &passage, kept), touching);
         let alone = kept;
         for c in alone..count {
             let [x, y] = free_way(system, c);
-            if !passage.stays_outside(&x, &y) {
+            let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+            if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
                 system.blocks.swap_candidates(c, kept);
                 kept += 1;
             }
@@ -822,6 +830,22 @@ pub(crate) fn solve_contact(
     }
     // Enough of it: all of them, as if there were no edge.
     (solve_first(system, count), count)
+}
+
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held and takes an impulse, m; 0 if none is inside.
+/// Turning bends the ways of nodes below a flat face by this much; another one, no farther from them than they are from each other,
+/// by at most twice as much.
+fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
+    let mut deepest = 0.0;
+    for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
+        let candidate = Candidate::read(slot);
+        if candidate.is_fixed() && candidate.impulse > 0.0 {
+            let [_, y] = free_way(system, c);
+            let depth = passage.depth_at_end(&y);
+            deepest = math::max(depth, deepest);
+        }
+    }
+    deepest
 }
 
 /// The impulses of the first `count` candidates of a single sheet.

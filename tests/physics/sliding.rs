@@ -104,7 +104,13 @@ impl Slide {
                 let m = sim.projectile().unwrap();
                 let v = length(m.velocity);
                 if (v - last).abs() > 1e-9 * v || n < 400 && (sim.counters().contacts > 0 || n % 50 == 0) {
-                    println!("{n} {:?} {:?} {:?} {:?}", self.back(m.velocity), self.back(m.angular_velocity), sim.counters(), self.back(m.position).map(|x| x / spacing()));
+                    println!(
+                        "{n} {:?} {:?} {:?} {:?}",
+                        self.back(m.velocity),
+                        self.back(m.angular_velocity),
+                        sim.counters(),
+                        self.back(m.position).map(|x| x / spacing())
+                    );
                     last = v;
                 }
             }
@@ -347,7 +353,8 @@ fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_no_more() {
 fn tilted_boxes_lose_along_the_grid_no_more_than_the_tilt_says() {
     let h = spacing();
     for k in 0..std::env::var("RUNS").map_or(12, |r| r.parse().unwrap()) {
-        let between = |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * number(7000 + 100 * k + m);
+        let between =
+            |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * number(7000 + 100 * k + m);
         let size = [between(0, 8.0, 14.0) * h, between(1, 4.0, 9.0) * h, between(2, 2.0, 6.0) * h];
         let (mass, speed, tilt) = (between(3, 1e-3, 2e-2), between(4, 30.0, 500.0), between(5, 1e-3, 0.03));
         let position = [between(6, -14.0, -10.0) * h, between(7, -1.0, 1.0) * h, 0.0];
@@ -369,9 +376,14 @@ fn tilted_boxes_lose_along_the_grid_no_more_than_the_tilt_says() {
             let taken = slide.back(sim.contact().unwrap().impulse);
             let along = taken[0].hypot(taken[1]);
             let motion = sim.projectile().unwrap();
-            let normal = slide.back(pose::rotate(&pose::quaternion(motion.orientation), &[0.0, 0.0, 1.0].into()).into());
+            let normal =
+                slide.back(pose::rotate(&pose::quaternion(motion.orientation), &[0.0, 0.0, 1.0].into()).into());
             worst.set(worst.get().max(sim.counters().worst_penetration / h));
-            assert!(along <= tilt.tan() * taken[2].abs() * 1.001, "{name}: {taken:?} tilt {tilt} {normal:?} {:e}", worst.get());
+            assert!(
+                along <= tilt.tan() * taken[2].abs() * 1.001,
+                "{name}: {taken:?} tilt {tilt} {normal:?} {:e}",
+                worst.get()
+            );
         };
         slide.run(14.0 * h, check, &format!("{k}"));
         println!("{k} depth {:e}", worst.get());
