@@ -43,6 +43,9 @@ const ROUNDING: f64 = 1e-15;
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
 
+/// Solves of a step in which the body may meet more of the nodes that were let pass.
+const MOST_ROUNDS: u32 = 8;
+
 /// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
 const MOST_PLANES: u32 = 8;
 
@@ -806,7 +809,7 @@ pub(crate) fn solve_contact(
     count: usize,
     solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
 ) -> (Solved, usize) {
-    for _ in 0..2 {
+    for _ in 0..MOST_ROUNDS {
         let solved = solve_first(system, kept);
         if kept == count {
             return (solved, kept);
@@ -832,14 +835,12 @@ pub(crate) fn solve_contact(
     (solve_first(system, count), count)
 }
 
-/// Depth at the pass's end of the deepest of the first `kept` candidates that is held and takes an impulse, m; 0 if none is inside.
-/// Turning bends the ways of nodes below a flat face by this much; another one, no farther from them than they are from each other,
-/// by at most twice as much.
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
+/// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
 fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
     let mut deepest = 0.0;
     for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
-        let candidate = Candidate::read(slot);
-        if candidate.is_fixed() && candidate.impulse > 0.0 {
+        if Candidate::read(slot).is_fixed() {
             let [_, y] = free_way(system, c);
             let depth = passage.depth_at_end(&y);
             deepest = math::max(depth, deepest);
