@@ -1,6 +1,6 @@
 //! Starts: the projectile's first motion, and sheets that a host has moved or damaged before the first step.
 
-use crate::contact::Search;
+use crate::contact::{Search, TOUCHING};
 use crate::energy;
 use crate::error::{Code, Error};
 use crate::lanes::InstructionSet;
@@ -61,9 +61,9 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut
     scene.symmetry.align(solid, body, scene.sheet.spacing)
 }
 
-/// Rounding aside, a node deeper than a billionth of the spacing is inside.
+/// Rounding aside, a node that does more than touch is inside.
 fn overlaps(scene: &Scene, gap: f64) -> bool {
-    gap < -1e-9 * scene.sheet.spacing
+    gap < -TOUCHING * scene.sheet.spacing
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
