@@ -112,9 +112,10 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def history(
-    simulation: Simulation, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
+    simulation: Simulation | Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
 ) -> "pandas.DataFrame":
-    """Runs a simulation to one of the outcomes, for at most so many steps, and returns a row for every `every` steps.
+    """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for every
+    `every` steps.
 
     A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row
     before (N), `work`, the energies (J), failed segments, nodes in contact, and the largest deflection (m) and stretch.
@@ -125,6 +126,8 @@ def history(
 
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
+    if isinstance(simulation, Scene):
+        simulation = Simulation(simulation)
     rows = [_sample(simulation, None)]
     last = simulation.step_count + steps
     while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
