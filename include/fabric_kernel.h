@@ -592,7 +592,7 @@ typedef struct fk_scene {
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 4
+#define FK_ABI_VERSION 5
 
 // Success.
 #define FK_OK 0
@@ -782,6 +782,9 @@ typedef struct fk_energy {
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
+    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
+    // `contact_loss` and `friction` hold it.
+    double support_work;
 } fk_energy;
 
 // What one ply of a stack holds.

@@ -58,6 +58,8 @@ pub struct Sums {
     pub ply_loss: f64,
     /// Deepest that facing nodes of two plies have been through each other, m.
     pub ply_penetration: f64,
+    /// Work of the projectile on fixed nodes, J.
+    pub support_work: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -90,6 +92,7 @@ impl Sums {
         friction: 0.0,
         ply_loss: 0.0,
         ply_penetration: 0.0,
+        support_work: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -239,6 +242,7 @@ impl Sums {
         visitor.count(&mut self.unconverged);
         visitor.count(&mut self.most_sweeps);
         visitor.count(&mut self.most_candidates);
+        visitor.seldom(&mut self.support_work);
         visitor.real(&mut self.first_energy);
         visitor.vector(&mut self.first_momentum);
     }
@@ -296,6 +300,11 @@ pub trait Visitor {
 
     /// A real number.
     fn real(&mut self, value: &mut f64);
+
+    /// A real number that is 0 in most runs. An image always holds it, the digest only if it is not 0.
+    fn seldom(&mut self, value: &mut f64) {
+        self.real(value);
+    }
 
     /// A vector, x first.
     fn vector(&mut self, value: &mut Vector) {
