@@ -1,9 +1,10 @@
 //! What a report of a shot must say of its scene: every report takes it from here.
 
+use fabric::math::sqrt;
 use fabric::{Scene, Shape};
 
 /// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of a flat face were seen to
-/// break within 6 us from 0.29 of it on (docs/validation.md, "Spacing").
+/// break within 6 us from 0.31 of it on (docs/tables/edges.md).
 const NAMED_FROM: f64 = 0.25;
 
 /// A sentence on the sharp edges of a projectile with flat faces that flies as the scene says, but at this speed, m/s; none if it is slow.
@@ -13,9 +14,9 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
         return None;
     }
     Some(format!(
-        "the projectile has flat faces, whose edges are sharp: at {speed:.0} m/s, {part:.2} of the velocity at which a yarn that is hit across \
-         breaks at once, bars at an edge may break within microseconds, however many plies there are; how much a real, rounded edge bears is \
-         not in the model, and where they break depends on the node spacing (docs/validation.md, \"Spacing\")"
+        "the projectile has flat faces, whose edges are sharp, as the model has no radius for them: at {speed:.0} m/s, {part:.2} of the velocity \
+         at which a yarn that is hit across breaks at once, bars at an edge may break within microseconds, in packs of many plies, too, \
+         and at which velocity they do depends on the node spacing and the place of the hit (docs/validation.md, \"Spacing\")"
     ))
 }
 
@@ -24,8 +25,8 @@ fn breaking_velocity(scene: &Scene) -> f64 {
     let [h_x, h_y] = scene.spacings();
     let (sheet, e) = (&scene.sheet, scene.yarn.critical_stretch - 1.0);
     // A node has the mass of both its yarns.
-    let c = (scene.yarn.modulus_mean * sheet.yarn_area * (h_x + h_y) / sheet.node_mass).sqrt();
-    c * (2.0 * e * (e * (1.0 + e)).sqrt() - e * e).sqrt()
+    let c = sqrt(scene.yarn.modulus_mean * sheet.yarn_area * (h_x + h_y) / sheet.node_mass);
+    c * sqrt(2.0 * e * sqrt(e * (1.0 + e)) - e * e)
 }
 
 /// Whether a hemisphere is ahead: at +z of the body.
@@ -56,7 +57,9 @@ mod tests {
     fn a_bullet_has_an_edge_where_its_tail_is_ahead() {
         let mut scene = crate::parse("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"").unwrap();
         (scene.projectile.shape, scene.projectile.velocity) = (Shape::HemisphericalCylinder, [0.0, 0.0, 1.0]);
-        for (orientation, nose_first) in [([1.0, 0.0, 0.0, 0.0], true), ([0.0, 1.0, 0.0, 0.0], false), ([0.96, 0.0, 0.28, 0.0], true)] {
+        for (orientation, nose_first) in
+            [([1.0, 0.0, 0.0, 0.0], true), ([0.0, 1.0, 0.0, 0.0], false), ([0.96, 0.0, 0.28, 0.0], true)]
+        {
             scene.projectile.orientation = orientation;
             assert_eq!(sharp_edges(&scene, 366.0).is_none(), nose_first, "{orientation:?}");
         }
