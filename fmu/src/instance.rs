@@ -344,6 +344,7 @@ impl Instance {
             Id::EnergyViscous => copy(values, &[cache.energy(sim)?.viscous]),
             Id::EnergyFriction => copy(values, &[cache.energy(sim)?.friction]),
             Id::EnergyPlyLoss => copy(values, &[cache.energy(sim)?.ply_loss]),
+            Id::EnergySupportWork => copy(values, &[cache.energy(sim)?.support_work]),
             Id::EnergyContactLoss => copy(values, &[sim.contact()?.loss]),
             Id::EnergyResidual => copy(values, &[cache.energy(sim)?.residual]),
             Id::MaxDeflection => copy(values, &[cache.fabric(sim)?.max_deflection]),

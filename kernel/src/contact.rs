@@ -938,7 +938,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
     let mut impulse_sum = Vector::zeros();
     let mut arm_sum = Vector::zeros();
-    let (mut work, mut loss, mut rubbed, mut touched) = (0.0, 0.0, 0.0, 0);
+    let (mut work, mut loss, mut rubbed, mut held, mut touched) = (0.0, 0.0, 0.0, 0.0, 0);
     let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.implicit);
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
@@ -980,6 +980,8 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         if candidate.is_fixed() {
             system.load_support(i, j, &(push * share));
             loss += given * body_speed;
+            let along = rubbing.map_or(0.0, |t| t.work(t.surface_speed(&mean_velocity, &mean_rate)));
+            held += given * body_speed + along * candidate.images();
             continue;
         }
         let lane = i % CHUNK;
@@ -1037,6 +1039,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.work += work;
     sums.loss += loss;
     sums.friction += rubbed;
+    sums.support_work += held;
 }
 
 /// Notes that a row holds a node with this displacement.

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kernel import Scene
-from .about import SCENE_HELP, described, positive, scene_named
+from .about import SCENE_HELP, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
 from .files import written
 
@@ -185,7 +185,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     try:
         scene, fabric = scene_named(given.scene)
-        about = described(scene, fabric)
+        about = (*described(scene, fabric), *noted(scene, max(given.velocities)))
         print("\n".join(about))
         table = fragment_map(
             scene,

@@ -316,6 +316,7 @@ class Shooter:
         self.was_kept = False
         """Whether the last shot was in the file."""
         self.made: dict[str, dict[str, Any]] = {}
+        self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
         from . import Refused, vary
@@ -324,6 +325,7 @@ class Shooter:
 
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.UNTIL, self.steps)
+        self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
         if not self.was_kept:
             try:
@@ -354,6 +356,7 @@ class Shooter:
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
+        from .about import noted
         from .runs import doubts
 
         rows = [row for row in self.made.values() if row["stopped"] is not None]
@@ -368,7 +371,7 @@ class Shooter:
             )
         if absorbed > 0.0:
             notes.append(f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed energy.")
-        return doubts(rows) + notes
+        return doubts(rows) + noted(self.scene, self.fastest) + notes
 
 
 def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:

@@ -273,6 +273,7 @@ impl Simulation {
             ("ply_loss", energy.ply_loss),
             ("contact_loss", energy.contact_loss),
             ("contact_work", energy.contact_work),
+            ("support_work", energy.support_work),
             ("external_work", energy.external_work),
             ("halving", energy.halving),
             ("residual", energy.residual),
