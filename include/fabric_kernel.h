@@ -411,7 +411,7 @@ typedef struct fk_scene_yarn {
     // by (L/h)^(1/m). 0: L is h. Read for drawn strength only. In m, >= 0. Default 0.
     double weibull_gauge_length;
     // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
-    // Read for drawn strength only. 0 to 1. Default 0.
+    // Read for drawn strength only, that of the back fabric included. 0 to 1. Default 0.
     double weibull_correlation;
     // Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity
     // Verlet only. 0 to 1. Default 0.

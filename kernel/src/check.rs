@@ -229,7 +229,9 @@ impl Scene {
             let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
             if strain > 0.0 && strain >= critical - 1.0 {
-                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0));
+                return Err(
+                    Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0).from("yarn.strength_draw")
+                );
             }
             strongest = math::max(critical, strongest);
         }
@@ -363,7 +365,8 @@ impl Scene {
         let first = yarn.damage_a * (1.0 - yarn.damage_b);
         // One rounding above 1 is what A = 1/(1 - B) gives.
         if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
-            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, 1.0 / (1.0 - yarn.damage_b)));
+            let limit = 1.0 / (1.0 - yarn.damage_b);
+            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, limit).from("yarn.damage_b"));
         }
         for (axis, slope, intercept) in [
             (Axis::Horizontal, "yarn.damage_slope", "yarn.damage_intercept"),
@@ -392,7 +395,8 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "yarn.rate_reference", yarn.rate_reference, slowest));
         }
         if yarn.rate_limit < yarn.rate_reference {
-            return Err(Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference));
+            let refused = Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference);
+            return Err(refused.from("yarn.rate_reference"));
         }
         Ok(())
     }
@@ -402,7 +406,7 @@ impl Scene {
         let [x, y] = self.spacings();
         if y > LARGEST_SPACING_RATIO * x || x > LARGEST_SPACING_RATIO * y {
             let limit = if y > x { LARGEST_SPACING_RATIO * x } else { x / LARGEST_SPACING_RATIO };
-            return Err(Error::new(Code::OutOfRange, "sheet.spacing_y", y, limit));
+            return Err(Error::new(Code::OutOfRange, "sheet.spacing_y", y, limit).from("sheet.spacing"));
         }
         let kind = self.attachment.kind;
         let all_sides = kind == AttachmentKind::FourSides;
@@ -414,14 +418,16 @@ impl Scene {
             }
             let limit = self.damage_law(axis).critical_stretch - 1.0;
             if strain >= limit {
-                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit));
+                return Err(
+                    Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit).from("yarn.critical_stretch")
+                );
             }
             if !held {
-                return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0));
+                return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("attachment.kind"));
             }
             // Segments of one line at one stretch pull alike only if their moduli are alike.
             if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
-                return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw"));
+                return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw").from("sheet.pre_strain"));
             }
         }
         Ok(())
@@ -438,9 +444,10 @@ impl Scene {
             return Ok(());
         }
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
-        for (mirrored, centre) in [(mirror_x, grading.centre[0]), (mirror_y, grading.centre[1])] {
+        let [x, y] = grading.centre;
+        for (mirrored, centre, plane) in [(mirror_x, x, "symmetry.mirror_x"), (mirror_y, y, "symmetry.mirror_y")] {
             if mirrored && centre != 0.0 {
-                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0));
+                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0).from(plane));
             }
         }
         Ok(())
@@ -453,7 +460,9 @@ impl Scene {
             positive("projectile.mass", body.mass)?;
             let least = self.largest_mass();
             if body.mass < least {
-                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least));
+                return Err(
+                    Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least).from("sheet.node_mass")
+                );
             }
         }
         Ok(())
@@ -462,18 +471,19 @@ impl Scene {
     fn check_stack(&self) -> Result<(), Error> {
         let (Stack { plies, gap, turned }, back) = (self.stack, self.back.plies);
         if back >= plies {
-            return Err(Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0));
+            let refused = Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0);
+            return Err(refused.from("stack.plies"));
         }
         if plies == 1 {
             return Ok(());
         }
         let limit = MAX_GAP * self.sheet.spacing;
         if gap > limit {
-            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit));
+            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit).from("sheet.spacing"));
         }
         // Half of the plies have their pre-tension along y.
         if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
-            return Err(Error::plain(Code::NotInEquilibrium, "stack.turned"));
+            return Err(Error::plain(Code::NotInEquilibrium, "stack.turned").from("attachment.kind"));
         }
         Ok(())
     }

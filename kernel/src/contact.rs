@@ -47,6 +47,15 @@ const ROUNDING: f64 = 1e-15;
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
 
+/// Solves of a step in which the body may meet more of the nodes that were let pass.
+const MOST_ROUNDS: u32 = 8;
+
+/// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
+const MOST_PLANES: u32 = 8;
+
+/// A node no deeper than this part of the spacing touches, rounding aside.
+pub(crate) const TOUCHING: f64 = 1e-9;
+
 /// One candidate node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
@@ -376,33 +385,51 @@ impl<'s> Passage<'s> {
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
     /// `x` would press it.
     ///
-    /// The whole body lies behind that plane and behind the plane of the gap at `y`: the way stays outside if the node gets
-    /// before the second no later than behind the first. A face that is curved (by no radius below R) ends as far above its
-    /// own plane as way^2/2R: what presses by less is of second order, as what turning bends the way by, and no edge.
-    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
-        let last = self.at(&self.end, y);
-        let to = self.solid.gap(&last);
-        if to.distance <= 0.0 {
-            return false;
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
+    /// order, as what turning bends the way by, and no edge.
+    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (from, way) = (self.solid.gap(&first), last - first);
+        let depth = -(from.distance + from.normal.dot(&way));
+        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y, touching)
+    }
+
+    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
+    pub fn starts_before_an_edge(&self, x: &Vector, touching: f64) -> bool {
+        self.solid.is_before_an_edge(&at(&self.start, x), -touching)
+    }
+
+    /// Depth of a node at `y` at the end, m; negative outside.
+    fn depth_at_end(&self, y: &Vector) -> f64 {
+        -self.solid.gap(&at(&self.end, y)).distance
+    }
+
+    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it only touches.
+    ///
+    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
+    /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
+    /// so do those that come under it next.
+    pub fn stays_outside(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (way, mut gone) = (last - first, 0.0);
+        for _ in 0..MOST_PLANES {
+            let gap = self.solid.gap(&(first + way * gone));
+            let (height, rise) = (gap.distance + touching, gap.normal.dot(&way));
+            if height < 0.0 {
+                return false;
+            }
+            if height + rise * (1.0 - gone) >= 0.0 {
+                return true;
+            }
+            gone -= height / rise;
         }
-        let first = self.at(&self.start, x);
-        let from = self.solid.gap(&first);
-        let way = last - first;
-        // Heights above the first plane at the end and above the second at the start.
-        let (first_at_end, last_at_start) = (from.distance + from.normal.dot(&way), to.distance - to.normal.dot(&way));
-        let edge = -first_at_end * (2.0 * self.solid.radius()) > way.dot(&way);
-        let outside = last_at_start >= 0.0 || last_at_start * first_at_end <= from.distance * to.distance;
-        edge && from.distance >= 0.0 && outside
+        false
     }
+}
 
-    /// Whether a node at `y` is inside at the end.
-    pub fn ends_inside(&self, y: &Vector) -> bool {
-        self.solid.gap(&self.at(&self.end, y)).distance < 0.0
-    }
-
-    fn at(&self, body: &Body, x: &Vector) -> Vector {
-        pose::into_body(&body.orientation, &(x - body.position))
-    }
+/// A point in the axes of a body, from its centre.
+fn at(body: &Body, x: &Vector) -> Vector {
+    pose::into_body(&body.orientation, &(x - body.position))
 }
 
 /// What a solve did.
@@ -788,19 +815,26 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
-pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
+/// `deepest`: what gathering found, m.
+pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let held_touching = math::max(2.0 * deepest, touching);
     let passage = Passage::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
-        let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
-            .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
-        let [x, y] = if pressed { free_way(system, c) } else { [Vector::zeros(); 2] };
-        if pressed && passage.is_past_an_edge(&x, &y) {
+        let candidate = system.blocks.candidates.get(c).map(Candidate::read);
+        let passes = candidate.is_some_and(|candidate| {
+            let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
+            let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
+            let waits = candidate.is_fixed() && passage.starts_before_an_edge(&x, held_touching);
+            waits || pressed && passage.is_past_an_edge(&x, &y, touching)
+        });
+        if passes {
             kept -= 1;
             system.blocks.swap_candidates(c, kept);
         } else {
@@ -829,17 +863,20 @@ pub(crate) fn solve_contact(
     count: usize,
     solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
 ) -> (Solved, usize) {
-    for _ in 0..2 {
+    for _ in 0..MOST_ROUNDS {
         let solved = solve_first(system, kept);
         if kept == count {
             return (solved, kept);
         }
         let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+        let touching = TOUCHING * system.scene.sheet.spacing;
         let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+        let held_touching = math::max(2.0 * deepest_support(system, &passage, kept), touching);
         let alone = kept;
         for c in alone..count {
-            let [_, y] = free_way(system, c);
-            if passage.ends_inside(&y) {
+            let [x, y] = free_way(system, c);
+            let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+            if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
                 system.blocks.swap_candidates(c, kept);
                 kept += 1;
             }
@@ -850,6 +887,20 @@ pub(crate) fn solve_contact(
     }
     // Enough of it: all of them, as if there were no edge.
     (solve_first(system, count), count)
+}
+
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
+/// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
+fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
+    let mut deepest = 0.0;
+    for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
+        if Candidate::read(slot).is_fixed() {
+            let [_, y] = free_way(system, c);
+            let depth = passage.depth_at_end(&y);
+            deepest = math::max(depth, deepest);
+        }
+    }
+    deepest
 }
 
 /// The impulses of the first `count` candidates of a single sheet.

@@ -31,7 +31,7 @@ const CLOSE: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
 /// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave; or, if another step does not halve that,
 /// by no more than the second.
-const FINISHED: [f64; 2] = [10.0, 1e5];
+const FINISHED: [f64; 2] = [10.0, 100.0];
 
 /// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
 type Six = [f64; 6];

@@ -1,6 +1,6 @@
 //! Starts: the projectile's first motion, and sheets that a host has moved or damaged before the first step.
 
-use crate::contact::Search;
+use crate::contact::{Search, TOUCHING};
 use crate::energy;
 use crate::error::{Code, Error};
 use crate::lanes::InstructionSet;
@@ -61,9 +61,9 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut
     scene.symmetry.align(solid, body, scene.sheet.spacing)
 }
 
-/// Rounding aside, a node deeper than a billionth of the spacing is inside.
+/// Rounding aside, a node that does more than touch is inside.
 fn overlaps(scene: &Scene, gap: f64) -> bool {
-    gap < -1e-9 * scene.sheet.spacing
+    gap < -TOUCHING * scene.sheet.spacing
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
@@ -109,33 +109,34 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let fixed = system.is_fixed(i, j);
-        if fixed && *velocity != [0.0; 3] {
-            return Err(Error::new(Code::OutOfRange, "velocities", k as f64, 0.0));
+        if let Some(&moves) = velocity.iter().find(|&&v| fixed && v != 0.0) {
+            return Err(Error::new(Code::OutOfRange, "velocities", moves, 0.0));
         }
         let x = Vector::from(system.model.pose.point_in(*point));
         let meets = !fixed || system.scene.drive == Drive::Free;
-        if meets && search.candidate(&x).is_some_and(|(gap, _, _)| overlaps(&system.scene, gap)) {
-            return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
+        let near = if meets { search.candidate(&x) } else { None };
+        if let Some((gap, _, _)) = near.filter(|(gap, _, _)| overlaps(&system.scene, *gap)) {
+            return Err(Error::new(Code::InitialOverlap, "positions", gap, 0.0));
         }
         let v = Vector::from(system.model.pose.vector_in(*velocity));
         let units = [("positions", x, system.scene.sheet.spacing), ("velocities", v, system.model.unit_speed)];
         for (field, vector, unit) in units {
             let limit = LARGEST_GIVEN_MOTION * unit;
-            if !vector.iter().all(|component| (-limit..=limit).contains(component)) {
-                return Err(Error::new(Code::OutOfRange, field, k as f64, limit));
+            if let Some(&beyond) = vector.iter().find(|&component| !(-limit..=limit).contains(component)) {
+                return Err(Error::new(Code::OutOfRange, field, beyond, limit));
             }
-        }
-        if leaves_plane(system, i, j, &x, &v) {
-            return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
+            if let Some(off) = leaves_plane(system, i, j, &vector, unit) {
+                return Err(Error::new(Code::NotSymmetric, field, off, 0.0));
+            }
         }
     }
     let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
     let height = |point: &[f64; 3]| system.model.pose.point_in(*point)[2];
-    for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
+    for (below, above) in points.iter().zip(points.iter().skip(nodes_of_ply)) {
         // Rounding aside, a node lies on or above the one that it faces below.
         let gap = height(above) - height(below);
         if system.layout.is_stack() && overlaps(&system.scene, gap) {
-            return Err(Error::new(Code::PliesOverlap, "positions", (k + nodes_of_ply) as f64, 0.0));
+            return Err(Error::new(Code::PliesOverlap, "positions", gap, 0.0));
         }
     }
     let h = system.scene.sheet.spacing;
@@ -216,11 +217,11 @@ fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
     [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
 }
 
-/// Whether a position, m, or velocity, m/s, takes a node off a mirror plane, beyond rounding.
-fn leaves_plane(system: &System<'_>, i: usize, j: usize, x: &Vector, v: &Vector) -> bool {
-    let small = |value: f64, scale: f64| value <= 1e-9 * scale && value >= -1e-9 * scale;
-    let (h, unit_speed) = (system.scene.sheet.spacing, system.model.unit_speed);
-    (0..2).any(|k| on_planes(system, i, j)[k] && !(small(x[k], h) && small(v[k], unit_speed)))
+/// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of its unit.
+fn leaves_plane(system: &System<'_>, i: usize, j: usize, vector: &Vector, unit: f64) -> Option<f64> {
+    let small = |value: f64| value <= 1e-9 * unit && value >= -1e-9 * unit;
+    let across = vector.iter().zip(on_planes(system, i, j));
+    across.filter(|(_, on_plane)| *on_plane).map(|(component, _)| *component).find(|&component| !small(component))
 }
 
 fn refuse_if_started(system: &System<'_>) -> Result<(), Error> {

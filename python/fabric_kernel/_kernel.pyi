@@ -22,7 +22,7 @@ class Refused(ValueError):
     field: str
     """The parameter or argument, e.g. "projectile.mass"; empty if no single one is to blame."""
     other: str
-    """The parameter that it does not go with, if that is the reason; else empty."""
+    """The parameter that it does not go with, or that the limit follows from; else empty."""
     code: str
     """The reason, as `fabric::Code` names it; "BadValue" for an unknown name or a value of the wrong type."""
     value: float

@@ -114,7 +114,8 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 def history(
     simulation: Simulation | Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
 ) -> "pandas.DataFrame":
-    """Runs a simulation, or a new one of a scene, to one of the outcomes, for at most so many steps, and returns a row for every `every` steps.
+    """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for every
+    `every` steps.
 
     A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row
     before (N), `work`, the energies (J), failed segments, nodes in contact, and the largest deflection (m) and stretch.

@@ -11,7 +11,7 @@ create_exception!(
     Refused,
     PyValueError,
     "What was asked for cannot be; nothing has changed. `field` names the parameter or argument, `code` the reason, `other` the \
-     parameter that it does not go with; `value` and `limit` are the number found and the limit it crosses, in SI units."
+     parameter that it does not go with or that the limit follows from; `value` and `limit` are the number found and the limit it crosses, in SI units."
 );
 create_exception!(
     fabric_kernel,

@@ -82,7 +82,7 @@ impl Scene {
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Scene> {
         // Rust does not say which file it was, Python does.
-        let text = std::fs::read_to_string(&path)
+        let text = fabric_scene::text_of(&path)
             .map_err(|error| PyErr::from(std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))))?;
         Scene::parse(&text)
     }

@@ -89,6 +89,7 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
             }
             _ => format!("{refused}; the limit is {limit}"),
         },
+        _ if limit == 0.0 => format!("{refused} (given {value:.6e})"),
         _ => format!("{refused} (given {value:.6e}, the limit is {limit:.6e})"),
     }
 }

@@ -12,8 +12,10 @@ fn scene(test: &str, file: &str, parameters: &str) -> (PathBuf, Command) {
     fs::create_dir_all(&folder).unwrap();
     let text = format!("preset = \"sheet_3in_sphere\"\nsheet = {{ nodes_x = 31, nodes_y = 31 }}\n{parameters}\n");
     fs::write(folder.join(file), text).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fabric-study"));
-    command.current_dir(&folder).args(["run", file]).stdout(Stdio::null());
+    // Tests may run where the signal is ignored.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_fabric-study"), "run", file]);
+    command.current_dir(&folder).stdout(Stdio::null());
     (folder, command)
 }
 

@@ -80,6 +80,45 @@ fn a_check_of_any_scene_takes_milliseconds() {
     }
 }
 
+/// Where a limit follows from another field, that one is named, too: a limit of 0 alone would help nobody.
+#[test]
+fn a_refusal_names_the_field_that_its_limit_follows_from() {
+    let cases: [(fn(&mut Scene), &str); 6] = [
+        (|s| s.back.plies = 2, "back.plies: out of range; it is 2: see stack.plies"),
+        (|s| s.sheet.spacing_y = 0.1, "sheet.spacing_y: out of range; it is 1e-1: see sheet.spacing"),
+        (|s| s.projectile.mass = 1e-9, "projectile.mass: projectile lighter than a node: see sheet.node_mass"),
+        (|s| s.yarn.damage_a = 2.0, "yarn.damage_a: out of range; it is 2: see yarn.damage_b"),
+        (
+            |s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 1.0),
+            "yarn.rate_limit: out of range; it is 1: see yarn.rate_reference",
+        ),
+        (
+            |s| (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::Free, [0.01, 0.0]),
+            "sheet.pre_strain: pre-tension without equilibrium: an edge that is not held, or segments drawn one by one: see attachment.kind",
+        ),
+    ];
+    for (change, text) in cases {
+        let mut scene = base();
+        change(&mut scene);
+        assert_eq!(scene.check().unwrap_err().text().as_str(), text);
+    }
+}
+
+/// The correlation of drawn strength is read for the back fabric alone, too: it is checked, and an image of another one does not fit.
+#[test]
+fn the_correlation_of_a_drawn_back_fabric_counts() {
+    let mut scene = base();
+    (scene.stack.plies, scene.back.plies, scene.back.node_mass) = (2, 1, scene.sheet.node_mass);
+    scene.back.weibull_shape = 10.0;
+    let of = |correlation: f64| {
+        let mut scene = scene;
+        scene.yarn.weibull_correlation = correlation;
+        (scene.check().map_err(|error| error.field), fabric::snapshot::fingerprint(&scene, 1e-8))
+    };
+    assert_eq!(of(f64::NAN).0, Err("yarn.weibull_correlation"));
+    assert!(of(0.0).0.is_ok() && of(0.0).1 != of(0.5).1);
+}
+
 /// A part of the segments tells a step that is too large or too small, never one that may be right.
 #[test]
 fn a_check_of_many_segments_refuses_nothing_that_init_takes() {
@@ -605,7 +644,17 @@ fn motions_set_by_hand_are_checked() {
         }
     }
     // Node 0 is fixed; node 40 is the middle of 9 x 9, and 3 mm below the plane it is inside the sphere.
-    call_refused(&mut sim, Code::OutOfRange, "velocities", |s| s.set_motion(&x, &with(&v, 1, 1e-9)));
+    // What is told is the number in SI units, not that of the node.
+    let told = |sim: &mut Sim<'_>, code, field, x: &[f64], v: &[f64], value: f64| {
+        let error = sim.set_motion(x, v).unwrap_err();
+        assert_eq!((error.code, error.field), (code, field));
+        assert!((error.value / value - 1.0).abs() < 1e-9, "{error:?}");
+    };
+    told(&mut sim, Code::OutOfRange, "velocities", &x, &with(&v, 1, 1e-9), 1e-9);
+    told(&mut sim, Code::OutOfRange, "positions", &with(&x, 3 * 40, 1e40), &v, 1e40);
+    // The sphere's centre is its radius and 1 nm before the plane.
+    let deep = scene.projectile.position[2].abs() - 3e-3 - scene.projectile.radius;
+    told(&mut sim, Code::InitialOverlap, "positions", &with(&x, 3 * 40 + 2, -3e-3), &v, deep);
     call_refused(&mut sim, Code::InitialOverlap, "positions", |s| s.set_motion(&with(&x, 3 * 40 + 2, -3e-3), &v));
     sim.step().unwrap();
     call_refused(&mut sim, Code::AlreadyStarted, "", |s| s.set_motion(&x, &v));

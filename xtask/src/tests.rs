@@ -103,6 +103,10 @@ fn documentation() -> Outcome {
 fn package() -> Outcome {
     cargo(&["package", "--quiet", "--package", "fabric-kernel", "--allow-dirty"])?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
+    if let Some(missing) = ["LICENSE-MIT", "LICENSE-APACHE"].iter().find(|name| !packed.with_file_name(name).is_file())
+    {
+        return Err(format!("the package of the kernel has no {missing}"));
+    }
     let folder = target().join("package/docs");
     let (packed, folder) = (packed.to_string_lossy(), folder.to_string_lossy());
     let features = ["--no-deps", "--features", "micro,implicit"];
