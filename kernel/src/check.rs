@@ -174,9 +174,9 @@ impl Scene {
     fn numbers_of(&self, back: bool, look: &mut Look) -> StepBy<Range<u64>> {
         let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
         let numbers = if back { front * of_ply..self.segments() } else { 0..front * of_ply };
-        let stride = (numbers.end - numbers.start).div_ceil(look.most).max(1);
+        let stride = (numbers.end - numbers.start).div_ceil(look.most.max(1)).max(1);
         look.at_all &= stride == 1;
-        numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX))
+        numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX).max(1))
     }
 
     /// What dt_crit is not below, whatever is drawn.

@@ -280,8 +280,8 @@ impl Equations {
     fn add(&mut self, way: &Way, given: f64, slope: &Six) {
         for k in 0..6 {
             self.left[k] += way.to_body[k] * given;
-            for l in 0..6 {
-                self.slope[k][l] += way.to_body[k] * slope[l];
+            for (sum, part) in self.slope[k].iter_mut().zip(slope) {
+                *sum += way.to_body[k] * part;
             }
         }
     }
@@ -301,7 +301,7 @@ fn solution(at: &Equations) -> Option<Six> {
     let (mut rows, mut right) = (at.slope, at.left);
     for k in 0..6 {
         let (pivot, of_pivot) = (rows[k], right[k]);
-        if !(math::abs(pivot[k]) > f64::EPSILON) {
+        if pivot[k].is_nan() || math::abs(pivot[k]) <= f64::EPSILON {
             return None;
         }
         for i in k + 1..6 {
