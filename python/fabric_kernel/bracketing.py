@@ -29,11 +29,11 @@ def scenes():
     from . import Scene
 
     small = {"nodes_x": 51, "nodes_y": 51}
-    found = {"sheet_3in_sphere": Scene(), "sheet_10in_cylinder": Scene("sheet_10in_cylinder", sheet=small)}
+    found = {"sheet_3in_sphere": Scene()}
     weave = {"linear_density": {"value": 1420, "unit": "denier"}, "count": {"value": 17, "unit": "1/in"}}
     for textile in ("kevlar_49_yarn", "kevlar_km2_s706", "powell_zohdi_2009", "zylon_as_500_35"):
         found[textile] = Scene(fabric={"name": textile} | (weave if textile == "kevlar_49_yarn" else {}), sheet=small)
-    return found
+    return found | {"sheet_10in_cylinder": Scene("sheet_10in_cylinder", sheet=small)}
 
 
 def shot(name, scene, keep):

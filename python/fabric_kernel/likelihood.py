@@ -128,20 +128,24 @@ def maximum(velocities, through, link, near=None):
 
 
 def firth(velocities, through, link):
-    """The maximum of the penalised likelihood: finite also where results do not overlap."""
+    """The maximum of the penalised likelihood, if there is one among the fabrics that are thought possible: finite also where results do
+    not overlap."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     rows = rises(velocities, through)
     mu = numpy.full(rows.shape, numpy.nan)
     sigma, level = mu.copy(), mu.copy()
     if rows.any():
         mu[rows], sigma[rows], level[rows] = newton(velocities[rows], through[rows], link, 1.0)
-    # Beside shots that lie far away there may be two maxima, one with a sigma as large as all of them: it counts only if the other, among
-    # the possible fabrics, is lower and it is possible itself.
-    far = numpy.flatnonzero(rows & (numpy.ptp(velocities, axis=-1) > 4.0 * core(velocities)))
+    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them: the best of the
+    # possible fabrics counts if there is none that is higher and possible itself.
+    middle = numpy.median(velocities, axis=-1)
+    impossible = link.deviation * sigma > LARGEST * mu
+    far = numpy.flatnonzero(rows & (middle > 0) & (impossible | (numpy.ptp(velocities, axis=-1) > 4.0 * core(velocities))))
     if len(far):
         v = velocities[far]
-        other = newton(v, through[far], link, 1.0, (numpy.median(v, axis=-1), 0.25 * core(v)))
-        better = (link.deviation * sigma[far] > LARGEST * mu[far]) | (other[2] > level[far])
+        start = numpy.minimum(0.25 * core(v), 0.5 * LARGEST / link.deviation * middle[far])
+        other = newton(v, through[far], link, 1.0, (middle[far], start))
+        better = impossible[far] | (other[2] > level[far])
         mu[far[better]], sigma[far[better]], level[far[better]] = (values[better] for values in other)
     # The penalty can turn a slope that hardly rises.
     flat = ~(sigma > 0)
@@ -301,10 +305,11 @@ def possible(velocities, through, link):
     """The level of Firth's maximum among the fabrics whose standard deviation is at most LARGEST of V50. NaN where there is no fit."""
     found = firth(velocities, through, link)
     level = found.level.copy()
-    beyond = link.deviation * found.sigma > LARGEST * found.mu
+    beyond = link.deviation * found.sigma > 0.9 * LARGEST * found.mu
     if beyond.any():
-        # Then it lies where the two are in this proportion: the velocity 0 has this quantile.
-        level[beyond] = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / LARGEST, 1.0)[0]
+        # Then it may lie where the two are in this proportion: the velocity 0 has this quantile.
+        bound = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / LARGEST, 1.0)[0]
+        level[beyond] = numpy.where(link.deviation * found.sigma[beyond] > LARGEST * found.mu[beyond], bound, numpy.fmax(level[beyond], bound))
     return level
 
 

@@ -33,6 +33,10 @@ Shoot = Callable[[float, int], tuple[bool, float]]
 number alone decides what is drawn for the shot."""
 
 
+UNKNOWN = 3
+"""So many unknown shots in turn end a test."""
+
+
 class Unknown(RuntimeError):
     """A shot that was neither stopped nor went through."""
 
@@ -203,30 +207,40 @@ def _html_table(heading: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     return "<table>" + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table>"
 
 
-def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None] | None) -> tuple[list[Shot], list[str]]:
-    """The shots of a test, and why there are fewer than were asked for."""
+def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:
+    """The shots of a test, which shots were left out, and why there are fewer than were asked for."""
     made: list[Shot] = []
+    left_out: list[str] = []
+    in_turn = 0
     design.start(1)
-    for number in range(shots):
+    while len(made) < shots:
         velocities = numpy.array([[shot.velocity for shot in made]], float).reshape(1, -1)
         through = numpy.array([[not shot.stopped for shot in made]], bool).reshape(1, -1)
         alike = made and through.all() == through.any() and not isinstance(design, designs.Plan)
-        if alike and number == designs.ALIKE:
-            return made, [f"{number} shots with one result, from {velocities.min():.4g} to {velocities.max():.4g} m/s, ended the test without a V50."]
-        velocity = float(design.next(velocities, through)[0])
+        if alike and len(made) == designs.ALIKE:
+            ended = f"{len(made)} shots with one result, from {velocities.min():.4g} to {velocities.max():.4g} m/s, ended the test without a V50."
+            return made, [*left_out, ended]
+        # An unknown shot is shot again with the next draw.
+        velocity = float(design.next(velocities, through)[0]) if not in_turn else velocity
         if not velocity > 0.0:
-            return made, [f"The design asked for {velocity:.4g} m/s as shot {number + 1}, which cannot be shot: the test ended before it."]
+            ended = f"The design asked for {velocity:.4g} m/s as shot {len(made) + 1}, which cannot be shot: the test ended before it."
+            return made, [*left_out, ended]
         try:
-            stopped, residual = shoot(velocity, number)
+            stopped, residual = shoot(velocity, len(made) + len(left_out))
         except Unknown as unknown:
+            left_out.append(f"Left out: {unknown}.")
+            say(left_out[-1])
+            in_turn += 1
+            if in_turn < UNKNOWN:
+                continue
             if not alike:
                 raise
-            return made, [f"The test ended without a V50, as all results so far are alike: {unknown}."]
+            return made, [*left_out, "The test ended without a V50, as all known results are alike."]
+        in_turn = 0
         made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
-        if say:
-            kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
-            say(f"shot {number + 1} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
-    return made, []
+        kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
+        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
+    return made, left_out
 
 
 def v50(
@@ -245,8 +259,10 @@ def v50(
 ) -> Test:
     """Shoots, fits and returns the test.
 
+    - `shoot`: a shot that is Unknown is left out, which the report says, and shot again with the next draw; the third in turn ends the
+      test: with the bound of the shots so far if all are alike, else by raising it;
     - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design end it
-      after twelve shots with one result, or where a shot after such shots is Unknown: the bound that they give is reported;
+      after twelve shots with one result, with the bound that they give;
     - `link`: "probit" or "logit", the law of single limits;
     - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
     - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line after each shot.
@@ -259,7 +275,7 @@ def v50(
         raise ValueError(f"shots: the plan has {len(design.velocities)} velocities; shots are {shots}")
     if link not in LINKS:
         raise ValueError(f'link: must be "probit" or "logit"; it is "{link}"')
-    made, notes = _shots(shoot, design, shots, say)
+    made, notes = _shots(shoot, design, shots, say or (lambda line: None))
     if not made:
         raise ValueError(f"design: {notes[0]}")
     v = numpy.array([shot.velocity for shot in made])
@@ -446,3 +462,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: the shots so far are in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
     print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json")
+
+
+if __name__ == "__main__":
+    main()
