@@ -592,7 +592,7 @@ typedef struct fk_scene {
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 4
+#define FK_ABI_VERSION 5
 
 // Success.
 #define FK_OK 0
@@ -782,6 +782,9 @@ typedef struct fk_energy {
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
+    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
+    // `contact_loss` and `friction` hold it.
+    double support_work;
 } fk_energy;
 
 // What one ply of a stack holds.
@@ -813,9 +816,9 @@ typedef struct fk_counters {
     uint64_t failed_segments;
     // Nodes with a contact impulse in the last step.
     uint64_t contacts;
-    // Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
+    // Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
     uint64_t unconverged;
-    // Most Gauss-Seidel sweeps of one solve, at most 200, or 4000 where a fixed node takes an impulse.
+    // Most Gauss-Seidel sweeps of one solve, at most 300: sweeps and, behind 200 of them, passes of Newton's method.
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
     uint64_t most_candidates;
@@ -832,6 +835,9 @@ typedef struct fk_counters {
     // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     // too far apart to feel it: 0 in a run that is to be trusted.
     uint64_t beyond_fine;
+    // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
+    // should have stopped; 0 if all converged.
+    double contact_residual;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.

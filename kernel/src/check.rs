@@ -71,7 +71,15 @@ impl Scene {
         let mass = self.largest_mass();
         let units = [mass, mass * speed, mass * speed * speed];
         let stiffnesses = [front.per_mass, back.per_mass].map(|per_mass| per_mass.map(|k| dt * dt * k));
+        // Densities of energy come from stiffnesses by moduli over them.
+        let has_density = |back: bool, axis: Axis| {
+            let over = self.node_mass(back) * self.spacing(axis) / (self.area_of(axis, back) * dt * dt);
+            over.is_normal() && (LARGEST_STIFFNESS * over).is_finite()
+        };
+        let have_densities = |back| has_density(back, Axis::Horizontal) && has_density(back, Axis::Vertical);
         let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
+            && have_densities(false)
+            && (self.back.plies == 0 || have_densities(true))
             && stiffnesses.as_flattened().iter().all(|k| k.is_normal() && *k <= LARGEST_STIFFNESS)
             && AT_REST * speed <= SLOWEST_MOTION;
         if !usable {
@@ -166,9 +174,9 @@ impl Scene {
     fn numbers_of(&self, back: bool, look: &mut Look) -> StepBy<Range<u64>> {
         let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
         let numbers = if back { front * of_ply..self.segments() } else { 0..front * of_ply };
-        let stride = (numbers.end - numbers.start).div_ceil(look.most).max(1);
+        let stride = (numbers.end - numbers.start).div_ceil(look.most.max(1)).max(1);
         look.at_all &= stride == 1;
-        numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX))
+        numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX).max(1))
     }
 
     /// What dt_crit is not below, whatever is drawn.

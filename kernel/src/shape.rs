@@ -290,6 +290,20 @@ impl Solid {
         })
     }
 
+    /// Whether the point `p`, in the body's frame, lies higher than `height` above two faces that meet at an edge, m.
+    pub fn is_before_an_edge(&self, p: &Vector, height: f64) -> bool {
+        let before_rim = |radius: f64, beyond_end: f64| {
+            let from_axis = math::sqrt(p.x * p.x + p.y * p.y);
+            from_axis - radius >= height && beyond_end >= height
+        };
+        match self {
+            Solid::Sphere { .. } => false,
+            Solid::Cylinder { radius, half_length } => before_rim(*radius, math::abs(p.z) - half_length),
+            Solid::HemisphericalCylinder { radius, shank, nose } => before_rim(*radius, nose - shank - p.z),
+            Solid::Polyhedron(body) => body.is_before_an_edge(p, height),
+        }
+    }
+
     /// (M12) Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
         match self {

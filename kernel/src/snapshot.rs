@@ -12,7 +12,7 @@
 
 use crate::error::{Code, Error};
 use crate::fields;
-use crate::layout::HEADER_WORDS;
+use crate::layout::{HEADER_WORDS, MARK_WORDS};
 use crate::planes::{self, Axis, CHUNK};
 use crate::pose::Vector;
 use crate::scene::Scene;
@@ -68,6 +68,11 @@ impl Visitor for Hash {
     }
     fn real(&mut self, value: &mut f64) {
         self.word(value.to_bits());
+    }
+    fn mark(&mut self, value: &mut f64) {
+        if *value != 0.0 {
+            self.word(value.to_bits());
+        }
     }
 }
 
@@ -230,7 +235,8 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
 /// A hash of the whole state, row-major and unpadded. Commits nothing.
 pub(crate) fn digest(system: &System<'_>) -> u64 {
     let mut hash = Hash::default();
-    for word in header(system) {
+    let [magic, format, scene, words] = header(system);
+    for word in [magic, format, scene, words - MARK_WORDS as u64] {
         hash.word(word);
     }
     let mut state = system.state;

@@ -1,6 +1,6 @@
 //! Starts: the projectile's first motion, and sheets that a host has moved or damaged before the first step.
 
-use crate::contact::Search;
+use crate::contact::{Search, TOUCHING};
 use crate::energy;
 use crate::error::{Code, Error};
 use crate::lanes::InstructionSet;
@@ -38,10 +38,11 @@ pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result
 /// Every how many columns, rows and plies are looked at, so that these are some `most` nodes.
 fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
     let [columns, rows, plies] = counts;
-    let excess = (columns * rows * plies).div_ceil(most).max(1);
+    let excess = columns.saturating_mul(rows).saturating_mul(plies).div_ceil(most.max(1)).max(1);
     let along = excess.isqrt().min(columns).max(1);
     let up = excess.div_ceil(along).min(rows).max(1);
-    [along, up, excess.div_ceil(along * up)].map(|stride| usize::try_from(stride).unwrap_or(usize::MAX))
+    [along, up, excess.div_ceil(along.saturating_mul(up).max(1))]
+        .map(|stride| usize::try_from(stride).unwrap_or(usize::MAX))
 }
 
 /// Puts the projectile where the scene places it, with a model of its own.
@@ -61,9 +62,9 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut
     scene.symmetry.align(solid, body, scene.sheet.spacing)
 }
 
-/// Rounding aside, a node deeper than a billionth of the spacing is inside.
+/// Rounding aside, a node that does more than touch is inside.
 fn overlaps(scene: &Scene, gap: f64) -> bool {
-    gap < -1e-9 * scene.sheet.spacing
+    gap < -TOUCHING * scene.sheet.spacing
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
@@ -75,12 +76,12 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
     let (movable, [columns, rows, plies]) = (scene.drive == Drive::Free, search.box_at_rest(scene, &places));
     let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
-    for j in rows.step_by(up) {
+    for j in rows.step_by(up.max(1)) {
         let y = places[1].offset(j) * h_y;
         let [[a, b], [c, d]] = if movable { [[0; 2]; 2] } else { weave::runs_among(scene, &places, j) };
-        for i in columns.clone().step_by(along).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+        for i in columns.clone().step_by(along.max(1)).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
             let x = places[0].offset(i) * h_x;
-            for ply in plies.clone().step_by(through) {
+            for ply in plies.clone().step_by(through.max(1)) {
                 let gap = search.gap(&Vector::new(x, y, ply as f64 * scene.stack.gap));
                 if overlaps(scene, gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));

@@ -13,7 +13,7 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate, Found};
+use crate::contact::{self, Candidate, Found, Gathered};
 use crate::error::Failure;
 use crate::grading::Net;
 use crate::math;
@@ -36,8 +36,13 @@ const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
 #[inline(never)] // It must not add to the stack of the sweep.
-pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
-    let rates = system.state.body;
+pub(crate) fn iterate(
+    system: &mut System<'_>,
+    rule: Integrator,
+    gathered: &Gathered,
+    before: &Body,
+) -> Result<(), Failure> {
+    let (rates, count) = (system.state.body, gathered.count);
     start_pushed(system);
     keep_gaps(system, count);
     let mut kept = 0;
@@ -47,7 +52,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
         // not end.
-        kept = if iteration == 1 { contact::let_pass(system, count) } else { kept };
+        kept = if iteration == 1 { contact::let_pass(system, count, gathered.deepest) } else { kept };
         let solved;
         (solved, kept) = contact::solve_contact(system, kept, count, contact::solve_first);
         push_candidates(system, count);

@@ -92,6 +92,9 @@ class Scene:
     def text(self) -> str:
         """The scene as a TOML file, with every parameter and its meaning."""
 
+    def sharp_edges(self, speed: float) -> str | None:
+        """What a report must say of a projectile with flat faces that flies at this speed, m/s; None if it is slow or round."""
+
     def __getitem__(self, name: str) -> Any: ...
     def __eq__(self, other: object) -> bool: ...
 
@@ -128,6 +131,8 @@ class Energy(TypedDict):
     ply_loss: float
     contact_loss: float
     contact_work: float
+    support_work: float
+    """Work of the projectile on held nodes, J: the part of `contact_work` that the fabric did not get."""
     external_work: float
     halving: float
     residual: float
@@ -157,6 +162,8 @@ class Counters(TypedDict):
     be trusted."""
     worst_penetration: float
     ply_penetration: float
+    contact_residual: float
+    """Greatest speed by which a contact has failed its law in a solve that was given up, m/s; 0 if all converged."""
 
 class Latch(TypedDict):
     step: int

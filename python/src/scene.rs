@@ -144,6 +144,11 @@ impl Scene {
         fabric_scene::write(PRESETS[0].0, &self.scene)
     }
 
+    /// What a report must say of the edges of the projectile at a speed, m/s.
+    fn sharp_edges(&self, speed: f64) -> Option<String> {
+        fabric_scene::notes::sharp_edges(&self.scene, speed)
+    }
+
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let field = field(name).ok_or_else(|| PyKeyError::new_err(short(name).to_string()))?;
         parameters::value(py, field, &self.scene)

@@ -273,6 +273,7 @@ impl Simulation {
             ("ply_loss", energy.ply_loss),
             ("contact_loss", energy.contact_loss),
             ("contact_work", energy.contact_work),
+            ("support_work", energy.support_work),
             ("external_work", energy.external_work),
             ("halving", energy.halving),
             ("residual", energy.residual),
@@ -319,6 +320,7 @@ impl Simulation {
         let all = all.into_py_dict(py)?;
         all.set_item("worst_penetration", counters.worst_penetration)?;
         all.set_item("ply_penetration", counters.ply_penetration)?;
+        all.set_item("contact_residual", counters.contact_residual)?;
         Ok(all)
     }
 

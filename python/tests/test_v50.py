@@ -44,6 +44,15 @@ class OfAScene(unittest.TestCase):
         row["unconverged"] = row["steps"] // 4
         self.assertRegex(shoot.notes()[0], r"^In 1 of 2 runs more than 1 % of the steps .* at most 25 %\)")
 
+    def test_the_report_names_sharp_edges_of_fast_shots(self):
+        from fabric_kernel import Scene
+
+        flat = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}, fabric={"name": "kevlar_km2_s706"}, projectile={"shape": "cylinder", "length": 0.005})
+        for scene, velocity, named in [(flat, 400.0, True), (flat, 100.0, False), (self.scene(), 400.0, False)]:
+            shoot = Shooter(scene)
+            shoot(velocity, 0)
+            self.assertEqual(any("edges are sharp" in note for note in shoot.notes()), named)
+
     def test_too_few_steps_are_an_error_that_names_the_shot(self):
         with self.assertRaisesRegex(RuntimeError, "shot 1 at 70 m/s: timeout after 10 steps"):
             Shooter(self.scene(), steps=10)(70.0, 0)

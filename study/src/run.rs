@@ -105,6 +105,7 @@ struct Sample {
     viscous_j: f64,
     friction_j: f64,
     ply_loss_j: f64,
+    support_work_j: f64,
     energy_residual_j: f64,
     momentum_residual_n_s: f64,
     failed_segments: u64,
@@ -144,6 +145,7 @@ impl Sample {
             viscous_j: energy.viscous,
             friction_j: energy.friction,
             ply_loss_j: energy.ply_loss,
+            support_work_j: energy.support_work,
             energy_residual_j: energy.residual,
             momentum_residual_n_s: fabric::math::length(sim.momentum_residual()?),
             failed_segments: counters.failed_segments,
@@ -343,6 +345,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         row(&format!("absorbed when {}", latched.outcome), value);
     }
     row("absorbed at the end", format!("{:.4} J", summary.absorbed));
+    row("  of it by held nodes", format!("{:.4} J", summary.support_work));
     let window = format!("peak force (mean over {:.2} us)", 1e6 * summary.force_window.min(summary.time));
     row(&window, format!("{:.1} N", summary.peak_force));
     row("failed segments", summary.failed_segments.to_string());
@@ -437,7 +440,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             "compare with a run of half the step, less friction or a gap between the plies before you rely on this one"
         };
         found.push(format!(
-            "{} contact solves, {share:.2} % of the steps, ended at the largest number of sweeps: their impulses are inexact, although they \
+            "{} contact solves, {share:.2} % of the steps, were given up: their impulses are inexact, although they \
              keep momentum and add no energy; {advice} (docs/model.md, \"Friction\")",
             summary.unconverged
         ));
@@ -449,6 +452,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             summary.beyond_fine
         ));
     }
+    found.extend(fabric_scene::notes::sharp_edges(scene, fabric::math::length(scene.projectile.velocity)));
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
         let fixed: u32 = fabric::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();

@@ -70,6 +70,7 @@ fn a_sphere_on_one_held_node_slides_or_rolls_as_a_rigid_body_does() {
                 close(energy.contact_loss, along, 1e-12);
                 assert!((energy.friction - (first - along - turning)).abs() < 1e-12 * first);
                 assert!(energy.residual.abs() < 1e-13 * first);
+                assert!((energy.support_work - (first - turning)).abs() < 1e-12 * first);
                 let taken = add(scale(normal, mass * w), scale(across, impulse));
                 assert!(length(sub(sim.support().unwrap().total, taken)) < 1e-12 * mass * w);
                 assert!(length(sim.momentum_residual().unwrap()) < 1e-13 * mass * w);

@@ -22,6 +22,7 @@ mod prescribed;
 mod rate;
 mod rotation;
 mod shapes;
+mod sliding;
 mod stability;
 mod starts;
 mod strength;

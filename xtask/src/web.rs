@@ -17,7 +17,7 @@ pub struct Options {
 }
 
 /// Names of the browser.
-const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+pub const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {

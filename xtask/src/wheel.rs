@@ -91,7 +91,7 @@ pub fn test() -> Outcome {
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
     let with_tests = format!("{}[test]", wheel.display());
-    command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &with_tests])?;
+    command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", &with_tests])?;
     names_no_folder(&python)?;
     command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
 }
