@@ -74,8 +74,9 @@ def changed(scene, name, value):
         changes = {name: whole}
         if name == "projectile.faces.planes":
             changes["projectile.faces.count"] = scene["projectile.faces.count"]
-        return scene.replace(changes)
-    return scene.replace({name: value})
+        return scene.replace(unread=changes)
+    # Also what the scene does not read.
+    return scene.replace(unread={name: value})
 
 
 class Inputs(unittest.TestCase):
