@@ -17,6 +17,8 @@ STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
 MOST_UNCONVERGED = 0.01
 """Contact solves that do not converge are harmless below this share of the steps (docs/stability.md)."""
+MOST_GAINED = 0.01
+"""Largest part of the impact energy by which an energy balance may be open (docs/model.md, "Slack and taut")."""
 
 
 def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> dict[str, Any]:
@@ -102,6 +104,14 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
             f"(`unconverged` over `steps`; at most {100 * max(shares):.2g} %). Its impulses are inexact, and so are velocities and energies. "
             "Repeat such runs with half the time step (time_step.fraction) and with a smaller contact.friction: both usually make the share "
             "smaller, and a number that they change by more than runs differ anyway is not a result."
+        )
+    gains = [abs(row["energy_residual"] or 0.0) / row["initial_kinetic"] for row in rows if row["initial_kinetic"]]
+    gained = sum(gain > MOST_GAINED for gain in gains)
+    if gained:
+        found.append(
+            f"In {gained} of {len(rows)} runs the energy balance is open by more than {100 * MOST_GAINED:g} % of the impact energy "
+            f"(`energy_residual`; at most {100 * max(gains):.2g} %): yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or "
+            "the viscosity of the yarn, after the first failure step_after_failure or slack_toe (docs/model.md, \"Slack and taut\")."
         )
     beside = sum(row["beyond_fine"] > 0 for row in rows)
     if beside:
