@@ -5,7 +5,8 @@
 //! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
-//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]).
+//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]); fixed ones that are before two faces wait
+//! for the impulses on the others.
 //! What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
 //! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.

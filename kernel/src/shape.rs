@@ -429,6 +429,34 @@ mod tests {
     }
 
     #[test]
+    fn points_before_an_edge_are_above_two_faces() {
+        let before = |solid: &Solid, p: [f64; 3]| solid.is_before_an_edge(&Vector::from(p), -1e-6);
+        let block = cuboid([0.01, 0.016, 0.024]);
+        let (x, y, z) = (0.005, 0.008, 0.012);
+        for (p, expected) in [
+            ([x + 1e-3, 0.0, z + 1e-3], true),
+            ([x + 1e-3, 0.0, z - 9e-7], true),
+            ([x - 9e-7, -y - 1e-3, 0.0], true),
+            ([x + 1e-3, 0.0, z - 2e-6], false),
+            ([0.0, 0.0, z + 1e-3], false),
+            ([0.0, 0.0, 0.0], false),
+        ] {
+            assert_eq!(before(&block, p), expected, "{p:?}");
+        }
+        let tube = Solid::Cylinder { radius: x, half_length: z };
+        let round = Solid::HemisphericalCylinder { radius: x, shank: z, nose: 0.0 };
+        for (p, ends, rear) in [
+            ([0.6 * x + 1e-3, 0.8 * x, z], true, false),
+            ([0.6 * x + 1e-3, 0.8 * x, -z - 1e-3], true, true),
+            ([0.6 * x - 1e-3, 0.8 * x - 1e-3, -z - 1e-3], false, false),
+            ([2.0 * x, 0.0, 2e-6 - z], false, false),
+        ] {
+            assert_eq!([before(&tube, p), before(&round, p)], [ends, rear], "{p:?}");
+        }
+        assert!(!before(&Solid::Sphere { radius: x }, [2.0 * x, 0.0, 0.0]));
+    }
+
+    #[test]
     fn inertia_of_the_presets() {
         let sphere = Solid::of(&Scene::sheet_3in_sphere().projectile).inertia(8.4e-3);
         assert!((sphere[0] / 1.354836e-7 - 1.0).abs() < 1e-6);
