@@ -80,7 +80,7 @@ struct Kept {
 }
 
 /// One row of history.csv. Forces are means since the row before; SI units; host's axes.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Sample {
     step: u64,
     time_s: f64,
@@ -521,11 +521,9 @@ mod tests {
         let mut scene = Scene::sheet_3in_sphere();
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.crimp) = (11, 11, [0.01; 2]);
         let mut buffers = Buffers::of(&scene).unwrap();
-        let sim = buffers.sim(&scene).unwrap();
-        let sample = |open: f64| {
-            let sample = Sample::of(&sim, None, [0.0; 3]).unwrap();
-            Sample { energy_residual_j: open * sample.projectile_kinetic_j, ..sample }
-        };
+        let mut sim = buffers.sim(&scene).unwrap();
+        let start = Sample::of(&mut sim, None, [0.0; 3]).unwrap();
+        let sample = |open: f64| Sample { energy_residual_j: open * start.projectile_kinetic_j, ..start.clone() };
         let told = |last: f64, now: f64| open_balance(&sim, &sample(0.0), Some(&sample(last)), &sample(now)).unwrap();
         assert_eq!(told(0.0, 0.009), None);
         assert_eq!(told(0.02, 0.03), None);

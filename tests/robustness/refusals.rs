@@ -58,7 +58,8 @@ fn a_check_of_any_scene_takes_milliseconds() {
         (|s| (large(s), over_all(s)).1, Ok(())),
         (
             |s| {
-                (large(s), over_all(s));
+                large(s);
+                over_all(s);
                 (s.attachment.kind, s.drive) = (AttachmentKind::FourCorners, Drive::Prescribed);
                 s.attachment.disc_inset = 1.0;
                 (s.projectile.size, s.sheet.grading.largest) = ([20.0, 20.0, 1.0], 2);
@@ -83,7 +84,8 @@ fn a_check_of_any_scene_takes_milliseconds() {
 /// Where a limit follows from another field, that one is named, too: a limit of 0 alone would help nobody.
 #[test]
 fn a_refusal_names_the_field_that_its_limit_follows_from() {
-    let cases: [(fn(&mut Scene), &str); 6] = [
+    type Change = fn(&mut Scene);
+    let cases: [(Change, &str); 6] = [
         (|s| s.back.plies = 2, "back.plies: out of range; it is 2: see stack.plies"),
         (|s| s.sheet.spacing_y = 0.1, "sheet.spacing_y: out of range; it is 1e-1: see sheet.spacing"),
         (|s| s.projectile.mass = 1e-9, "projectile.mass: projectile lighter than a node: see sheet.node_mass"),
