@@ -80,18 +80,6 @@ fn difference(with: &[f64], without: &[f64]) -> std::result::Result<f64, f64> {
     if cost > noise { Ok(cost) } else { Err(noise) }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::difference;
-
-    #[test]
-    fn a_cost_below_the_noise_is_not_one() {
-        assert_eq!(difference(&[80.0, 80.5, 81.0, 95.0], &[77.0, 77.5, 78.0, 79.0]), Ok(3.0));
-        assert_eq!(difference(&[75.0, 85.0, 86.0, 95.0], &[79.7, 81.0, 83.0, 84.0]), Err(10.0)); // -4.7
-        assert_eq!(difference(&[80.0; 4], &[80.0; 4]), Err(0.0));
-    }
-}
-
 /// The ledger: one call that sums up all energies, against one step.
 pub fn ledger(size: u32, effort: Effort, progress: &Progress, report: &mut Report) -> Result<()> {
     let case = sheets::whole_run(size);
@@ -260,5 +248,17 @@ fn row_of_preset(name: &str, sim: &Sim<'_>, seconds: f64, steps: u64) -> Row {
         contacts: Some(counters.contacts),
         failed_segments: Some(counters.failed_segments),
         ..Row::empty(&format!("preset {name}"), sim.scene().sheet.nodes_x, sim.instructions().name(), 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::difference;
+
+    #[test]
+    fn a_cost_below_the_noise_is_not_one() {
+        assert_eq!(difference(&[80.0, 80.5, 81.0, 95.0], &[77.0, 77.5, 78.0, 79.0]), Ok(3.0));
+        assert_eq!(difference(&[75.0, 85.0, 86.0, 95.0], &[79.7, 81.0, 83.0, 84.0]), Err(10.0)); // -4.7
+        assert_eq!(difference(&[80.0; 4], &[80.0; 4]), Err(0.0));
     }
 }
