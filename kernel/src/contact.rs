@@ -501,6 +501,7 @@ fn finished<const FRICTION: bool>(
 
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
 /// which a solve has settled, m/s.
+#[inline(never)] // It must not add to the stack of what follows.
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -650,6 +651,7 @@ fn sweeps<const FRICTION: bool>(
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
+#[inline(never)] // As above.
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -790,6 +792,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
+#[inline(never)] // It must not add to the stack of the solve.
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
     let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
@@ -817,6 +820,7 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
 /// `deepest`: what gathering found, m.
+#[inline(never)] // As above.
 pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
@@ -858,6 +862,7 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
 /// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+#[inline(never)] // Of plies it must not add to the stack of a single sheet.
 pub(crate) fn solve_contact(
     system: &mut System<'_>,
     mut kept: usize,
@@ -869,25 +874,32 @@ pub(crate) fn solve_contact(
         if kept == count {
             return (solved, kept);
         }
-        let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
-        let touching = TOUCHING * system.scene.sheet.spacing;
-        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
-        let held_touching = math::max(2.0 * deepest_support(system, &passage, kept), touching);
         let alone = kept;
-        for c in alone..count {
-            let [x, y] = free_way(system, c);
-            let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
-            if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
-                system.blocks.swap_candidates(c, kept);
-                kept += 1;
-            }
-        }
+        kept = meets_after_all(system, &solved, kept, count);
         if kept == alone {
             return (solved, kept);
         }
     }
     // Enough of it: all of them, as if there were no edge.
     (solve_first(system, count), count)
+}
+
+/// Takes in those of the candidates from `kept` on that the body meets with the rates that a solve has left it. Returns how many there are now.
+#[inline(never)] // It must not add to the stack of the solve.
+fn meets_after_all(system: &mut System<'_>, solved: &Solved, mut kept: usize, count: usize) -> usize {
+    let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+    let held_touching = math::max(2.0 * deepest_support(system, &passage, kept), touching);
+    for c in kept..count {
+        let [x, y] = free_way(system, c);
+        let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+        if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
+            system.blocks.swap_candidates(c, kept);
+            kept += 1;
+        }
+    }
+    kept
 }
 
 /// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
@@ -933,6 +945,7 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
 /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
 /// before and after, for a free and a prescribed body alike: the two then agree to second order.
+#[inline(never)] // As above.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
     let body = system.state.body;
     let mean_velocity = (before.velocity + body.velocity) * 0.5;
