@@ -884,14 +884,15 @@ pub(crate) fn solve_contact(
     (solve_first(system, count), count)
 }
 
-/// Takes in those of the candidates from `kept` on that the body meets with the rates that a solve has left it. Returns how many there are now.
+/// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left it. Returns how many there are now.
 #[inline(never)] // It must not add to the stack of the solve.
-fn meets_after_all(system: &mut System<'_>, solved: &Solved, mut kept: usize, count: usize) -> usize {
+fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
     let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
     let touching = TOUCHING * system.scene.sheet.spacing;
     let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
-    let held_touching = math::max(2.0 * deepest_support(system, &passage, kept), touching);
-    for c in kept..count {
+    let held_touching = math::max(2.0 * deepest_support(system, &passage, alone), touching);
+    let mut kept = alone;
+    for c in alone..count {
         let [x, y] = free_way(system, c);
         let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
         if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
