@@ -5,6 +5,7 @@
 mod balances;
 mod contact;
 mod convergence;
+mod depth;
 mod edges;
 mod fabrics;
 mod force_window;
