@@ -6,6 +6,7 @@ mod balances;
 mod contact;
 mod convergence;
 mod creep;
+mod depth;
 mod edges;
 mod fabrics;
 mod force_window;
