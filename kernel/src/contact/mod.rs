@@ -1,0 +1,3 @@
+pub mod friction;
+pub mod solve;
+pub mod stack;
