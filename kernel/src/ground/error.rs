@@ -157,7 +157,7 @@ const TEXTS: [(Code, &CStr); 42] = [
     (Code::UnboundedFaces, c"faces do not enclose a body"),
     (Code::ImpossibleMoments, c"moments of inertia that no body has"),
     (Code::NotSymmetric, c"not symmetric about the mirror planes"),
-    (Code::NotBuilt, c"this build was made without it"),
+    (Code::NotBuilt, c"not in this build, which was made without the feature"),
     (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
     (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
     (Code::HoldsNothing, c"an attachment that holds no node"),
@@ -183,7 +183,7 @@ pub struct Error {
     pub code: Code,
     /// The field's name as it is spelt in [`crate::scene::parts::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
     pub field: &'static str,
-    /// For [`Code::DoesNotGoWith`] the other field; else empty.
+    /// For [`Code::DoesNotGoWith`] the other field, for [`Code::NotBuilt`] the cargo feature; else empty.
     pub with: &'static str,
     /// The offending value, SI units (0 where none applies).
     pub value: f64,
@@ -208,6 +208,11 @@ impl Error {
         Error { with, ..Error::plain(Code::DoesNotGoWith, field) }
     }
 
+    /// The refusal of what this build does not have; `feature`: the cargo feature that has it.
+    pub fn not_built(field: &'static str, feature: &'static str) -> Error {
+        Error { with: feature, ..Error::plain(Code::NotBuilt, field) }
+    }
+
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
     /// is 0`, `slack_toe: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
@@ -218,7 +223,7 @@ impl Error {
         let (before, value, after) = match self.code {
             Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
             Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
-            Code::DoesNotGoWith => {
+            Code::DoesNotGoWith | Code::NotBuilt => {
                 let _ = text.push_str(": ");
                 let _ = text.push_str(self.with);
                 return text;
