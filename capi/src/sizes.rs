@@ -52,7 +52,7 @@ structures! {
     fk_grid: [],
     fk_contact: [],
     fk_support: [],
-    fk_energy: [],
+    fk_energy: [96],
     fk_fabric: [],
     fk_counters: [96],
     fk_outcome: [],

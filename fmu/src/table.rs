@@ -50,6 +50,7 @@ pub enum Id {
     EnergyViscous,
     EnergyFriction,
     EnergyPlyLoss,
+    EnergySupportWork,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -473,6 +474,7 @@ const OWN: &[Variable] = &[
     output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that viscosity of the yarn and its dependence on the rate of strain have taken"),
     output(Id::EnergyFriction, "energy.friction", 417, &ENERGY, "Energy rubbed away between yarn and projectile"),
     output(Id::EnergyPlyLoss, "energy.ply_loss", 418, &ENERGY, "Kinetic energy lost where separate plies meet"),
+    output(Id::EnergySupportWork, "energy.support_work", 419, &ENERGY, "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,

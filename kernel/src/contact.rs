@@ -5,7 +5,8 @@
 //! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
-//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]).
+//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]); fixed ones that are before two faces wait
+//! for the impulses on the others.
 //! What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
 //! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
@@ -29,6 +30,7 @@ use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::{self, Solid};
 use crate::system::System;
 use crate::weave::{in_runs, meets_runs};
+use core::ops::Range;
 
 /// Sweeps after which a solve goes on with Newton's method, or ends in a stack of plies.
 pub const MAX_SWEEPS: u32 = 200;
@@ -45,6 +47,15 @@ const ROUNDING: f64 = 1e-15;
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
+
+/// Solves of a step in which the body may meet more of the nodes that were let pass.
+const MOST_ROUNDS: u32 = 8;
+
+/// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
+const MOST_PLANES: u32 = 8;
+
+/// A node no deeper than this part of the spacing touches, rounding aside.
+pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// One candidate node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,6 +172,25 @@ impl<'s> Search<'s> {
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
         let reach = (solid.reach() + margin) * (1.0 + 1e-9);
         Search { solid, body, half, reach2: reach * reach, margin, instructions }
+    }
+
+    /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub(crate) fn box_at_rest(&self, scene: &Scene, places: &[Places; 2]) -> [Range<usize>; 3] {
+        // In spacings rounding is another: a little more again.
+        let ends = |k: usize, h: f64| {
+            let half = self.half[k] * (1.0 + 1e-9);
+            [(self.body.position[k] - half) / h, (self.body.position[k] + half) / h]
+        };
+        let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.stack.gap, scene.stack.plies as usize);
+        let [[left, right], [bottom, top]] = [ends(0, h_x), ends(1, h_y)];
+        let behind = if gap > 0.0 {
+            let [first, last] = ends(2, gap).map(|end| math::max(end, 0.0) as usize);
+            first..last.saturating_add(1).min(plies)
+        } else {
+            0..plies
+        };
+        [places[0].within(left, right), places[1].within(bottom, top), behind]
     }
 
     /// Whether the plane of the flat sheet cuts the body's box.
@@ -356,33 +386,51 @@ impl<'s> Passage<'s> {
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
     /// `x` would press it.
     ///
-    /// The whole body lies behind that plane and behind the plane of the gap at `y`: the way stays outside if the node gets
-    /// before the second no later than behind the first. A face that is curved (by no radius below R) ends as far above its
-    /// own plane as way^2/2R: what presses by less is of second order, as what turning bends the way by, and no edge.
-    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
-        let last = self.at(&self.end, y);
-        let to = self.solid.gap(&last);
-        if to.distance <= 0.0 {
-            return false;
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
+    /// order, as what turning bends the way by, and no edge.
+    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (from, way) = (self.solid.gap(&first), last - first);
+        let depth = -(from.distance + from.normal.dot(&way));
+        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y, touching)
+    }
+
+    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
+    pub fn starts_before_an_edge(&self, x: &Vector, touching: f64) -> bool {
+        self.solid.is_before_an_edge(&at(&self.start, x), -touching)
+    }
+
+    /// Depth of a node at `y` at the end, m; negative outside.
+    fn depth_at_end(&self, y: &Vector) -> f64 {
+        -self.solid.gap(&at(&self.end, y)).distance
+    }
+
+    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it only touches.
+    ///
+    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
+    /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
+    /// so do those that come under it next.
+    pub fn stays_outside(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (way, mut gone) = (last - first, 0.0);
+        for _ in 0..MOST_PLANES {
+            let gap = self.solid.gap(&(first + way * gone));
+            let (height, rise) = (gap.distance + touching, gap.normal.dot(&way));
+            if height < 0.0 {
+                return false;
+            }
+            if height + rise * (1.0 - gone) >= 0.0 {
+                return true;
+            }
+            gone -= height / rise;
         }
-        let first = self.at(&self.start, x);
-        let from = self.solid.gap(&first);
-        let way = last - first;
-        // Heights above the first plane at the end and above the second at the start.
-        let (first_at_end, last_at_start) = (from.distance + from.normal.dot(&way), to.distance - to.normal.dot(&way));
-        let edge = -first_at_end * (2.0 * self.solid.radius()) > way.dot(&way);
-        let outside = last_at_start >= 0.0 || last_at_start * first_at_end <= from.distance * to.distance;
-        edge && from.distance >= 0.0 && outside
+        false
     }
+}
 
-    /// Whether a node at `y` is inside at the end.
-    pub fn ends_inside(&self, y: &Vector) -> bool {
-        self.solid.gap(&self.at(&self.end, y)).distance < 0.0
-    }
-
-    fn at(&self, body: &Body, x: &Vector) -> Vector {
-        pose::into_body(&body.orientation, &(x - body.position))
-    }
+/// A point in the axes of a body, from its centre.
+fn at(body: &Body, x: &Vector) -> Vector {
+    pose::into_body(&body.orientation, &(x - body.position))
 }
 
 /// What a solve did.
@@ -453,6 +501,7 @@ fn finished<const FRICTION: bool>(
 
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
 /// which a solve has settled, m/s.
+#[inline(never)] // It must not add to the stack of what follows.
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -602,6 +651,7 @@ fn sweeps<const FRICTION: bool>(
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
+#[inline(never)] // As above.
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -742,6 +792,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
+#[inline(never)] // It must not add to the stack of the solve.
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
     let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
@@ -768,19 +819,27 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
-pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
+/// `deepest`: what gathering found, m.
+#[inline(never)] // As above.
+pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let held_touching = math::max(2.0 * deepest, touching);
     let passage = Passage::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
-        let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
-            .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
-        let [x, y] = if pressed { free_way(system, c) } else { [Vector::zeros(); 2] };
-        if pressed && passage.is_past_an_edge(&x, &y) {
+        let candidate = system.blocks.candidates.get(c).map(Candidate::read);
+        let passes = candidate.is_some_and(|candidate| {
+            let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
+            let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
+            let waits = candidate.is_fixed() && passage.starts_before_an_edge(&x, held_touching);
+            waits || pressed && passage.is_past_an_edge(&x, &y, touching)
+        });
+        if passes {
             kept -= 1;
             system.blocks.swap_candidates(c, kept);
         } else {
@@ -803,33 +862,59 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
 /// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+#[inline(never)] // Of plies it must not add to the stack of a single sheet.
 pub(crate) fn solve_contact(
     system: &mut System<'_>,
     mut kept: usize,
     count: usize,
     solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
 ) -> (Solved, usize) {
-    for _ in 0..2 {
+    for _ in 0..MOST_ROUNDS {
         let solved = solve_first(system, kept);
         if kept == count {
             return (solved, kept);
         }
-        let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
-        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
         let alone = kept;
-        for c in alone..count {
-            let [_, y] = free_way(system, c);
-            if passage.ends_inside(&y) {
-                system.blocks.swap_candidates(c, kept);
-                kept += 1;
-            }
-        }
+        kept = meets_after_all(system, &solved, kept, count);
         if kept == alone {
             return (solved, kept);
         }
     }
     // Enough of it: all of them, as if there were no edge.
     (solve_first(system, count), count)
+}
+
+/// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left it. Returns how many there are now.
+#[inline(never)] // It must not add to the stack of the solve.
+fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
+    let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+    let held_touching = math::max(2.0 * deepest_support(system, &passage, alone), touching);
+    let mut kept = alone;
+    for c in alone..count {
+        let [x, y] = free_way(system, c);
+        let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+        if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
+            system.blocks.swap_candidates(c, kept);
+            kept += 1;
+        }
+    }
+    kept
+}
+
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
+/// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
+fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
+    let mut deepest = 0.0;
+    for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
+        if Candidate::read(slot).is_fixed() {
+            let [_, y] = free_way(system, c);
+            let depth = passage.depth_at_end(&y);
+            deepest = math::max(depth, deepest);
+        }
+    }
+    deepest
 }
 
 /// The impulses of the first `count` candidates of a single sheet.
@@ -861,13 +946,14 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
 /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
 /// before and after, for a free and a prescribed body alike: the two then agree to second order.
+#[inline(never)] // As above.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
     let body = system.state.body;
     let mean_velocity = (before.velocity + body.velocity) * 0.5;
     let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
     let mut impulse_sum = Vector::zeros();
     let mut arm_sum = Vector::zeros();
-    let (mut work, mut loss, mut rubbed, mut touched) = (0.0, 0.0, 0.0, 0);
+    let (mut work, mut loss, mut rubbed, mut held, mut touched) = (0.0, 0.0, 0.0, 0.0, 0);
     let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.implicit);
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
@@ -909,6 +995,8 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         if candidate.is_fixed() {
             system.load_support(i, j, &(push * share));
             loss += given * body_speed;
+            let along = rubbing.map_or(0.0, |t| t.work(t.surface_speed(&mean_velocity, &mean_rate)));
+            held += given * body_speed + along * candidate.images();
             continue;
         }
         let lane = i % CHUNK;
@@ -966,6 +1054,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.work += work;
     sums.loss += loss;
     sums.friction += rubbed;
+    sums.support_work += held;
 }
 
 /// Notes that a row holds a node with this displacement.

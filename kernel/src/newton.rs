@@ -133,7 +133,8 @@ impl Newton<'_> {
     /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the friction that the impulses so far allow.
     fn root(&self, solved: &Solved, frozen: bool, passes: &mut u32) -> Option<Six> {
         let mut change = [0.0; 6];
-        let mut at = self.equations(solved, frozen, &change);
+        let mut at = Equations { left: change, slope: [[0.0; 6]; 6] };
+        self.set_equations(&mut at, solved, frozen, &change);
         *passes += 1;
         let first = self.product(&at.left, &at.left);
         let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
@@ -150,6 +151,7 @@ impl Newton<'_> {
 
     /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about the least of what the equations without
     /// friction are the gradient of, which is convex. `at`: the equations there.
+    #[inline(never)] // It must not add to the stack of the search for the root.
     fn way_on(
         &self,
         solved: &Solved,
@@ -163,7 +165,7 @@ impl Newton<'_> {
         let (mut part, mut low, mut high) = (1.0, 0.0, 1.0);
         while *passes < MAX_PASSES {
             let next = combined(change, -part, step);
-            *at = self.equations(solved, frozen, &next);
+            self.set_equations(at, solved, frozen, &next);
             *passes += 1;
             let rest = self.product(&at.left, step);
             let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.left, &at.left) < size);
@@ -197,15 +199,15 @@ impl Newton<'_> {
 
     /// The equations where the body changes its rates by this: the change, and what the answers of the candidates take of the rates.
     #[inline(never)]
-    fn equations(&self, solved: &Solved, frozen: bool, change: &Six) -> Equations {
-        let mut at = Equations {
-            left: *change,
-            slope: core::array::from_fn(|k| core::array::from_fn(|l| f64::from(u8::from(k == l)))),
-        };
+    fn set_equations(&self, at: &mut Equations, solved: &Solved, frozen: bool, change: &Six) {
+        at.left = *change;
+        at.slope = [[0.0; 6]; 6];
+        for (k, row) in at.slope.iter_mut().enumerate() {
+            row[k] = 1.0;
+        }
         for (k, slot) in self.candidates.iter().enumerate() {
             self.answer(k, slot, solved, frozen, change, |way, given, slope| at.add(way, given, slope));
         }
-        at
     }
 
     /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the body the rates that follow.
@@ -283,8 +285,8 @@ impl Equations {
     fn add(&mut self, way: &Way, given: f64, slope: &Six) {
         for k in 0..6 {
             self.left[k] += way.to_body[k] * given;
-            for l in 0..6 {
-                self.slope[k][l] += way.to_body[k] * slope[l];
+            for (sum, part) in self.slope[k].iter_mut().zip(slope) {
+                *sum += way.to_body[k] * part;
             }
         }
     }
@@ -300,11 +302,12 @@ fn combined(a: &Six, part: f64, b: &Six) -> Six {
 }
 
 /// What `slope` takes to `left`, by elimination in order: without friction no pivot is less than 1. None if there is one close to 0.
+#[inline(never)] // As `way_on`.
 fn solution(at: &Equations) -> Option<Six> {
     let (mut rows, mut right) = (at.slope, at.left);
     for k in 0..6 {
         let (pivot, of_pivot) = (rows[k], right[k]);
-        if !(math::abs(pivot[k]) > f64::EPSILON) {
+        if pivot[k].is_nan() || math::abs(pivot[k]) <= f64::EPSILON {
             return None;
         }
         for i in k + 1..6 {

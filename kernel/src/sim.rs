@@ -167,7 +167,7 @@ impl<'a> Sim<'a> {
         'a: 'p,
     {
         let limits = Sim::check(scene, memory)?;
-        start::check_body(scene, limits)?;
+        start::check_body(scene, limits, u64::MAX)?;
         let sim = place();
         sim.lay_out(scene)?;
         sim.fill(scene, limits, memory)?;

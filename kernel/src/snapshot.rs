@@ -4,7 +4,10 @@
 //! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history (and the toe's mark) of the
 //! segments that start there, contact flags, and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
 //! Loading is all or nothing: the whole image is checked before anything is changed.
-//! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
+//! Limits: an image fits only the scene it was made with. The fingerprint covers the time step and every number that the scene reads, but
+//! for three by design: the projectile's motion at the start, for an image holds the present one, `contact_capacity`, for it fits
+//! whatever room there is, and how the step was asked for and checked ([`crate::fields::Image::Never`]). What is not read counts where
+//! it always has ([`crate::fields::Image::Always`]).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
 use crate::error::{Code, Error};

@@ -283,6 +283,7 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
 }
 
 /// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
+#[inline(never)] // It must not add to the stack of a single sheet.
 pub(crate) fn part(system: &mut System<'_>, count: usize) {
     // The balances of contact take the velocities that nodes have at the end of the pass.
     let [before, rubbed_before] = half_work(system, count);

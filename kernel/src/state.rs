@@ -60,6 +60,8 @@ pub struct Sums {
     pub ply_loss: f64,
     /// Deepest that facing nodes of two plies have been through each other, m.
     pub ply_penetration: f64,
+    /// Work of the projectile on fixed nodes, J.
+    pub support_work: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -93,6 +95,7 @@ impl Sums {
         friction: 0.0,
         ply_loss: 0.0,
         ply_penetration: 0.0,
+        support_work: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -242,6 +245,7 @@ impl Sums {
         visitor.count(&mut self.unconverged);
         visitor.count(&mut self.most_sweeps);
         visitor.count(&mut self.most_candidates);
+        visitor.mark(&mut self.support_work);
         visitor.real(&mut self.first_energy);
         visitor.vector(&mut self.first_momentum);
         visitor.mark(&mut self.contact_residual);

@@ -70,6 +70,7 @@ fn a_sphere_on_one_held_node_slides_or_rolls_as_a_rigid_body_does() {
                 close(energy.contact_loss, along, 1e-12);
                 assert!((energy.friction - (first - along - turning)).abs() < 1e-12 * first);
                 assert!(energy.residual.abs() < 1e-13 * first);
+                assert!((energy.support_work - (first - turning)).abs() < 1e-12 * first);
                 let taken = add(scale(normal, mass * w), scale(across, impulse));
                 assert!(length(sub(sim.support().unwrap().total, taken)) < 1e-12 * mass * w);
                 assert!(length(sim.momentum_residual().unwrap()) < 1e-13 * mass * w);
@@ -177,7 +178,7 @@ fn rough_bodies_on_held_nodes_take_bounded_work() {
             "rough on held nodes: {} sweeps, {} of 200 given up, off by {:e} m/s",
             counters.most_sweeps, counters.unconverged, counters.contact_residual
         );
-        assert!(counters.most_sweeps > 200 && counters.most_sweeps <= 300, "{counters:?}");
+        assert!(counters.most_sweeps <= 300, "{counters:?}");
         assert!(counters.unconverged <= 2 && (counters.unconverged > 0) == (counters.contact_residual > 0.0));
         assert!(energy.residual < 1e-12 * (first + energy.external_work.abs()), "{energy:?}");
     }
@@ -452,9 +453,11 @@ fn check(crowd: &Crowd, coefficient: f64) -> Result<bool, TestCaseError> {
         let gap_rate = node.gap_over_dt + dot(node.normal, relative);
         prop_assert!(gap_rate > -1e-9 && (lambda == 0.0 || gap_rate < 1e-9), "{gap_rate:e} {lambda:e}");
         let slip = sub(relative, scale(node.normal, dot(node.normal, relative)));
+        // A speed is left over; the impulse that belongs to it is that of the mass that answers, the body's where the node is held.
+        let answering = if node.held { crowd.inertia.mass } else { NODE_MASS };
         let against = add(scale(slip, coefficient * lambda), scale(across, length(slip)));
         prop_assert!(
-            length(against) < 1e-8 * NODE_MASS * (1.0 + length(slip)) || length(slip) < 1e-9,
+            length(against) < 1e-8 * answering * (1.0 + length(slip)) || length(slip) < 1e-9,
             "{slip:?} {across:?} {lambda}"
         );
     }

@@ -5,6 +5,8 @@
 mod balances;
 mod contact;
 mod convergence;
+mod creep;
+mod depth;
 mod edges;
 mod fabrics;
 mod force_window;
@@ -22,6 +24,7 @@ mod prescribed;
 mod rate;
 mod rotation;
 mod shapes;
+mod sliding;
 mod stability;
 mod starts;
 mod strength;

@@ -102,7 +102,7 @@ fn scenes() -> Vec<(&'static str, Scene, u64)> {
     vec![
         ("exits", small_sheet(31, speed(40.0, 8.4e-3)), 9000),
         ("is arrested", small_sheet(31, speed(0.2, 8.4e-3)), 20_000),
-        ("passes", missed, 2000),
+        ("passes", missed, 8000),
         ("tears the sheet off", torn, 6000),
         ("light and slow", light_and_slow(), 20_000),
         ("softened yarn", golden::sphere_on_softened_yarn(), 3000),

@@ -45,8 +45,10 @@ fn scene(draws: &mut Draws) -> Scene {
     body.size = [wide * draws.between(0.5, 1.5), wide * draws.between(0.5, 1.5), h * draws.between(2.0, 30.0)];
     body.radius = wide * draws.between(0.5, 3.0);
     body.length = body.radius * draws.between(0.1, 1.0);
-    let (tilt, about) =
-        (draws.one_of(&[0.0, 1e-4, 1e-3, 1e-2, 0.1]) * draws.between(0.5, 1.5), draws.between(0.0, 6.28));
+    let (tilt, about) = (
+        draws.one_of(&[0.0, 1e-4, 1e-3, 1e-2, 0.1]) * draws.between(0.5, 1.5),
+        draws.between(0.0, std::f64::consts::TAU),
+    );
     let (half, rim) = match body.shape {
         Shape::Box => (0.5 * body.size[2], 0.5 * body.size[0].hypot(body.size[1])),
         _ => (0.5 * body.length, body.radius),
