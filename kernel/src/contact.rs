@@ -20,7 +20,7 @@ use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
-use crate::newton::Newton;
+use crate::newton::{Newton, STIFF};
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
@@ -490,7 +490,7 @@ fn finished<const FRICTION: bool>(
     if solved.converged {
         return solved;
     }
-    let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry };
+    let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry, stiff: STIFF };
     let mut solved = newton.finish(solved, settled);
     if !solved.converged {
         solved = scale_back(newton.candidates, newton.tangential, body, inertia, node_mass, solved);

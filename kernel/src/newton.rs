@@ -20,8 +20,14 @@ use crate::scene::Symmetry;
 
 /// Passes over the candidates after which no step is begun; one in hand takes up to five more.
 pub const MAX_PASSES: u32 = 95;
-/// rho of a fixed node over the mass by which the body gives way to it.
-const STIFF: f64 = 1e4;
+/// rho of a fixed node over the mass by which the body gives way to it: at first, and at least.
+pub(crate) const STIFF: f64 = 1e4;
+const SOFTEST: f64 = 10.0;
+/// Where contacts fail their laws by more than so many times what sweeps may leave, a step with the friction that the impulses so far allow may
+/// help where another finds no way.
+const FAR: f64 = 1e8;
+/// What is left of equations counts no more below this part of what sweeps may leave.
+const SLIGHT: f64 = 0.01;
 /// Equations count as solved when the first part of them is left, or the second if Newton's method finds no way on.
 const SOLVED: [f64; 2] = [1e-8, 1e-6];
 /// A step of Newton's method ends where this part of the equations along it is left, or where longer ones by this part of it are too long. If one so
@@ -29,7 +35,7 @@ const SOLVED: [f64; 2] = [1e-8, 1e-6];
 const HALF: f64 = 0.5;
 const CLOSE: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
-/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave, before and after a step: of a node that
+/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave, with friction before and after a step: of a node that
 /// slides with a great impulse one more sweep would turn the friction by little only.
 const FINISHED: f64 = 100.0;
 
@@ -46,6 +52,8 @@ pub(crate) struct Newton<'c> {
     /// Mass of a free node, kg.
     pub node_mass: f64,
     pub symmetry: Symmetry,
+    /// rho of a fixed node over the mass by which the body gives way to it.
+    pub stiff: f64,
 }
 
 /// One direction of a candidate as the body sees it.
@@ -67,23 +75,25 @@ impl Newton<'_> {
     #[inline(never)] // It must not add to the stack of a solve that converges.
     pub fn finish(&mut self, given_up: Solved, settled: f64) -> Solved {
         let mut solved = given_up;
-        let (mut passes, mut is_near) = (0, false);
+        let (mut passes, mut before, mut was_near) = (0, f64::INFINITY, false);
         loop {
             solved.residual = self.residual(&solved);
-            let was_near = is_near;
-            is_near = solved.residual <= FINISHED * settled;
-            solved.converged = was_near && is_near;
             passes += 1;
+            let is_near = solved.residual <= FINISHED * settled;
+            solved.converged = is_near && (was_near || self.tangential.is_empty());
             if solved.converged || passes >= MAX_PASSES {
                 break;
             }
-            let found = self.root(&solved, false, &mut passes).map(|change| (change, false));
-            let frozen = || self.root(&solved, true, &mut passes).map(|change| (change, true));
-            let Some((change, frozen)) = found.or_else(frozen) else {
-                // Rounding is left.
-                solved.converged = is_near && self.tangential.is_empty();
-                break;
-            };
+            // The rounding of gap rates enters the impulses so many times over.
+            if solved.residual > 0.5 * before {
+                self.stiff = math::max(0.1 * self.stiff, SOFTEST);
+            }
+            (before, was_near) = (solved.residual, is_near);
+            let mut found = self.root(&solved, false, settled, &mut passes).map(|change| (change, false));
+            if found.is_none() && solved.residual > FAR * settled {
+                found = self.root(&solved, true, settled, &mut passes).map(|change| (change, true));
+            }
+            let Some((change, frozen)) = found else { break };
             self.take(&mut solved, frozen, &change);
             passes += 1;
         }
@@ -131,13 +141,16 @@ impl Newton<'_> {
     }
 
     /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the friction that the impulses so far allow.
-    fn root(&self, solved: &Solved, frozen: bool, passes: &mut u32) -> Option<Six> {
+    fn root(&self, solved: &Solved, frozen: bool, settled: f64, passes: &mut u32) -> Option<Six> {
         let mut change = [0.0; 6];
         let mut at = Equations { left: change, slope: [[0.0; 6]; 6] };
         self.set_equations(&mut at, solved, frozen, &change);
         *passes += 1;
         let first = self.product(&at.left, &at.left);
         let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
+        // Rounding is left.
+        let rounding = SLIGHT * settled;
+        let solved_below = math::max(solved_below, self.inertia.mass * (rounding * rounding));
         loop {
             let size = self.product(&at.left, &at.left);
             if size <= solved_below {
@@ -253,14 +266,14 @@ impl Newton<'_> {
     ) -> [f64; 3] {
         let c = Candidate::read(slot);
         let (own, rate) = self.rate(&c, solved);
-        let rho = if c.is_fixed() { STIFF * c.effective_mass } else { self.node_mass };
+        let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.node_mass };
         let normal = self.way(&c.normal, &c.arm, c.images());
         let trial = c.impulse - rho * (rate - dot(&normal.of_body, change));
         let impulse = math::max(trial, 0.0);
         let slope = if trial > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k).map(Tangential::read) else { return [impulse, 0.0, 0.0] };
-        let rho = if c.is_fixed() { STIFF * t.effective_mass } else { self.node_mass };
+        let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.node_mass };
         let ways = [0, 1].map(|d| self.way(&t.tangents[d], &t.arms[d], c.images()));
         let slip = t.slip(&solved.velocity, &solved.angular_velocity);
         let trial = [0, 1].map(|d| t.impulse[d] - rho * (slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change)));
