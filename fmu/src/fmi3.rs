@@ -15,7 +15,7 @@ use crate::kept::Phase;
 use crate::kept::Saved;
 use crate::log::{Category, Log, Logger, Logger3, Status};
 use crate::memory::Owned;
-use crate::table::{Kind, STATUS, whole};
+use crate::table::{Kind, STATUS};
 use core::ffi::{c_char, c_void};
 use core::ptr;
 use fabric_host::{Input, Output};
@@ -154,7 +154,7 @@ pub unsafe extern "C" fn fmi3EnterEventMode(instance: Handle) -> Status {
     })
 }
 
-/// Discrete outputs are already up to date.
+/// Discrete outputs are already up to date. Whether to end is said here, too, for hosts that handle the event before they ask.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
     instance: Handle,
@@ -397,21 +397,6 @@ pub unsafe extern "C" fn fmi3DoStep(
     })
 }
 
-/// No input reaches an output without a step: every output depends on nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetNumberOfVariableDependencies(
-    instance: Handle,
-    reference: u32,
-    mut count: Output<usize>,
-) -> Status {
-    enter(instance, "fmi3GetNumberOfVariableDependencies", Phase::ANY, |instance| {
-        if whole(reference).is_none_or(|variable| !variable.role.is_output()) || !count.put(0) {
-            return instance.refuse("fmi3GetNumberOfVariableDependencies: not an output, or null pointer");
-        }
-        Status::Ok
-    })
-}
-
 /// Types no variable has: reading or writing none is fine, any is not. The arguments after the count are of no interest, and
 /// under these calling conventions need not be declared.
 macro_rules! of_no_variable {
@@ -447,7 +432,7 @@ macro_rules! unsupported {
 }
 
 unsupported! {
-    fmi3GetVariableDependencies fmi3GetDirectionalDerivative fmi3GetAdjointDerivative
+    fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies fmi3GetDirectionalDerivative fmi3GetAdjointDerivative
     fmi3EnterConfigurationMode fmi3ExitConfigurationMode
     fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal fmi3GetShiftFraction
     fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction

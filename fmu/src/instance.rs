@@ -8,7 +8,7 @@ use crate::kept::{Discrete, Kept, Phase, States};
 use crate::log::{Category, Line, Log, Status};
 use crate::memory::Block;
 use crate::parameters::Parameters;
-use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, VARIABLES, Variable};
+use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
 use core::fmt::Write;
 use fabric::error::{Code, number};
 use fabric::outcome::TEST_INTERVAL;
@@ -89,7 +89,8 @@ pub struct Instance {
     pub log: Log,
     /// Everything but the simulation.
     pub kept: Kept,
-    /// The simulation, from the end of initialisation on.
+    /// The simulation: from the end of initialisation on, and before that while the parameters are those it was made of, for hosts
+    /// that read outputs.
     pub running: Option<Running>,
     /// States the host holds.
     pub states: States,
@@ -100,6 +101,8 @@ pub struct Instance {
     cache: Cache,
     /// Whether it has been logged that quaternions are normalised.
     normalised_logged: bool,
+    /// Whether it has been logged that the energy balance is open.
+    open_logged: bool,
 }
 
 impl Instance {
@@ -114,6 +117,7 @@ impl Instance {
             early_return_allowed: false,
             cache: Cache::default(),
             normalised_logged: false,
+            open_logged: false,
         }
     }
 
@@ -208,26 +212,41 @@ impl Instance {
         Status::Ok
     }
 
-    /// Makes the simulation. If it is refused nothing has changed, and the host may correct its parameters and try again.
+    /// Begins the simulation. If it is refused nothing has changed, and the host may correct its parameters and try again.
     pub fn exit_initialization(&mut self) -> Status {
-        match Running::new(self.kept.parameters.scene()) {
-            Ok(running) => {
-                if let Some((variable, value)) = self.kept.parameters.out_of_range() {
-                    return self.refuse_range(variable, value);
-                }
-                let mut line = Line::new();
-                let layout = running.sim.layout();
-                let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
-                let _ = write!(line, "{} bytes", layout.bytes());
-                self.log.say(Category::Event, &line);
-                self.kept.phase = if self.event_mode_used { Phase::Event } else { Phase::Step };
+        if let Err(status) = self.make() {
+            return status;
+        }
+        if let Some(Running { sim, .. }) = &self.running {
+            let (mut line, layout) = (Line::new(), sim.layout());
+            let _ = write!(line, "simulation of {} x {} nodes, ", layout.nodes_x, layout.nodes_y);
+            let _ = write!(line, "{} bytes", layout.bytes());
+            self.log.say(Category::Event, &line);
+        }
+        self.kept.phase = if self.event_mode_used { Phase::Event } else { Phase::Step };
+        Status::Ok
+    }
+
+    /// Makes the simulation of the parameters, unless there is one.
+    fn make(&mut self) -> Result<(), Status> {
+        if self.running.is_some() {
+            return Ok(());
+        }
+        match (Running::new(self.kept.parameters.scene()), self.kept.parameters.out_of_range()) {
+            (Ok(running), None) => {
                 self.running = Some(running);
                 self.cache = Cache::default();
-                Status::Ok
+                Ok(())
             }
-            Err(Trouble::Refused(error)) => self.refuse_scene(error),
-            Err(Trouble::OutOfMemory(bytes)) => self.out_of_memory(bytes),
+            (Ok(_), Some((variable, value))) => Err(self.refuse_range(variable, value)),
+            (Err(Trouble::Refused(error)), _) => Err(self.refuse_scene(error)),
+            (Err(Trouble::OutOfMemory(bytes)), _) => Err(self.out_of_memory(bytes)),
         }
+    }
+
+    /// The simulation once it has begun. One that was made before, to be read, is no part of a state.
+    pub fn begun(&self) -> Option<&Running> {
+        self.running.as_ref().filter(|_| self.kept.phase as u32 & Phase::SETTING_UP == 0)
     }
 
     /// Says so. Nothing has changed, and the other instances go on: an error, not a fatal one.
@@ -242,6 +261,7 @@ impl Instance {
         self.running = None;
         self.kept = Kept::default();
         self.cache = Cache::default();
+        self.open_logged = false;
         Status::Ok
     }
 
@@ -259,7 +279,12 @@ impl Instance {
             self.kept.parameters.get(variable, values);
             return Status::Ok;
         }
-        match self.output(variable.id, values) {
+        if let Err(status) = self.make() {
+            return status;
+        }
+        let failure = self.running.as_ref().and_then(|running| running.sim.failure());
+        let failure = failure.filter(|_| variable.id != Id::Status);
+        match failure.map_or_else(|| self.output(variable.id, values), Err) {
             Ok(()) => Status::Ok,
             Err(failure) => {
                 let mut line = Line::new();
@@ -271,7 +296,6 @@ impl Instance {
 
     /// Whether an element may be set to a value now. Says why not.
     pub fn may_set(&self, variable: &Variable, value: f64) -> Status {
-        use crate::table::Role;
         let phases = match variable.role {
             Role::Fixed => Phase::SETTING_UP,
             Role::Input | Role::Tunable => Phase::SETTABLE,
@@ -289,25 +313,17 @@ impl Instance {
 
     /// Sets one element; asked before with [`Instance::may_set`].
     pub fn set(&mut self, variable: &Variable, element: usize, value: f64) {
+        if variable.role == Role::Fixed {
+            self.running = None;
+        }
         self.kept.parameters.set(variable, element, value);
     }
 
     fn output(&mut self, id: Id, values: &mut [f64; MOST_ELEMENTS]) -> Result<(), Failure> {
         *values = [0.0; MOST_ELEMENTS];
         let kept = &self.kept;
-        let Some(Running { sim, .. }) = &mut self.running else {
-            // Before the simulation exists: the body as the host gave it, and nothing has happened.
-            let body = &kept.parameters.scene().projectile;
-            match id {
-                Id::StatePosition => copy(values, &body.position),
-                Id::StateVelocity => copy(values, &body.velocity),
-                Id::StateOrientation => copy(values, &body.orientation),
-                Id::StateAngularVelocity => copy(values, &body.angular_velocity),
-                Id::MaxStretch => copy(values, &[1.0]),
-                _ => {}
-            }
-            return Ok(());
-        };
+        // It has been made, if need be for this.
+        let Some(Running { sim, .. }) = &mut self.running else { return Ok(()) };
         let cache = &mut self.cache;
         let first = kept.parameters.ply_first();
         let time_of = |step: Option<u64>| step.map_or(0.0, |n| kept.start_time + n as f64 * sim.step_limits().dt);
@@ -332,6 +348,7 @@ impl Instance {
             Id::EnergyViscous => copy(values, &[cache.energy(sim)?.viscous]),
             Id::EnergyFriction => copy(values, &[cache.energy(sim)?.friction]),
             Id::EnergyPlyLoss => copy(values, &[cache.energy(sim)?.ply_loss]),
+            Id::EnergySupportWork => copy(values, &[cache.energy(sim)?.support_work]),
             Id::EnergyContactLoss => copy(values, &[sim.contact()?.loss]),
             Id::EnergyResidual => copy(values, &[cache.energy(sim)?.residual]),
             Id::MaxDeflection => copy(values, &[cache.fabric(sim)?.max_deflection]),
@@ -345,10 +362,13 @@ impl Instance {
             Id::PlyStrain => copy(values, &cache.plies(sim, first)?.map(|ply| ply.strain)),
             Id::PlyDissipated => copy(values, &cache.plies(sim, first)?.map(|ply| ply.dissipated)),
             Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
+            Id::ContactResidual => copy(values, &[sim.counters().contact_residual]),
             Id::BeyondFine => copy(values, &[sim.counters().beyond_fine as f64]),
             Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
             Id::Status => copy(values, &[f64::from(kept.shown.status)]),
             Id::Happened(event) => copy(values, &[f64::from(kept.shown.happened >> event & 1)]),
+            // The time of an event is shown with its Boolean.
+            Id::HappenedAt(event) if kept.shown.happened >> event & 1 == 0 => {}
             Id::HappenedAt(0) => copy(values, &[time_of(sim.outcomes().first_contact)]),
             Id::HappenedAt(event) => {
                 let latch = sim.outcomes().latched.into_iter().nth(event - 1).flatten();
@@ -421,7 +441,8 @@ impl Instance {
         self.kept.time = reached;
         self.kept.terminated = end.terminate;
         let event = self.discrete() != self.kept.shown;
-        if !self.event_mode_used {
+        // A host that ends with this step comes to no event mode any more.
+        if !self.event_mode_used || end.terminate {
             self.show();
         }
         StepEnd { event, ..end }
@@ -557,7 +578,25 @@ impl Instance {
             self.log.say(Category::Event, BEYOND_FINE);
         }
         self.log_events(mask, contact_came);
+        self.log_open_balance();
         Ok(StepEnd { status: Status::Ok, event: false, terminate: outcome_came && stop_on_event, early })
+    }
+
+    /// Tells once that the energies no longer add up to 1 %, if the host wants to hear of events: a look at them is a pass over the sheet.
+    fn log_open_balance(&mut self) {
+        let Some(Running { sim, .. }) = &self.running else { return };
+        if self.open_logged || !self.log.wants(Category::Event) {
+            return;
+        }
+        let (body, node) = (&sim.scene().projectile, sim.scene().lumped_mass());
+        let speed = math::length(body.velocity);
+        let Ok(energy) = self.cache.energy(sim) else { return };
+        // Of a prescribed body the mass need not be known; then its work counts, from that of meeting 100 nodes on.
+        let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
+        if math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
+            self.open_logged = true;
+            self.log.say(Category::Event, OPEN_BALANCE);
+        }
     }
 
     fn log_events(&self, before: OutcomeSet, contact_came: bool) {
@@ -581,6 +620,10 @@ impl Instance {
         }
     }
 }
+
+/// Said once, as an event.
+const OPEN_BALANCE: &str = "energy.residual: more than 1 % of the impact energy. Yarn that goes slack and taut adds energy: take \
+                            time_step.fraction = 0.2 or yarn viscosity, after a failure step_after_failure = half or slack_toe";
 
 /// Said once, as an event.
 const BEYOND_FINE: &str = "contact.beyond_fine: the projectile met the sheet beyond the fine part of the graded network, where nodes may be \

@@ -92,6 +92,11 @@ impl Log {
         true
     }
 
+    /// Whether the host wants messages of a category.
+    pub fn wants(&self, category: Category) -> bool {
+        self.wanted.get(category as usize).copied().unwrap_or(false)
+    }
+
     /// Tells the host.
     pub fn say(&self, category: Category, text: &str) {
         let (name, status) = match category {
@@ -100,7 +105,7 @@ impl Log {
             Category::Error => (c"logStatusError", Status::Error),
             Category::Fatal => (c"logStatusFatal", Status::Fatal),
         };
-        if !self.wanted.get(category as usize).copied().unwrap_or(false) {
+        if !self.wants(category) {
             return;
         }
         let mut line: heapless::Vec<u8, 256> = text.bytes().filter(|&byte| byte != 0).take(255).collect();

@@ -25,8 +25,8 @@ const FRAME_BYTES: usize = 8 * (HEADER_WORDS + KEPT_WORDS + 1);
 impl Instance {
     /// Copies the present state. A state given by the host is written over, if its memory is large enough.
     pub fn save(&mut self, given: *mut Saved) -> Result<*mut Saved, Status> {
-        let image = self.running.as_ref().map_or(0, |running| running.sim.snapshot_bytes());
-        if let Some(failure) = self.running.as_ref().and_then(|running| running.sim.failure()) {
+        let image = self.begun().map_or(0, |running| running.sim.snapshot_bytes());
+        if let Some(failure) = self.begun().and_then(|running| running.sim.failure()) {
             return Err(self.refuse(failure.code().text().to_str().unwrap_or("")));
         }
         let reused = self.states.find(given);
@@ -46,7 +46,8 @@ impl Instance {
             saved.image = image;
             // Until the image is wholly ours it is one to be loaded with every check.
             saved.from_bytes = true;
-            if let Some(running) = &self.running
+            if image > 0
+                && let Some(running) = &self.running
                 && let Err(error) = running.sim.save(saved.image_mut())
             {
                 return Err(self.refuse(&error.text()));

@@ -20,11 +20,9 @@ use crate::watch::Outcome;
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
-/// "Exited" beside loose pieces: over a travel of R the work may change by this part of it, and what the pieces can still
-/// take may be four times as much ...
+/// "Exited" beside loose pieces: over a travel of R the work may change by this part of it or, if that is more, by what one node takes that
+/// the body meets at its present speed; and what the pieces can still take may be four times as much.
 pub const SETTLED_PART: f64 = 0.0025;
-/// ... or this, J, if it is more.
-pub const SETTLED_WORK: f64 = 2.5e-4;
 
 /// The body as it flies on when nothing touches it.
 struct Flight {
@@ -181,13 +179,14 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
 
 /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
 fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
+    let settling = settling(system);
     let (watch, sums, position) = (&mut system.state.watch, &system.state.sums, system.state.body.position);
     let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
     if travel < system.solid.radius() {
         return None;
     }
     let change = sums.work - watch.checkpoint_work;
-    let settled = math::abs(change) <= settling(sums.work);
+    let settled = math::abs(change) <= settling;
     watch.checkpoint = position;
     watch.checkpoint_work = sums.work;
     watch.checkpoint_impulses = sums.impulses;
@@ -270,7 +269,7 @@ fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
     if !loose.in_the_way && !loose.are_overtaken {
         return true;
     }
-    beside_debris && exchange(system, &pieces, &flight, &loose) <= 4.0 * settling(system.state.sums.work)
+    beside_debris && exchange(system, &pieces, &flight, &loose) <= 4.0 * settling(system)
 }
 
 /// What of the sheet is held, as far as it has been looked at.
@@ -527,9 +526,9 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
 }
 
 /// By how much the work may still change when it counts as final, J.
-fn settling(work: f64) -> f64 {
-    let part = SETTLED_PART * math::abs(work);
-    math::max(part, SETTLED_WORK)
+fn settling(system: &System<'_>) -> f64 {
+    let part = SETTLED_PART * math::abs(system.state.sums.work);
+    math::max(part, system.model.node_mass * system.state.body.velocity.norm_squared())
 }
 
 /// Disjoint sets over the nodes, in caller's memory.

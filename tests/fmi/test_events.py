@@ -2,14 +2,17 @@
 
 import unittest
 
+import fmpy
 from fmpy.fmi2 import fmi2LastSuccessfulTime, fmi2Terminated
-from host import DISCARD, OK, OUTPUTS, SMALL, Host
+from host import ARCHIVES, DISCARD, OK, OUTPUTS, SMALL, Host
 
 H = 1e-6
 TICK = 2e-8
 # What happens: the values, the outcome, and the number of steps to some time after it.
 CASES = [(SMALL, "exited", 200), ({**SMALL, "projectile.start.velocity[3]": 20.0}, "arrested", 250)]
-DISCRETE = ["status", *(name for name in OUTPUTS if name.startswith("outcome.") and not name.endswith("_time"))]
+DISCRETE = ["status", *(name for name in OUTPUTS if name.startswith("outcome."))]
+ENDING = [f"outcome.{name}" for name in ("arrested", "detached", "exited", "passed")]
+OUTCOMES = [name for name in DISCRETE[1:] if not name.endswith("_time")]
 
 
 class Events(unittest.TestCase):
@@ -76,6 +79,8 @@ class Events(unittest.TestCase):
                 self.assertEqual(host.step(t, min(H, 2e-4 - t)), OK)
                 needed, _, _, t = host.last
                 self.assertEqual([host.get(name) for name in DISCRETE], shown)
+                for name in OUTCOMES:
+                    self.assertEqual(host.get(f"{name}_time") > 0.0, host.get(name), name)
                 if needed:
                     host.fmu.enterEventMode()
                     now = [host.get(name) for name in DISCRETE]
@@ -131,6 +136,44 @@ class Events(unittest.TestCase):
                 break
         self.assertTrue(host.last[1])
         host.close()
+
+    def test_stop_on_event_shows_the_outcome_in_the_step_that_ends(self):
+        """Masters with event mode (FMPy, fmusim) write a row when a step asks to end, and call nothing more: it must have the outcome."""
+        for values, _, steps in CASES:
+            for early in (False, True):
+                host, t = Host(3, {**values, "stop_on_event": True}, events=True, early=early), 0.0
+                while t < steps * H:
+                    self.assertEqual(host.step(t, H), OK)
+                    event, ended, _, t = host.last
+                    row = {name: host.get(f"{name}_time") for name in ENDING if host.get(name)}
+                    if ended:
+                        break
+                    self.assertEqual(row, {})
+                    if event:
+                        host.fmu.enterEventMode()
+                        self.assertFalse(host.fmu.updateDiscreteStates()[1])
+                        host.fmu.enterStepMode()
+                self.assertTrue(ended and event)
+                self.assertEqual(len(row), 1)
+                self.assertTrue(t - (TICK if early else H) < max(row.values()) <= t + TICK, (row, t))
+                # A master that handles the event first is asked there.
+                host.fmu.enterEventMode()
+                self.assertTrue(host.fmu.updateDiscreteStates()[1])
+                host.close()
+
+    def test_stop_on_event_in_fmpy(self):
+        outputs = [*ENDING, *(f"{name}_time" for name in ENDING)]
+        for version in (2, 3):
+            values = {name: value for name, value in Host(version).whole(SMALL).items()}
+            for early in [False, True] if version == 3 else [False]:
+                rows = fmpy.simulate_fmu(
+                    str(ARCHIVES[version]), fmi_type="CoSimulation", start_values={**values, "stop_on_event": True}, output=outputs,
+                    stop_time=2e-4, output_interval=H, use_event_mode=version == 3, early_return_allowed=early,
+                )  # fmt: skip
+                before, last = ({name: float(row[f"{name}_time"]) for name in ENDING if row[name]} for row in rows[-2:])
+                print(f"\nFMI {version}, early return {early}: last row of FMPy at {float(rows[-1]['time'])!r} s {last}", end=" ", flush=True)
+                self.assertEqual((before, len(last)), ({}, 1))
+                self.assertLess(abs(max(last.values()) - rows[-1]["time"]), H)
 
     def test_events_are_logged_on_request(self):
         host = Host(3, SMALL, logging_on=True).run(0, 5, H)

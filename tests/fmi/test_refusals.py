@@ -1,6 +1,7 @@
 """Bad parameters and calls: status Error, a log line that names the field or the function, and nothing changed."""
 
 import ctypes
+import math
 import resource
 import unittest
 
@@ -155,6 +156,15 @@ class Refusals(unittest.TestCase):
             host.set(external__force=[0.0, 0.0, 1e12])
             self.assertEqual(host.step(1e-5, 1e-6), ERROR)
             self.assertTrue(host.said("faster than a node spacing"))
+            # Read: what the host has set, and that it has failed. Not read: all that is computed.
+            read = {name for name, v in host.variables.items() if v.causality != "output" or name == "status"}
+            kinds = {"Real": "getReal", "Float64": "getFloat64", "Integer": "getInteger", "Int32": "getInt32",
+                     "Boolean": "getBoolean", "Enumeration": "getInt64"}  # fmt: skip
+            for name, variable in host.variables.items():
+                size = {} if version == 2 else {"nValues": math.prod(int(d.start) for d in variable.dimensions)}
+                status = host.attempt(getattr(host.fmu, kinds[variable.type]), [variable.valueReference], **size)
+                self.assertEqual(status, OK if name in read else ERROR, (version, name))
+            self.assertTrue(host.said("energy.strain: "), host.log[-1])
             self.assertEqual(host.get("status"), 2)
             self.assertEqual(host.step(1e-5, 1e-6), ERROR)
             self.assertEqual(host.restore(state), OK)

@@ -5,6 +5,7 @@
 mod balances;
 mod contact;
 mod convergence;
+mod creep;
 mod depth;
 mod edges;
 mod fabrics;

@@ -17,3 +17,4 @@ mod poison;
 mod random_scenes;
 mod refusals;
 mod snapshots;
+mod units;

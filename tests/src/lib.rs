@@ -4,6 +4,7 @@
 use fabric::{AttachmentKind, CacheLine, Layout, Scene, Sim};
 
 pub mod inputs;
+pub mod options;
 pub mod reference;
 
 /// Memory of one simulation.

@@ -310,7 +310,7 @@ function announce({ ended }: Rest): void {
   }
   const residual = `velocity ${row.velocity_z_m_per_s.toFixed(1)} m/s, ${row.contact_work_j.toFixed(2)} J absorbed`;
   const name = ended.charAt(0).toUpperCase() + ended.slice(1);
-  const open = Math.abs(row.energy_residual_j) > 0.01 * (history[0]?.projectile_kinetic_j ?? 0) ? "The energy balance is open by more than 1 %: see \"Slack and taut\" in docs/model.md. " : "";
+  const open = Math.abs(row.energy_residual_j) > 0.01 * (history[0]?.projectile_kinetic_j ?? 0) ? "The energy balance is open by more than 1 %: slack yarn adds energy, see \"Slack and taut\" in docs/model.md. " : "";
   outcome.textContent = `${name} ${at}: ${residual}. ${open} ${latched.includes("detached") ? "The sheet has torn off. " : ""}${sameBits() === true ? "Same bits as the native library." : ""}`;
 }
 
@@ -352,10 +352,11 @@ function update(): void {
   const pin = native[nameOf(choices) ?? ""];
   values.time.textContent = `${microseconds(frame.row)}, step ${row.step.toLocaleString("en")}`;
   values.velocity.textContent = `${row.velocity_z_m_per_s.toFixed(3)} m/s`;
-  values.absorbed.textContent = `${row.contact_work_j.toFixed(4)} J of ${start.toFixed(2)} J`;
+  values.absorbed.textContent = `${row.contact_work_j.toFixed(4)} J of ${start.toFixed(2)} J${row.support_work_j > 0 ? `, ${row.support_work_j.toFixed(4)} J of it by held nodes` : ""}`;
   values.peak.textContent = `${frame.peakForce.toFixed(1)} N`;
   values.failed.textContent = failed.toLocaleString("en");
-  values.balance.textContent = `open by ${((100 * row.energy_residual_j) / Math.max(start, 1e-12)).toFixed(4)} %`;
+  const open = row.energy_residual_j / Math.max(start, 1e-12);
+  values.balance.textContent = `open by ${(100 * open).toFixed(4)} %${Math.abs(open) > 0.01 ? ": slack yarn adds energy" : ""}`;
   values.outcomes.textContent = latched.join(", ") || "none yet";
   values.digest.textContent = rest?.digest ?? "at the next stop";
   values.native.textContent = pin ? `${pin.digest} at the end` : "run the TOML natively";

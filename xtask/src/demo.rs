@@ -17,9 +17,14 @@ pub struct Options {
 
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {
+    crate::needs::demo()?;
     let python = tools::python()?;
     crate::fmu::run(&crate::fmu::Options::default())?;
-    cargo(&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"])?;
+    // With these features it is the build of the kernel that the studies use.
+    let features = ["--features", "micro,implicit"];
+    cargo(
+        &[&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"], &features[..]].concat(),
+    )?;
 
     let (folder, case) = match options {
         Options { plies: true, .. } => ("demo-plies", "plies"),

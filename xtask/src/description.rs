@@ -190,12 +190,21 @@ fn value_attributes(variable: &Variable, two: bool) -> Vec<(&'static str, Option
     ]
 }
 
-/// What an output depends on when initialisation ends: nothing (it is zero), the parameter of the same meaning, or, where the
-/// attribute is left out, all inputs and parameters.
+/// What an output depends on at once, at a communication point.
+fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
+    let known = match variable.id {
+        Id::PlyFailedSegments | Id::PlyKinetic | Id::PlyStrain | Id::PlyDissipated => table::variable("ply.first"),
+        _ => None,
+    };
+    ("dependencies", some(known.map_or(String::new(), name_of)))
+}
+
+/// What an output depends on in initialisation: nothing (it is zero), the parameter of the same meaning, or, where the attribute is
+/// left out, all inputs and parameters. Rounding in the sheet's axes is no dependency.
 fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
     let of = |name: &str| table::variable(name).map(&name_of);
     let known = match variable.id {
-        Id::StepFraction => None,
+        Id::StepFraction | Id::EnergyStrain | Id::PlyStrain | Id::MaxStretch => None,
         Id::StatePosition => of("projectile.start.position"),
         Id::StateVelocity => of("projectile.start.velocity"),
         Id::StateOrientation => of("projectile.start.orientation"),
@@ -271,9 +280,14 @@ pub fn fmi2(model: &Model) -> String {
             attributes.push(("start", starts(model, variable).get(element).cloned()));
             out.push_str(&format!("{}/>\n    </ScalarVariable>\n", tag(3, name, &attributes)));
             if variable.role.is_output() {
-                let direct = [("index", some(index)), ("dependencies", some(""))];
+                let direct = [("index", some(index)), at_once(variable, |known| index_of(known).to_string())];
                 outputs.push_str(&format!("{}/>\n", tag(3, "Unknown", &direct)));
-                let initial = at_start(variable, |known| (index_of(known) + element).to_string());
+                let initial = at_start(variable, |known| {
+                    // A quaternion is normalised as a whole.
+                    let whole = variable.id == Id::StateOrientation;
+                    let elements = if whole { 0..known.size() } else { element..element + 1 };
+                    elements.map(|k| (index_of(known) + k).to_string()).collect::<Vec<_>>().join(" ")
+                });
                 unknowns.push_str(&format!("{}/>\n", tag(3, "Unknown", &[("index", some(index)), initial])));
             }
         }
@@ -355,7 +369,7 @@ pub fn fmi3(model: &Model) -> String {
         }
         if variable.role.is_output() {
             let reference = ("valueReference", some(variable.reference));
-            let direct = [reference.clone(), ("dependencies", some(""))];
+            let direct = [reference.clone(), at_once(variable, |known| known.reference.to_string())];
             outputs.push_str(&format!("{}/>\n", tag(2, "Output", &direct)));
             let initial = at_start(variable, |known| known.reference.to_string());
             unknowns.push_str(&format!("{}/>\n", tag(2, "InitialUnknown", &[reference, initial])));

@@ -2,6 +2,7 @@
 //! tests/golden/digests.
 
 use crate::bochs;
+use crate::needs::WINE;
 use crate::platforms;
 use crate::tools::{Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
 use std::path::{Path, PathBuf};
@@ -269,9 +270,6 @@ fn has(feature: &str) -> bool {
 fn is_bochs(runner: &Runner) -> bool {
     matches!(runner, Runner::MachineOrBochs(feature) if !has(feature))
 }
-
-/// Debian does not put it in the path.
-const WINE: [&str; 3] = ["wine64", "wine", "/usr/lib/wine/wine64"];
 
 /// The linker for WebAssembly: LLVM's, or the one that rustup's compilers have.
 fn wasm_linker() -> Result<Command, String> {

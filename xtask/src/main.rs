@@ -13,10 +13,12 @@ mod gates;
 mod header;
 mod install;
 mod model;
+mod needs;
 mod page;
 mod platforms;
 mod readme;
 mod rotorburst;
+mod sanitize;
 mod stack;
 mod tests;
 mod tools;
@@ -39,6 +41,8 @@ enum Command {
     Demo(demo::Options),
     /// Run every check: format, clippy, unit and physics tests, C and C++ hosts, FMPy, studies in short form.
     Test(tests::Options),
+    /// Print the Debian packages that `test` needs and that are not here, and in a second line those that it can use.
+    Packages,
     /// Run the long checks: ensembles against the paper's numbers, full studies.
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
@@ -61,12 +65,15 @@ enum Command {
     Wheel(wheel::Options),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
+    /// Run the library's tests under AddressSanitizer, and those with threads under ThreadSanitizer.
+    Sanitize,
 }
 
 fn main() -> std::process::ExitCode {
     let result = match Arguments::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Test(options) => tests::run(&options),
+        Command::Packages => needs::packages(),
         Command::Verify => tests::verify(),
         Command::Fmu(options) => fmu::run(&options),
         Command::Rotorburst(options) => rotorburst::run(&options),
@@ -78,6 +85,7 @@ fn main() -> std::process::ExitCode {
         Command::Bench(options) => tests::bench(&options),
         Command::Wheel(options) => wheel::run(&options),
         Command::Fuzz(options) => fuzz::run(&options),
+        Command::Sanitize => sanitize::run(),
     };
     match result {
         Ok(()) => std::process::ExitCode::SUCCESS,

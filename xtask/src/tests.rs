@@ -1,7 +1,8 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, python, python_with, read, run as command, target, top};
-use std::path::Path;
+use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// Options of `cargo xtask test`.
@@ -10,35 +11,52 @@ pub struct Options {
     /// Run only the steps whose name contains this text (repeatable).
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
+    /// Only the second half of the steps, until this file is there.
+    #[arg(long, hide = true, value_name = "FILE", conflicts_with = "only")]
+    second_until: Option<PathBuf>,
 }
 
 /// A named step.
 type Step = (&'static str, fn() -> Outcome);
 
-/// What every change must pass.
-const TEST: &[Step] = &[
+/// What every change must pass, in two halves that take the same time side by side: the first compiles for development and release, and
+/// for the targets of the digests, the second what is shipped.
+const FIRST: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
-    ("clippy", || cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])),
+    ("clippy", || {
+        let features = ["--features", EVERY_FEATURE];
+        cargo(
+            &[&["clippy", "--quiet", "--workspace", "--all-targets"], &features[..], &["--", "-D", "warnings"]]
+                .concat(),
+        )
+    }),
     ("unit, physics, golden and robustness tests", || {
-        cargo(&["test", "--quiet", "--workspace", "--features", "fabric-kernel/micro,fabric-kernel/implicit"])
+        cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
     }),
     ("every set of features", crate::gates::every_feature_set),
-    ("gates on the libraries", crate::gates::run),
     ("documentation", documentation),
     ("package of the kernel", package),
     ("C header", crate::header::check),
+    ("web page in a browser", crate::web::check),
+    ("digests on other targets", crate::digests::short),
+    ("studies in short form", studies),
+];
+
+/// The other half.
+const SECOND: &[Step] = &[
+    ("gates on the libraries", crate::gates::run),
     ("C and C++ hosts", crate::chosts::run),
     ("binary interface", crate::abi::run),
     ("C and C++ examples", crate::examples::run),
-    ("digests on other targets", crate::digests::short),
-    ("web page in a browser", crate::web::check),
     ("FMUs", fmu),
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
-    ("studies in short form", studies),
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true, plies: false })),
 ];
+
+/// The features of the kernel. Where a step builds it with others, it is one more build.
+const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/implicit";
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
@@ -50,6 +68,7 @@ const VERIFY: &[Step] = &[
         })
     }),
     ("digests on every target", || crate::digests::run(&crate::digests::Options::default())),
+    ("sanitizers", crate::sanitize::run),
     ("ensembles against the prototype's numbers", || {
         cargo(&["run", "--quiet", "--release", "--package", "fabric-tests", "--bin", "ensembles"])
     }),
@@ -70,8 +89,8 @@ const VERIFY: &[Step] = &[
 fn documentation() -> Outcome {
     let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
     let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
-    let features = ["--features", "fabric-kernel/micro,fabric-kernel/implicit"];
-    let status = std::process::Command::new(crate::tools::cargo_program())
+    let features = ["--features", EVERY_FEATURE];
+    let status = Command::new(crate::tools::cargo_program())
         .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
         .env("RUSTDOCFLAGS", "-D warnings")
         .current_dir(top())
@@ -84,6 +103,10 @@ fn documentation() -> Outcome {
 fn package() -> Outcome {
     cargo(&["package", "--quiet", "--package", "fabric-kernel", "--allow-dirty"])?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
+    if let Some(missing) = ["LICENSE-MIT", "LICENSE-APACHE"].iter().find(|name| !packed.with_file_name(name).is_file())
+    {
+        return Err(format!("the package of the kernel has no {missing}"));
+    }
     let folder = target().join("package/docs");
     let (packed, folder) = (packed.to_string_lossy(), folder.to_string_lossy());
     let features = ["--no-deps", "--features", "micro,implicit"];
@@ -92,17 +115,53 @@ fn package() -> Outcome {
 
 /// Every check that a change must pass.
 pub fn run(options: &Options) -> Outcome {
-    let wanted = |name: &str| options.only.is_empty() || options.only.iter().any(|text| name.contains(text.as_str()));
-    if !TEST.iter().any(|(name, _)| wanted(name)) {
-        let names: Vec<_> = TEST.iter().map(|(name, _)| *name).collect();
+    if let Some(stop) = &options.second_until {
+        return steps(SECOND.iter(), || stop.exists());
+    }
+    if options.only.is_empty() {
+        return side_by_side();
+    }
+    let wanted = |name: &str| options.only.iter().any(|text| name.contains(text.as_str()));
+    let mut chosen = FIRST.iter().chain(SECOND).filter(|(name, _)| wanted(name)).peekable();
+    if chosen.peek().is_none() {
+        let names: Vec<_> = FIRST.iter().chain(SECOND).map(|(name, _)| *name).collect();
         return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
     }
-    steps(TEST.iter().filter(|(name, _)| wanted(name)))
+    steps(chosen, || false)
+}
+
+/// The first half of the steps here and the second in another process of this program: many a step keeps one processor busy only. Where
+/// one half fails, the other ends after the step that it is in.
+fn side_by_side() -> Outcome {
+    crate::needs::test()?;
+    let folder = emptied(target().join("checks"))?;
+    let (log, stop) = (folder.join("second.log"), folder.join("stop"));
+    let failed = |error: std::io::Error| format!("{}: {error}", log.display());
+    let printed = std::fs::File::create(&log).map_err(failed)?;
+    let mut second = Command::new(std::env::current_exe().map_err(failed)?)
+        .args(["test", "--second-until"])
+        .arg(&stop)
+        .stdin(Stdio::null())
+        .stdout(printed.try_clone().map_err(failed)?)
+        .stderr(printed)
+        .spawn()
+        .map_err(failed)?;
+    println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
+    let first = steps(FIRST.iter(), || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
+    if let Err(message) = &first {
+        println!("error: {message}; the other half ends after the step that it is in ...");
+        std::fs::write(&stop, "").map_err(failed)?;
+    }
+    let status = second.wait().map_err(failed)?;
+    println!("{}", read(&log)?);
+    first?;
+    if status.success() { Ok(()) } else { Err("a step of the second half has failed: see above".into()) }
 }
 
 /// The long checks.
 pub fn verify() -> Outcome {
-    steps(TEST.iter().chain(VERIFY))
+    side_by_side()?;
+    steps(VERIFY.iter(), || false)
 }
 
 /// Options of `cargo xtask bench`.
@@ -119,17 +178,29 @@ pub fn bench(options: &BenchOptions) -> Outcome {
     study(&[&["bench"], &options[..]].concat())
 }
 
-/// Runs the steps in order, stops at the first that fails, and prints what each took.
-fn steps<'a>(steps: impl Iterator<Item = &'a Step>) -> Outcome {
+/// Runs the steps in order, stops at the first that fails, or if the word is given, and prints what each took: time, and that of
+/// processors.
+fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() -> bool) -> Outcome {
     let mut summary = Vec::new();
     for (name, step) in steps {
+        if stopped() {
+            return Err("stopped, for another check has failed".into());
+        }
         println!("\n== {name}");
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), processor_seconds());
         step().map_err(|message| format!("step \"{name}\": {message}"))?;
-        summary.push(format!("  passed in {:6.1} s  {name}", start.elapsed().as_secs_f64()));
+        let (seconds, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - before);
+        summary.push(format!("  passed in {seconds:6.1} s (processors {busy:6.1} s)  {name}"));
     }
     println!("\n{}\n{} passed, 0 failed", summary.join("\n"), summary.len());
     Ok(())
+}
+
+/// What the programs that this one has started and that have ended took of processors, s, as Linux keeps it (proc(5)).
+fn processor_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();
+    fields.skip(13).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
 /// Compares the committed model descriptions, builds both FMUs for every platform there are tools for and those of a scene of its own,
@@ -196,7 +267,16 @@ fn studies() -> Outcome {
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
     // The first steps of a stack, which has a picture of its own.
-    study(&["run", "study/scenes/pack_of_62_plies.toml", "--steps", "64", "--out", &folder("run of plies")])?;
+    study(&[
+        "run",
+        "study/scenes/pack_of_62_plies.toml",
+        "--steps",
+        "64",
+        "--until",
+        "none",
+        "--out",
+        &folder("run of plies"),
+    ])?;
     report("run", &folder("run of plies"))?;
     let sheets = ["--sample", "512", "--movie", "--vtk"];
     study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;

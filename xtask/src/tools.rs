@@ -99,6 +99,10 @@ pub fn python() -> Result<PathBuf, String> {
 /// The same with the packages of another list too.
 pub fn python_with(list: &str) -> Result<PathBuf, String> {
     let venv = target().join("venv");
+    // Steps that run side by side wait for one another.
+    let lock =
+        std::fs::File::create(make_folder(target())?.join("venv.lock")).and_then(|file| file.lock().map(|()| file));
+    let _lock = lock.map_err(|error| format!("{}.lock: {error}", venv.display()))?;
     let python = venv.join("bin").join("python");
     if !python.exists() {
         println!("Setting up the Python environment in {} ...", venv.display());
@@ -111,7 +115,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
         if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
             continue;
         }
-        run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", list])?;
+        run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", "-r", list])?;
         std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     }
     Ok(python)

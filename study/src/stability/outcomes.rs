@@ -110,7 +110,8 @@ fn fly(seed: u64) -> Result<Verdict> {
         looks.push((sim.contact()?.work, sim.counters().contacts));
     }
     let (work, step) = (sim.contact()?.work, sim.step_count());
-    let allowed = f64::max(1e-3, 0.01 * work.abs());
+    let of_nodes = 4.0 * scene.lumped_mass() * dot(sim.projectile()?.velocity, sim.projectile()?.velocity);
+    let allowed = f64::max(of_nodes, 0.01 * work.abs());
     let latched = sim.outcomes().mask;
     if !latched.has(mask) {
         let last = &looks[2 * looks.len() / 3..];

@@ -1,0 +1,214 @@
+"""Outputs in Initialization Mode: computed when they are read, and dependent on what the model description says."""
+
+import contextlib
+import itertools
+import math
+import unittest
+
+from fmpy.fmi1 import FMICallException
+from host import ERROR, FOUR_CORNERS, FOUR_SIDES, OK, PRESCRIBED, SPHERE, WARNING, Host
+from test_description import stated, tree
+
+H = 1e-6
+TAUT = {**SPHERE, "yarn.draw": 1, "sheet.pre_strain": [1e-3, 1e-3]}
+TINY = {"sheet.nodes_x": 21, "sheet.nodes_y": 21}
+TURNED = [math.cos(0.2), math.sin(0.2), 0.0, 0.0]
+# Scenes in which every known is read; the bodies lie 1 mm and more before a sheet of 21 x 21 nodes.
+SCENES = [
+    {**TINY, "time_step.seconds": 0.0, "yarn.rate_modulus": 0.01, "yarn.rate_stretch": 0.01, "yarn.rate_reference": 1.0, "yarn.rate_limit": 1e4},
+    {**TAUT, **TINY, "weft.modulus_mean": 1.4e11, "weft.modulus_sd": 1e9, "weft.damage_slope": 7.91e-9, "weft.damage_intercept": -878.46,
+     "weft.damage_sd": 8.0, "weft.critical_stretch": 1.04, "yarn.strength_draw": 1},
+    {**SPHERE, **TINY, "stack.plies": 3, "stack.gap": 2e-4, "back.plies": 1, "ply.first": 1,
+     "contact.friction": 0.2, "projectile.start.angular_velocity[2]": 5.0, "sheet.crimp": [1e-3, 2e-3]},
+    {**TINY, "projectile.shape": 5, "projectile.start.position[3]": -0.1, "projectile.start.orientation": [0.5, 0.5, -0.5, 0.5],
+     "sheet.orientation": TURNED, "sheet.position": [1e-3, 2e-3, 3e-3], "attachment.kind": FOUR_CORNERS, "attachment.disc_inset": 1e-3,
+     "attachment.disc_radius": 8e-4, "slack_toe": 1e-2},
+    {**SPHERE, **TINY, "projectile.shape": 4, "projectile.faces.count": 4, "projectile.moments": [1e-6, 1e-6, 1e-6], "drive": PRESCRIBED,
+     "projectile.faces.planes": [0.0] * 64, "projectile.start.position[3]": -0.1, "attachment.kind": FOUR_SIDES,
+     "sheet.grading.largest": 4, "sheet.grading.run": 1, "sheet.grading.half_width": [2e-3, 2e-3]},
+    {**SPHERE, **TINY, "integrator.kind": 1, "rotation_rule.kind": 1, "symmetry.mirror_x": True, "yarn.stochastic": False},
+]  # fmt: skip
+corner = 1.0 / math.sqrt(3.0)
+for face, signs in enumerate([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]):
+    SCENES[4]["projectile.faces.planes"][4 * face : 4 * face + 4] = [sign * corner for sign in signs] + [5e-3]
+
+
+def expected_strain(nodes):
+    """Energy of a square sheet of uniform yarn that is held stretched by 1e-3 both ways: Green-Lagrange strain, natural length."""
+    host = Host(3)
+    spacing, area, modulus = (host.get(name) for name in ("sheet.spacing", "sheet.yarn_area", "yarn.modulus_mean"))
+    host.close()
+    return 2 * nodes * (nodes - 1) * 0.5 * modulus * area * spacing / 1.001 * (0.5 * (1.001**2 - 1.0)) ** 2
+
+
+class Values(unittest.TestCase):
+    def test_a_taut_sheet(self):
+        for version in (2, 3):
+            host = Host(version)
+            self.assertEqual(host.begin({**TAUT, "yarn.stochastic": False}), OK)
+            energy = host.get("energy.strain")
+            print(f"\nFMI {version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}", end="")
+            print(f", ply.strain[1] {host.get('ply.strain')[0]:.4f} J, step.fraction {host.get('step.fraction'):.3f}", end=" ", flush=True)
+            self.assertAlmostEqual(energy / expected_strain(105), 1.0, 9)
+            self.assertAlmostEqual(host.get("fabric.max_stretch"), 1.001, 12)
+            self.assertEqual(host.get("ply.strain"), [energy] + [0.0] * 7)
+            self.assertTrue(0.1 < host.get("step.fraction") <= 0.5)
+            host.close()
+
+    def test_they_are_those_of_the_first_point(self):
+        """Bit by bit, and reading them changes neither a saved state nor the run; a parameter that is set after it counts."""
+        for version in (2, 3):
+            for scene in SCENES:
+                plain, host = Host(version), Host(version)
+                self.assertEqual(plain.begin(scene), OK)
+                self.assertEqual(host.begin({**scene, "seed": 77}), OK, host.log)
+                host.outputs()
+                self.assertEqual(host.try_set("seed", 1), OK)
+                read = host.outputs()
+                self.assertEqual(host.image(), plain.image())
+                for each in (plain, host):
+                    self.assertEqual(each.attempt(each.fmu.exitInitializationMode), OK, each.log)
+                    self.assertEqual(each.outputs(), read)
+                self.assertEqual(host.run(0, 5, H).image(), plain.run(0, 5, H).image())
+                plain.close(), host.close()
+
+    def test_a_scene_that_is_none_yet_has_no_outputs(self):
+        for version in (2, 3):
+            host = Host(version)
+            spacing = float(host.variables["sheet.spacing"].start)
+            self.assertEqual(host.begin({**SPHERE, "sheet.spacing": 0.0}), OK)
+            variable = host.variables["energy.strain"]
+            read = host.fmu.getReal if version == 2 else host.fmu.getFloat64
+            self.assertEqual(host.attempt(read, [variable.valueReference]), ERROR)
+            self.assertTrue(host.said("sheet.spacing: must be greater than zero; it is 0"), host.log)
+            self.assertEqual(host.get("sheet.spacing"), 0.0)
+            self.assertEqual(host.try_set("sheet.spacing", spacing), OK)
+            self.assertEqual(host.get("energy.strain"), 0.0)
+            self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK)
+            host.close()
+
+    def test_a_state_of_initialisation_can_be_restored(self):
+        for version in (2, 3):
+            host = Host(version)
+            host.begin(TAUT)
+            energy, state = host.get("energy.strain"), host.save()
+            host.set(seed=5)
+            self.assertNotEqual(host.get("energy.strain"), energy)
+            self.assertEqual(host.restore(state), OK)
+            self.assertEqual(host.get("energy.strain"), energy)
+            self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK)
+            self.assertEqual(host.restore(state), OK)
+            self.assertEqual(host.try_set("seed", 5), OK)
+            host.close()
+
+
+def others(variable, value):
+    """Seven values near one of an input or parameter."""
+    if variable.type == "Boolean":
+        return [1 - value] * 7
+    if variable.type in ("Integer", "Int32", "Enumeration"):
+        return [value + 1, value + 2, value - 1, 0, 1, 2, 3]
+    return [1.01 * value, 0.99 * value, value + 4e-4, value - 1e-3, value + 0.02, value + 1.0, 0.5 * value + 1e-9]
+
+
+def reader(host):
+    """A function that reads every output: a list of numbers by the name of each variable."""
+    outputs = [v for v in host.variables.values() if v.causality == "output"]
+    getters = {"Real": "getReal", "Integer": "getInteger", "Float64": "getFloat64", "Boolean": "getBoolean", "Enumeration": "getInt64"}
+    groups = {kind: [v for v in outputs if v.type == kind] for kind in {v.type for v in outputs}}
+
+    def read():
+        found = {}
+        for kind, group in groups.items():
+            sizes = [math.prod(int(d.start) for d in v.dimensions or ()) for v in group]
+            count = {} if host.version == 2 else {"nValues": sum(sizes)}
+            values = iter(getattr(host.fmu, getters[kind])([v.valueReference for v in group], **count))
+            found |= {v.name: list(itertools.islice(values, size)) for v, size in zip(group, sizes)}
+        return found
+
+    return read
+
+
+def changed(before, now):
+    """The outputs that differ by more than rounding in the sheet's axes, where vectors are turned to and back."""
+
+    def vector(values, name):
+        return [abs(x) for other, numbers in values.items() if other.partition("[")[0] == name.partition("[")[0] for x in numbers]
+
+    names = [name for name in now if now[name] != before[name]]
+    return {name for name in names
+            if max(abs(x - y) for x, y in zip(now[name], before[name])) > 1e-12 * max(vector(before, name) + vector(now, name))}  # fmt: skip
+
+
+class Dependencies(unittest.TestCase):
+    def found(self, host, knowns):
+        """Sets one known after the other to other values and back: outputs that change, with what changes them; values taken of each known."""
+        read, found, taken = reader(host), {}, dict.fromkeys(knowns, 0)
+        before = read()
+        for known in knowns:
+            value = host.get(known)
+            elements = value if isinstance(value, list) else [value]
+            for place, other in itertools.product({0, len(elements) - 1}, range(7)):
+                values = [*elements]
+                values[place] = others(host.variables[known], elements[place])[other]
+                if host.try_set(known, values) <= WARNING:
+                    with contextlib.suppress(FMICallException):  # a scene that is none
+                        now = read()
+                        taken[known] += values != elements
+                        for output in changed(before, now):
+                            found.setdefault(output, set()).add(known)
+                    self.assertEqual(host.try_set(known, elements), OK)
+        return found, taken
+
+    def compare(self, allowed, found):
+        """What changes an output is stated, and what is stated changes it."""
+        wrong = {name: sorted(known - allowed[name]) for name, known in found.items() if allowed[name] is not None and known - allowed[name]}
+        idle = {name: sorted(known - found.get(name, set())) for name, known in allowed.items() if known and known - found.get(name, set())}
+        self.assertEqual((wrong, idle), ({}, {}))
+        # Where all are stated there are some; of arrays at the first element.
+        self.assertEqual([name for name, known in allowed.items() if known is None and name.partition("[")[0] + "[1]" not in found and name not in found], [])
+
+    def test_initial_values_depend_on_what_is_stated(self):
+        for version in (2, 3):
+            allowed, found, taken = stated(tree(version), version, "InitialUnknowns"), {}, {}
+            for scene in SCENES:
+                host = Host(version)
+                self.assertEqual(host.begin(scene), OK, host.log)
+                knowns = [v.name for v in host.variables.values() if v.causality in ("input", "parameter")]
+                some, counts = self.found(host, knowns)
+                for output, names in some.items():
+                    found.setdefault(output, set()).update(names)
+                taken = {known: taken.get(known, 0) + count for known, count in counts.items()}
+                host.close()
+            self.assertEqual([known for known, count in taken.items() if count == 0], [])
+            self.compare(allowed, found)
+            print(f"\nFMI {version}: {sum(taken.values())} values of {len(taken)} knowns; ", end="")
+            print(f"{sum(known is None for known in allowed.values())} outputs depend on all, {sum(map(bool, allowed.values()))} on those named", end=" ", flush=True)
+
+    def test_the_initial_values_do_not_depend_on_the_start_time(self):
+        for version in (2, 3):
+            values = []
+            for start in (0.0, 1.0):
+                host = Host(version)
+                host.begin(TAUT, start=start)
+                values.append(host.outputs())
+                host.close()
+            self.assertEqual(*values)
+
+    def test_outputs_depend_at_once_on_what_is_stated(self):
+        for version in (2, 3):
+            allowed, found = stated(tree(version), version, "Outputs"), {}
+            for drive in (0, PRESCRIBED):
+                scene = {**SCENES[2], "stack.plies": 11, "sheet.crimp": [0.0, 0.0], "projectile.start.velocity[3]": 900.0, "drive": drive}
+                host = Host(version, scene).run(0, 20, H)
+                knowns = [v.name for v in host.variables.values() if v.causality == "input" or v.variability == "tunable"]
+                some, taken = self.found(host, knowns)
+                self.assertGreater(min(taken.values()), 0)
+                for output, names in some.items():
+                    found.setdefault(output, set()).update(names)
+                host.close()
+            self.compare(allowed, found)
+
+
+if __name__ == "__main__":
+    unittest.main()

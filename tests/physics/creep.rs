@@ -1,0 +1,87 @@
+//! How much energy slack sheets gain before anything fails: the worst of many random shots.
+//!
+//! FABRIC_SHOTS=4000 cargo test -p fabric-tests --test physics -- --ignored --nocapture worst_gain
+
+use fabric::random::splitmix64;
+use fabric::{AttachmentKind, Scene, Shape};
+use fabric_tests::{Buffers, small_sheet};
+use rayon::prelude::*;
+
+/// Steps of a shot that ends without a failure.
+const STEPS: u64 = 30_000;
+
+/// A shot of this number.
+fn shot(number: u64) -> Scene {
+    let mut draws = 1000 * number;
+    let mut draw = |least: f64, greatest: f64| {
+        draws += 1;
+        least + (greatest - least) * (splitmix64(draws) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut scene = small_sheet(0, 0.0);
+    (scene.sheet.nodes_x, scene.sheet.nodes_y) = (draw(21.0, 46.0) as u32, draw(21.0, 46.0) as u32);
+    let half = 0.5 * f64::from(scene.sheet.nodes_x.min(scene.sheet.nodes_y) - 1) * scene.sheet.spacing;
+    let kinds =
+        [AttachmentKind::TwoSides, AttachmentKind::FourSides, AttachmentKind::FourCorners, AttachmentKind::Free];
+    scene.attachment.kind = kinds[draw(0.0, 4.0) as usize];
+    (scene.attachment.disc_inset, scene.attachment.disc_radius) = (2e-3, 2e-3);
+    let crimp = draw(-0.02, 0.01).max(0.0);
+    scene.sheet.crimp = [crimp; 2];
+    scene.contact.friction = draw(-0.4, 0.4).max(0.0);
+    let body = &mut scene.projectile;
+    body.shape = [Shape::Sphere, Shape::Cylinder, Shape::Box][draw(0.0, 3.0) as usize];
+    body.radius = draw(0.2, 0.5) * half;
+    (body.length, body.size) = (2.5 * body.radius, [2.0, 1.6, 2.4].map(|edge| edge * body.radius));
+    body.mass = 1e-3 * draw(-4.0, 2.5).exp();
+    body.position = [draw(-0.2, 0.2) * half, draw(-0.2, 0.2) * half, -1.9 * body.radius];
+    body.velocity = [draw(-20.0, 20.0), draw(-20.0, 20.0), draw(2.0, 5.0).exp()];
+    let tilt = draw(-0.4, 0.4);
+    body.orientation = [(0.5 * tilt).cos(), (0.5 * tilt).sin(), 0.0, 0.0];
+    scene
+}
+
+/// The largest energy gained before the first failure, in parts of the impact energy. None for a scene that is refused.
+fn gain(number: u64) -> Option<(f64, u64)> {
+    let scene = shot(number);
+    let mut memory = Buffers { lines: vec![fabric::CacheLine::ZERO; fabric::Layout::of(&scene).ok()?.lines()] };
+    let mut sim = fabric::Sim::new(&scene, &mut memory.lines).ok()?;
+    let first = sim.energy().ok()?.projectile_kinetic;
+    let mut most = 0.0_f64;
+    while sim.step_count() < STEPS {
+        sim.advance(100).ok()?;
+        if sim.counters().failed_segments > 0 {
+            break;
+        }
+        most = most.max(sim.energy().ok()?.residual / first);
+    }
+    Some((most, number))
+}
+
+#[test]
+#[ignore = "minutes; a search, not a check"]
+fn worst_gain_before_the_first_failure() {
+    let shots = std::env::var("FABRIC_SHOTS").map_or(400, |shots| shots.parse().expect("a number of shots"));
+    let mut gains: Vec<_> = (0..shots).into_par_iter().filter_map(gain).collect();
+    gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let above = |limit: f64| gains.iter().filter(|(gain, _)| *gain > limit).count();
+    println!(
+        "figure 16c: {} random shots, until the first failure or {STEPS} steps: {} gain more than 1 % of the impact energy, {} more than 10 %",
+        gains.len(),
+        above(0.01),
+        above(0.1)
+    );
+    for (gain, number) in gains.iter().take(5) {
+        let Scene { sheet, attachment, projectile: body, .. } = shot(*number);
+        println!(
+            "{:6.1} %: shot {number}, {:?} of {:.2} g at {:.0} m/s, {} x {} nodes, {:?}, crimp {:.2} %",
+            100.0 * gain,
+            body.shape,
+            1e3 * body.mass,
+            body.velocity[2],
+            sheet.nodes_x,
+            sheet.nodes_y,
+            attachment.kind,
+            100.0 * sheet.crimp[0]
+        );
+    }
+    assert!(gains.len() > shots as usize / 2);
+}

@@ -1,0 +1,174 @@
+//! No result depends on the units of length, mass and time: a scene with all its numbers given in other units, powers of two times the
+//! old ones, ends with the same bits, and its outcomes come at the same steps.
+
+use crate::golden;
+use fabric::fields::FIELDS;
+use fabric::{AttachmentKind, Outcome, Scene};
+use fabric_tests::{Buffers, positions, small_sheet, speed, velocities};
+use rayon::prelude::*;
+
+/// Powers of two for length, mass and time.
+const UNITS: [[i32; 3]; 4] = [[-9, 0, 0], [0, 15, 0], [0, 0, 11], [-7, -13, -6]];
+
+/// Exponents of length, mass and time of an SI unit.
+fn dimension(unit: &str) -> [i32; 3] {
+    match unit {
+        "1" | "rad" => [0, 0, 0],
+        "m" => [1, 0, 0],
+        "m2" => [2, 0, 0],
+        "m/s" => [1, 0, -1],
+        "rad/s" | "1/s" => [0, 0, -1],
+        "kg" => [0, 1, 0],
+        "kg.m2" => [2, 1, 0],
+        "Pa" => [-1, 1, -2],
+        "1/Pa" => [1, -1, 2],
+        "s" => [0, 0, 1],
+        other => panic!("the unit {other}"),
+    }
+}
+
+/// How many new units an old one is.
+fn factor(units: [i32; 3], unit: &str) -> f64 {
+    let exponents = dimension(unit);
+    (0..3).map(|k| 2.0_f64.powi(units[k] * exponents[k])).product()
+}
+
+fn in_units(scene: &Scene, units: [i32; 3]) -> Scene {
+    let mut scene = *scene;
+    for field in FIELDS {
+        let Some(quantity) = field.quantity else { continue };
+        for element in 0..field.size() {
+            // A plane of a polyhedron is a normal and a distance.
+            let unit = if field.name == "projectile.faces.planes" && element % 4 == 3 { "m" } else { quantity.unit };
+            let value = factor(units, unit) * f64::from_bits(field.word(&mut scene, element));
+            field.set_word(&mut scene, element, value.to_bits()).unwrap();
+        }
+    }
+    scene
+}
+
+/// Steps and work of the outcomes, energies, the work, and all motion of nodes and body, in the old units.
+#[derive(Debug, PartialEq)]
+struct Results {
+    outcomes: Vec<(&'static str, u64, u64)>,
+    energies: Vec<u64>,
+    motion: Vec<u64>,
+}
+
+fn results(scene: &Scene, units: [i32; 3], steps: u64) -> Results {
+    let scene = in_units(scene, units);
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance(steps).unwrap();
+    let energy = 1.0 / (factor(units, "kg.m2") * factor(units, "1/s") * factor(units, "1/s"));
+    let (length, velocity) = (1.0 / factor(units, "m"), 1.0 / factor(units, "m/s"));
+    let latched = Outcome::ALL.into_iter().zip(sim.outcomes().latched);
+    let outcomes = latched.filter_map(|(outcome, latch)| {
+        latch.map(|latch| (outcome.name(), latch.step, (latch.work * energy).to_bits()))
+    });
+    let parts = sim.energy().unwrap();
+    let energies = [
+        parts.projectile_kinetic,
+        parts.strain,
+        parts.dissipated,
+        parts.contact_loss,
+        parts.contact_work,
+        parts.residual,
+    ];
+    let body = sim.projectile().unwrap();
+    let places = positions(&sim).into_iter().chain([body.position]).flatten().map(|x| x * length);
+    let speeds = velocities(&sim).into_iter().chain([body.velocity]).flatten().map(|v| v * velocity);
+    Results {
+        outcomes: outcomes.collect(),
+        energies: energies.map(|part| (part * energy).to_bits()).to_vec(),
+        motion: places.chain(speeds).map(f64::to_bits).collect(),
+    }
+}
+
+/// A light sphere against a free sheet, slowly: it goes on with the sheet in tow.
+fn light_and_slow() -> Scene {
+    let mut scene = small_sheet(21, 3.0);
+    (scene.attachment.kind, scene.projectile.mass) = (AttachmentKind::Free, 1e-4);
+    scene
+}
+
+fn scenes() -> Vec<(&'static str, Scene, u64)> {
+    let mut missed = small_sheet(21, 100.0);
+    missed.projectile.position[0] = 0.05;
+    let mut torn = small_sheet(31, speed(80.0, 8.4e-3));
+    torn.attachment.kind = AttachmentKind::FourCorners;
+    (torn.attachment.disc_inset, torn.attachment.disc_radius) = (2e-3, 2e-3);
+    (torn.projectile.radius, torn.projectile.position[2]) = (3e-3, -3e-3);
+    vec![
+        ("exits", small_sheet(31, speed(40.0, 8.4e-3)), 9000),
+        ("is arrested", small_sheet(31, speed(0.2, 8.4e-3)), 20_000),
+        ("passes", missed, 8000),
+        ("tears the sheet off", torn, 6000),
+        ("light and slow", light_and_slow(), 20_000),
+        ("softened yarn", golden::sphere_on_softened_yarn(), 3000),
+        ("viscous yarn", golden::sphere_on_viscous_yarn(), 3000),
+        ("yarn that depends on rate", golden::sphere_on_yarn_that_depends_on_rate(), 3000),
+        ("rubs", golden::sphere_that_rubs(), 3000),
+        ("graded", golden::cylinder_on_a_graded_sheet(), 2500),
+        ("in halves", golden::uniform_sphere_in_halves(), 3000),
+        ("drawn strength", golden::sphere_on_drawn_strength(), 3000),
+        ("turned plies", golden::sphere_through_turned_plies(), 1000),
+        ("tumbling cylinder", golden::tumbling_cylinder_on_corners(), 2000),
+        ("turned frame", golden::free_plies_in_a_turned_frame(), 1500),
+        ("taut and crimped", golden::taut_warp_and_crimped_weft(), 3000),
+        ("damage law with offset", golden::damage_law_with_offset(), 2000),
+        ("mirrored", golden::quarter_under_a_cylinder(), 1000),
+        ("theta rule", golden::drawn_yarns_by_the_theta_rule(), 600),
+        ("bullet", golden::tumbling_bullet(), 1500),
+        ("box", golden::box_on_a_corner(), 1500),
+        ("sector", golden::disc_sector(), 400),
+    ]
+}
+
+#[test]
+fn no_result_depends_on_the_units() {
+    let scenes = scenes();
+    let runs: Vec<_> = scenes
+        .par_iter()
+        .map(|(name, scene, steps)| {
+            let own = results(scene, [0; 3], *steps);
+            let other = UNITS.into_iter().map(|units| (units, results(scene, units, *steps)));
+            let unlike: Vec<_> = other
+                .filter(|(_, results)| *results != own)
+                .map(|(units, results)| (units, results.outcomes))
+                .collect();
+            (*name, own.outcomes, unlike)
+        })
+        .collect();
+    let of_outcomes = runs.iter().flat_map(|(_, outcomes, _)| outcomes.iter().map(|(name, ..)| *name));
+    for outcome in Outcome::ALL {
+        assert!(of_outcomes.clone().any(|name| name == outcome.name()), "{outcome:?}");
+    }
+    let unlike: Vec<_> = runs.iter().filter(|(.., unlike)| !unlike.is_empty()).collect();
+    println!(
+        "figure 7c: {} scenes in {} units of length, mass and time, {} unlike",
+        runs.len(),
+        UNITS.len(),
+        unlike.len()
+    );
+    assert!(unlike.is_empty(), "{unlike:?}");
+}
+
+/// Long after the exit the work is what it was then.
+#[test]
+fn a_light_and_slow_sphere_exits_with_its_final_work() {
+    let scene = light_and_slow();
+    let mut memory = Buffers::of(&scene);
+    let mut sim = memory.sim(&scene);
+    sim.advance_until(Outcome::Exited, 1_000_000).unwrap();
+    let work = sim.contact().unwrap().work;
+    assert!(sim.outcomes().mask.has(Outcome::Exited));
+    sim.advance(200_000).unwrap();
+    let later = sim.contact().unwrap().work;
+    println!(
+        "{work:.4e} J at the exit in step {}, {later:.4e} J later, of {:.1e} J",
+        sim.outcomes().latched[2].unwrap().step,
+        0.5 * 1e-4 * 9.0
+    );
+    fabric_tests::close(work, later, 0.01);
+}
