@@ -29,9 +29,9 @@ const SOLVED: [f64; 2] = [1e-8, 1e-6];
 const HALF: f64 = 0.5;
 const CLOSE: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
-/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave; or, if another step does not halve that,
-/// by no more than the second.
-const FINISHED: [f64; 2] = [10.0, 100.0];
+/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave, before and after a step: of a node that
+/// slides with a great impulse one more sweep would turn the friction by little only.
+const FINISHED: f64 = 100.0;
 
 /// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
 type Six = [f64; 6];
@@ -67,13 +67,12 @@ impl Newton<'_> {
     #[inline(never)] // It must not add to the stack of a solve that converges.
     pub fn finish(&mut self, given_up: Solved, settled: f64) -> Solved {
         let mut solved = given_up;
-        let (mut passes, mut before) = (0, f64::INFINITY);
+        let (mut passes, mut is_near) = (0, false);
         loop {
             solved.residual = self.residual(&solved);
-            let [aim, enough] = FINISHED.map(|part| part * settled);
-            let stalls = solved.residual > 0.5 * before;
-            solved.converged = solved.residual <= if stalls { enough } else { aim };
-            before = solved.residual;
+            let was_near = is_near;
+            is_near = solved.residual <= FINISHED * settled;
+            solved.converged = was_near && is_near;
             passes += 1;
             if solved.converged || passes >= MAX_PASSES {
                 break;
