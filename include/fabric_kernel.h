@@ -411,7 +411,7 @@ typedef struct fk_scene_yarn {
     // by (L/h)^(1/m). 0: L is h. Read for drawn strength only. In m, >= 0. Default 0.
     double weibull_gauge_length;
     // Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0.
-    // Read for drawn strength only. 0 to 1. Default 0.
+    // Read for drawn strength only, that of the back fabric included. 0 to 1. Default 0.
     double weibull_correlation;
     // Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity
     // Verlet only. 0 to 1. Default 0.
@@ -592,7 +592,7 @@ typedef struct fk_scene {
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 4
+#define FK_ABI_VERSION 5
 
 // Success.
 #define FK_OK 0
@@ -782,6 +782,9 @@ typedef struct fk_energy {
     double friction;
     // Kinetic energy lost where separate plies meet, J.
     double ply_loss;
+    // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
+    // `contact_loss` and `friction` hold it.
+    double support_work;
 } fk_energy;
 
 // What one ply of a stack holds.
@@ -813,9 +816,9 @@ typedef struct fk_counters {
     uint64_t failed_segments;
     // Nodes with a contact impulse in the last step.
     uint64_t contacts;
-    // Contact solves (M8) that ran out of sweeps; harmless below 1 % of the steps.
+    // Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
     uint64_t unconverged;
-    // Most Gauss-Seidel sweeps of one solve, at most 200, or 4000 where a fixed node takes an impulse.
+    // Most Gauss-Seidel sweeps of one solve, at most 300: sweeps and, behind 200 of them, passes of Newton's method.
     uint64_t most_sweeps;
     // Most candidate nodes of one step.
     uint64_t most_candidates;
@@ -832,6 +835,9 @@ typedef struct fk_counters {
     // Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
     // too far apart to feel it: 0 in a run that is to be trusted.
     uint64_t beyond_fine;
+    // Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
+    // should have stopped; 0 if all converged.
+    double contact_residual;
 } fk_counters;
 
 // Outcomes; FK_NEVER for what has not happened.
@@ -905,30 +911,34 @@ int32_t fk_scene_set_grading(fk_scene *scene,
                              struct fk_fault *fault,
                              uint64_t fault_size);
 
-// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
-// field, its value and the limit. `fault_size` is its sizeof.
-// Threads: any. Time: draws every segment of a stochastic sheet (some 0.1 us each). Touches: `fault`, on an error.
+// Refuses what fk_init refuses of a scene, whatever block it is given, in some milliseconds for any scene. The answer is that of fk_init,
+// unless more than 8192 segments are drawn or nodes lie under the projectile: only so many are looked at then, evenly spread, and what
+// another one alone forbids is found by fk_init. `fault` may be null; on an error it receives the number, the first bad field, its
+// value and the limit. `fault_size` is its sizeof.
+// Threads: any. Time: at most milliseconds. Touches: `fault`, on an error.
 // Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE; of the scene, each where a field of it says so or the
 // constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 // FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 // FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH.
-int32_t fk_scene_check(const fk_scene *scene, struct fk_fault *fault, uint64_t fault_size);
+// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH,
+// FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST.
+int32_t fk_scene_check(const fk_scene *scene,
+                       struct fk_fault *fault,
+                       uint64_t fault_size);
 
 // Bytes of the block that fk_init needs for a scene, wherever it starts. They depend on the nodes, the projectile's
 // size and the options, not on material or motion; they may differ between versions of the library.
 // Threads: any. Time: constant. Touches: `bytes`, not on an error.
-// Errors: those of fk_scene_check but for the time step.
+// Errors: those of fk_scene_check but for the time step and the projectile's start.
 int32_t fk_memory_size(const fk_scene *scene, uint64_t *bytes);
 
 // Makes a simulation of `scene` at step 0 in the caller's block, which may start anywhere, and hands back its handle in
 // `out`: sheet flat and at rest, projectile in its start motion. The scene is copied; the block's old content does not
 // matter. The block must not be moved or copied while the handle is used (use fk_state_save and fk_state_load); simply
 // let go of it when done.
-// Threads: any, each with its own block. Time: as fk_scene_check and a pass over the block. Touches: the block and
-// `out`; on an error only `fault`, which may be null.
-// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
-// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
+// Threads: any, each with its own block. Time: draws every segment of a stochastic sheet (some 0.1 us each), and a pass over the
+// block. Touches: the block and `out`; on an error only `fault`, which may be null.
+// Errors: those of fk_scene_check, FK_SHORT_BUFFER.
 int32_t fk_init(void *memory,
                 uint64_t bytes,
                 const fk_scene *scene,

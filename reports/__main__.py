@@ -10,6 +10,8 @@ STUDIES = {
     "error-time": ("target/study/error-time", "plots of error over cost; with --docs tables/accuracy_*.md and their pictures"),
     "stability": ("target/study/stability", "the map; with --docs tables/stability.md and the map's picture"),
     "validate": ("target/study/validate", "verdicts from intervals; with --docs tables/validation.md and its pictures"),
+    "strips": ("target/study/strips", "pulls strips, for which the package of ./python must be installed; with --docs tables/strips.md and its picture"),
+    "edges": ("target/study/edges", "from which velocity on bars break at once; needs the package, too; with --docs tables/edges.md"),
     "friction": ("target/study/friction", "means with intervals; with --docs tables/friction.md"),
     "plies": ("target/study/plies", "means with intervals, and what is published; with --docs tables/plies.md and its picture"),
     "bench": ("target/study/bench", "goals and the plot; with --docs tables/performance.md and the plot"),
@@ -30,7 +32,7 @@ def main():
     try:
         report = importlib.import_module("reports." + arguments.study.replace("-", "_"))
     except ModuleNotFoundError as error:
-        sys.exit(f"error: {error}: python3 -m pip install -r requirements.txt installs what the reports need")
+        sys.exit(f"error: {error}: python3 -m pip install -r requirements.txt installs what the reports need, and strips and edges need ./python, too")
     try:
         report.report(pathlib.Path(arguments.folder), getattr(arguments, "docs", None))
     except FileNotFoundError as error:

@@ -19,7 +19,7 @@ def report(folder, docs=None):
     draw("velocity.svg", "velocity of the projectile", "velocity (m/s)", axes("velocity_{}_m_per_s", "along z", 1))
     draw("force.svg", "force on the projectile, mean between samples", "force (N)", axes("force_{}_n", "against z", -1))
     energies = [
-        ("absorbed", "contact_work_j"), ("fabric kinetic", "fabric_kinetic_j"), ("strain", "strain_j"),
+        ("absorbed", "contact_work_j"), ("of it by held nodes", "support_work_j"), ("fabric kinetic", "fabric_kinetic_j"), ("strain", "strain_j"),
         ("dissipated by rupture", "dissipated_j"), ("taken by viscosity", "viscous_j"), ("friction", "friction_j"), ("lost where plies meet", "ply_loss_j"), ("contact loss", "contact_loss_j"), ("residual", "energy_residual_j"),
     ]
     draw("energies.svg", "where the absorbed energy is", "energy (J)", [(words, key, 1) for words, key in energies])

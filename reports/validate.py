@@ -174,30 +174,19 @@ def critical(folder, rows):
     return comparisons, table(rows, columns, 2)
 
 
-def pulled(rows, part):
-    """Points of a table of Weibull scales, each within this part of its measurement, and the table."""
-    points = []
+def strength(folder, rows):
+    points, lines = [], []
     for row in rows:
         ours = Estimate.of_error(row["scale MPa"], row["standard error MPa"], row["samples"] - 1)
-        points.append(Point(f"{row['sample']}, MPa", ours, about(row["measured MPa"], part)))
-    lines = [
-        [
-            row["sample"], point.ours.text(0), f"{row['measured MPa']:.0f}", f"{100 * (row['scale MPa'] / row['measured MPa'] - 1):+.1f}", point.verdict,
+        point = Point(f"{row['sample']}, MPa", ours, about(row["measured MPa"], 0.03))
+        points.append(point)
+        lines.append([
+            row["sample"], ours.text(0), f"{row['measured MPa']:.0f}", f"{100 * (row['scale MPa'] / row['measured MPa'] - 1):+.1f}", point.verdict,
             f"{row['shape']:.1f}", f"{row['measured shape']:.1f}",
-        ] for row, point in zip(rows, points)
-    ]
+        ])
     heading = ["", "Weibull scale, model MPa [95 %]", "measured MPa", "off %", "verdict", "shape, model", "measured shape"]
-    return points, page.markdown(heading, lines)
-
-
-def strength(folder, rows):
-    points, text = pulled(rows, 0.03)
-    return [Comparison("Weibull scale of Kevlar 49 yarn at six gauge lengths", "measurement", "± 3 %", points, 0, "two numbers of the input are the line through the six")], text
-
-
-def strip(folder, rows):
-    points, text = pulled(rows, 0.1)
-    return [Comparison("Weibull scale of strips of Kevlar 49 fabric, from yarn data", "measurement", "± 10 %", points, 0, "friction at crossings: a broken yarn pulls no more anywhere")], text
+    lacks = "two numbers of the input are the line through the six"
+    return [Comparison("Weibull scale of Kevlar 49 yarn at six gauge lengths", "measurement", "± 3 %", points, 0, lacks)], page.markdown(heading, lines)
 
 
 def rate(folder, rows):
@@ -344,7 +333,6 @@ PARTS = {
     "yarn": ("One yarn hit across", yarn),
     "critical": ("Critical velocity of a yarn", critical),
     "strength": ("Strength at six gauge lengths", strength),
-    "strip": ("Strength of strips of fabric", strip),
     "rate": ("Modulus and strength at three rates of strain", rate),
     "cone": ("The pyramid of a sheet hit at a point", cone),
     "spacing": ("Convergence in the spacing", spacing),

@@ -104,7 +104,7 @@ impl Lent {
 
 /// Bytes of the block of a scene, and lines of its simulation. Not inlined: the layout must not add to the stack of making it.
 #[inline(never)]
-fn room(scene: &Scene) -> Result<(usize, usize), Error> {
+pub(crate) fn room(scene: &Scene) -> Result<(usize, usize), Error> {
     let layout = Layout::of(scene)?;
     Ok((bytes(&layout)?, layout.lines()))
 }

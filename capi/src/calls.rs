@@ -156,22 +156,27 @@ pub unsafe extern "C" fn fk_scene_set_grading(
     telling(fault, fault_size, || change_scene(&mut scene, |scene| in_our_environment(|| scene.set_grading(error))))
 }
 
-/// Checks a scene, the time step (M11) included. `fault` may be null; on an error it receives the number, the first bad
-/// field, its value and the limit. `fault_size` is its sizeof.
-/// Threads: any. Time: draws every segment of a stochastic sheet (some 0.1 us each). Touches: `fault`, on an error.
+/// Refuses what fk_init refuses of a scene, whatever block it is given, in some milliseconds for any scene. The answer is that of fk_init,
+/// unless more than 8192 segments are drawn or nodes lie under the projectile: only so many are looked at then, evenly spread, and what
+/// another one alone forbids is found by fk_init. `fault` may be null; on an error it receives the number, the first bad field, its
+/// value and the limit. `fault_size` is its sizeof.
+/// Threads: any. Time: at most milliseconds. Touches: `fault`, on an error.
 /// Errors: FK_NULL_POINTER, FK_MISALIGNED, FK_STRUCT_SIZE; of the scene, each where a field of it says so or the
 /// constant's text does: FK_NOT_FINITE, FK_NOT_POSITIVE, FK_OUT_OF_RANGE, FK_UNKNOWN_CHOICE, FK_BAD_QUATERNION,
 /// FK_TOO_MANY_NODES, FK_STEP_TOO_LARGE, FK_STEP_LIMIT_UNUSABLE, FK_DAMAGE_RATE_TOO_SMALL, FK_PROJECTILE_TOO_LIGHT,
 /// FK_PROJECTILE_TOO_SMALL, FK_DISCS_OVERLAP, FK_DISC_TOUCHES_PROJECTILE, FK_BAD_NORMAL, FK_UNBOUNDED_FACES,
-/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH.
+/// FK_IMPOSSIBLE_MOMENTS, FK_NOT_SYMMETRIC, FK_NOT_BUILT, FK_HOLDS_NOTHING, FK_NOT_IN_EQUILIBRIUM, FK_DOES_NOT_GO_WITH,
+/// FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk_fault>, fault_size: u64) -> i32 {
     let check = || {
         let scene = read_scene(&scene);
         // By reference, here and below: a copy of the scene would take a kilobyte of stack.
         let scene = scene.as_ref().map_err(|error| *error)?;
-        in_our_environment(|| scene.step_limits())?;
-        Ok(())
+        in_our_environment(|| {
+            block::room(scene)?;
+            scene.check_start()
+        })
     };
     telling(fault, fault_size, check)
 }
@@ -179,7 +184,7 @@ pub unsafe extern "C" fn fk_scene_check(scene: Input<fk_scene>, fault: Output<fk
 /// Bytes of the block that fk_init needs for a scene, wherever it starts. They depend on the nodes, the projectile's
 /// size and the options, not on material or motion; they may differ between versions of the library.
 /// Threads: any. Time: constant. Touches: `bytes`, not on an error.
-/// Errors: those of fk_scene_check but for the time step.
+/// Errors: those of fk_scene_check but for the time step and the projectile's start.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_memory_size(scene: Input<fk_scene>, mut bytes: Output<u64>) -> i32 {
     let mut answer = || {
@@ -195,10 +200,9 @@ pub unsafe extern "C" fn fk_memory_size(scene: Input<fk_scene>, mut bytes: Outpu
 /// `out`: sheet flat and at rest, projectile in its start motion. The scene is copied; the block's old content does not
 /// matter. The block must not be moved or copied while the handle is used (use fk_state_save and fk_state_load); simply
 /// let go of it when done.
-/// Threads: any, each with its own block. Time: as fk_scene_check and a pass over the block. Touches: the block and
-/// `out`; on an error only `fault`, which may be null.
-/// Errors: those of fk_scene_check, FK_SHORT_BUFFER, FK_INITIAL_OVERLAP, FK_PROJECTILE_TOO_FAST,
-/// FK_OUT_OF_RANGE (a projectile too heavy for its energy to be a number).
+/// Threads: any, each with its own block. Time: draws every segment of a stochastic sheet (some 0.1 us each), and a pass over the
+/// block. Touches: the block and `out`; on an error only `fault`, which may be null.
+/// Errors: those of fk_scene_check, FK_SHORT_BUFFER.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_init(
     memory: Lent,

@@ -154,8 +154,9 @@ def main():
         "failure. One run is one draw; residual velocity, absorbed energy and failed segments are to be compared as "
         "ensembles, over seeds or over slightly changed speeds. The same run on another machine gives the same FMU bits for the same "
         "inputs.</li>"
-        "<li>Not modelled: friction between yarns and on the fragment, bending, slip of yarns at crossings and clamps, interchange of crimp, "
-        "dependence on strain rate, contact between plies, deformation of the fragment.</li>"
+        "<li>Not modelled: friction between yarns, bending, slip of yarns at crossings and clamps, interchange of crimp, deformation of the "
+        "fragment. Options that this run does not use are friction on the fragment and dependence on strain rate"
+        f"{', and separate plies' if results['plies'] == 1 else ''}.</li>"
         "<li>The yarn area of the source paper is about 3.7 times too large for its mass: calibrate the area before "
         "using absolute numbers.</li>"
         "<li>The host's drag is that of a body flying straight; lift and tumbling drag are left out.</li></ul>",

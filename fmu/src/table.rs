@@ -50,6 +50,7 @@ pub enum Id {
     EnergyViscous,
     EnergyFriction,
     EnergyPlyLoss,
+    EnergySupportWork,
     EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
@@ -65,6 +66,7 @@ pub enum Id {
     MomentumResidual,
     StepFraction,
     Unconverged,
+    ContactResidual,
     BeyondFine,
     Status,
     /// Whether an event has happened: a place in [`EVENTS`].
@@ -472,6 +474,7 @@ const OWN: &[Variable] = &[
     output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that viscosity of the yarn and its dependence on the rate of strain have taken"),
     output(Id::EnergyFriction, "energy.friction", 417, &ENERGY, "Energy rubbed away between yarn and projectile"),
     output(Id::EnergyPlyLoss, "energy.ply_loss", 418, &ENERGY, "Kinetic energy lost where separate plies meet"),
+    output(Id::EnergySupportWork, "energy.support_work", 419, &ENERGY, "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
     output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,
@@ -512,7 +515,14 @@ const OWN: &[Variable] = &[
         "Size of what the momentum balance of fabric, projectile and supports does not close by",
     ),
     output(Id::StepFraction, "step.fraction", 431, &RATIO, "Time step in use over the stability limit of the sheet as drawn"),
-    output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that ran out of sweeps"),
+    output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that were given up"),
+    output(
+        Id::ContactResidual,
+        "contact.residual",
+        435,
+        &VELOCITY,
+        "Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged",
+    ),
     output(
         Id::BeyondFine,
         "contact.beyond_fine",

@@ -4,15 +4,18 @@
 
 use crate::error::{Code, Error, finite, positive};
 use crate::fields;
+use crate::layout::Layout;
 use crate::math;
 use crate::planes::{AT_REST, Axis};
 use crate::scene::{
-    AttachmentKind, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind, STEP_MAX_FRACTION,
-    STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry,
-    TOE_RANGE, TimeStep, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind,
+    STEP_MAX_FRACTION, STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits,
+    StrengthDraw, Symmetry, TOE_RANGE, TimeStep, WEIBULL_SHAPES,
 };
 use crate::shape;
+use crate::start;
 use crate::weave;
+use core::iter::StepBy;
 use core::ops::Range;
 
 /// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
@@ -33,8 +36,30 @@ impl Scene {
     /// second from the other, and the greater omega counts.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
-        let front = self.bounds(false)?;
-        let back = if self.back.plies > 0 { self.bounds(true)? } else { front };
+        self.limits(&mut Look::at(u64::MAX / 2))
+    }
+
+    /// Refuses in a bounded time, some milliseconds, what [`Sim::new`](crate::Sim::new) refuses, but for the memory that is handed over.
+    /// The answer is the same, unless more than 8192 segments are drawn or nodes lie under the projectile: only so many are looked at
+    /// then, evenly spread, and what another one alone forbids is found by [`Sim::new`](crate::Sim::new).
+    ///
+    /// # Errors
+    /// Those of [`Sim::new`](crate::Sim::new).
+    pub fn check_start(&self) -> Result<(), Error> {
+        Layout::of(self)?;
+        let mut look = Look::at(LOOKED_AT);
+        let mut limits = self.limits(&mut look)?;
+        if !look.at_all && self.time_step.seconds == 0.0 {
+            // Nothing is too fast that may be slow enough.
+            limits.dt = self.time_step.fraction * self.least_dt_crit();
+        }
+        start::check_body(self, limits, LOOKED_AT)
+    }
+
+    /// The step in use and its limits, of a scene that has been checked.
+    fn limits(&self, look: &mut Look) -> Result<StepLimits, Error> {
+        let front = self.bounds(false, look)?;
+        let back = if self.back.plies > 0 { self.bounds(true, look)? } else { front };
         let dt_crit = math::min(front.dt_crit, back.dt_crit);
         let step_max = math::min(front.step_max, back.step_max);
         let TimeStep { fraction, seconds } = self.time_step;
@@ -65,8 +90,9 @@ impl Scene {
 
     /// What the front or the back fabric allows.
     #[inline(never)] // Once on the stack, not twice.
-    fn bounds(&self, back: bool) -> Result<Bounds, Error> {
-        let (moduli, strongest, mass) = (self.stiffest(back)?, self.strongest(back)?, self.node_mass(back));
+    fn bounds(&self, back: bool, look: &mut Look) -> Result<Bounds, Error> {
+        let (moduli, strongest) = (self.stiffest(back, look)?, self.strongest(back, look)?);
+        let mass = self.node_mass(back);
         let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back));
         if !dt_crit.is_normal() {
             let field = if back { "back.node_mass" } else { "sheet.node_mass" };
@@ -144,20 +170,35 @@ impl Scene {
         Ok(without * math::min(stable, STEP_MAX_FRACTION))
     }
 
-    /// Numbers of the segments of the front or of the back fabric.
-    fn numbers_of(&self, back: bool) -> Range<u64> {
+    /// Segments of the front or of the back fabric to be looked at, by their numbers.
+    fn numbers_of(&self, back: bool, look: &mut Look) -> StepBy<Range<u64>> {
         let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
-        if back { front * of_ply..self.segments() } else { 0..front * of_ply }
+        let numbers = if back { front * of_ply..self.segments() } else { 0..front * of_ply };
+        let stride = (numbers.end - numbers.start).div_ceil(look.most.max(1)).max(1);
+        look.at_all &= stride == 1;
+        numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX).max(1))
+    }
+
+    /// What dt_crit is not below, whatever is drawn.
+    fn least_dt_crit(&self) -> f64 {
+        let of = |back| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.largest_modulus(axis, back));
+            let strongest = self.is_strength_drawn(back).then_some(CRITICAL_STRETCH_MAX);
+            2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back))
+        };
+        if self.back.plies > 0 { math::min(of(false), of(true)) } else { of(false) }
     }
 
     /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
-    fn stiffest(&self, back: bool) -> Result<[f64; 2], Error> {
+    fn stiffest(&self, back: bool, look: &mut Look) -> Result<[f64; 2], Error> {
         let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
         if self.is_drawn(back) {
             stiffest = [0.0; 2];
             let shared = back || self.weft.modulus_mean == 0.0;
-            for number in self.numbers_of(back) {
-                let modulus = self.draw_segment(number)?.modulus;
+            let mut draws = 0;
+            for number in self.numbers_of(back, look) {
+                let (segment, refused) = self.draw_counted(number)?;
+                let modulus = segment.modulus;
                 let axis = self.axis_of_segment(number);
                 let [x, y] = &mut stiffest;
                 if shared || axis == Axis::Horizontal {
@@ -166,24 +207,31 @@ impl Scene {
                 if shared || axis == Axis::Vertical {
                     *y = math::max(modulus, *y);
                 }
+                draws += 1 + refused;
+                if draws > 2 * look.most {
+                    look.at_all = false;
+                    break;
+                }
             }
         }
         Ok(stiffest)
     }
 
     /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
-    fn strongest(&self, back: bool) -> Result<Option<f64>, Error> {
+    fn strongest(&self, back: bool, look: &mut Look) -> Result<Option<f64>, Error> {
         if !self.is_strength_drawn(back) {
             return Ok(None);
         }
         let [strain_x, strain_y] = self.sheet.pre_strain;
         let mut strongest = 1.0;
-        for number in self.numbers_of(back) {
+        for number in self.numbers_of(back, look) {
             let critical = self.draw_critical_stretch(number);
             let weft = self.axis_of_segment(number) == Axis::Vertical;
             let strain = if weft { strain_y } else { strain_x };
             if strain > 0.0 && strain >= critical - 1.0 {
-                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0));
+                return Err(
+                    Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0).from("yarn.strength_draw")
+                );
             }
             strongest = math::max(critical, strongest);
         }
@@ -317,7 +365,8 @@ impl Scene {
         let first = yarn.damage_a * (1.0 - yarn.damage_b);
         // One rounding above 1 is what A = 1/(1 - B) gives.
         if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
-            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, 1.0 / (1.0 - yarn.damage_b)));
+            let limit = 1.0 / (1.0 - yarn.damage_b);
+            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, limit).from("yarn.damage_b"));
         }
         for (axis, slope, intercept) in [
             (Axis::Horizontal, "yarn.damage_slope", "yarn.damage_intercept"),
@@ -346,7 +395,8 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "yarn.rate_reference", yarn.rate_reference, slowest));
         }
         if yarn.rate_limit < yarn.rate_reference {
-            return Err(Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference));
+            let refused = Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference);
+            return Err(refused.from("yarn.rate_reference"));
         }
         Ok(())
     }
@@ -356,7 +406,7 @@ impl Scene {
         let [x, y] = self.spacings();
         if y > LARGEST_SPACING_RATIO * x || x > LARGEST_SPACING_RATIO * y {
             let limit = if y > x { LARGEST_SPACING_RATIO * x } else { x / LARGEST_SPACING_RATIO };
-            return Err(Error::new(Code::OutOfRange, "sheet.spacing_y", y, limit));
+            return Err(Error::new(Code::OutOfRange, "sheet.spacing_y", y, limit).from("sheet.spacing"));
         }
         let kind = self.attachment.kind;
         let all_sides = kind == AttachmentKind::FourSides;
@@ -368,14 +418,16 @@ impl Scene {
             }
             let limit = self.damage_law(axis).critical_stretch - 1.0;
             if strain >= limit {
-                return Err(Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit));
+                return Err(
+                    Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit).from("yarn.critical_stretch")
+                );
             }
             if !held {
-                return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0));
+                return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("attachment.kind"));
             }
             // Segments of one line at one stretch pull alike only if their moduli are alike.
             if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
-                return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw"));
+                return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw").from("sheet.pre_strain"));
             }
         }
         Ok(())
@@ -392,9 +444,10 @@ impl Scene {
             return Ok(());
         }
         let Symmetry { mirror_x, mirror_y } = self.symmetry;
-        for (mirrored, centre) in [(mirror_x, grading.centre[0]), (mirror_y, grading.centre[1])] {
+        let [x, y] = grading.centre;
+        for (mirrored, centre, plane) in [(mirror_x, x, "symmetry.mirror_x"), (mirror_y, y, "symmetry.mirror_y")] {
             if mirrored && centre != 0.0 {
-                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0));
+                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0).from(plane));
             }
         }
         Ok(())
@@ -407,7 +460,9 @@ impl Scene {
             positive("projectile.mass", body.mass)?;
             let least = self.largest_mass();
             if body.mass < least {
-                return Err(Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least));
+                return Err(
+                    Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least).from("sheet.node_mass")
+                );
             }
         }
         Ok(())
@@ -416,18 +471,19 @@ impl Scene {
     fn check_stack(&self) -> Result<(), Error> {
         let (Stack { plies, gap, turned }, back) = (self.stack, self.back.plies);
         if back >= plies {
-            return Err(Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0));
+            let refused = Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0);
+            return Err(refused.from("stack.plies"));
         }
         if plies == 1 {
             return Ok(());
         }
         let limit = MAX_GAP * self.sheet.spacing;
         if gap > limit {
-            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit));
+            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit).from("sheet.spacing"));
         }
         // Half of the plies have their pre-tension along y.
         if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
-            return Err(Error::plain(Code::NotInEquilibrium, "stack.turned"));
+            return Err(Error::plain(Code::NotInEquilibrium, "stack.turned").from("attachment.kind"));
         }
         Ok(())
     }
@@ -459,6 +515,22 @@ impl Scene {
             return Err(Error::new(Code::HoldsNothing, "attachment.disc_radius", radius, math::sqrt(nearest2)));
         }
         Ok(())
+    }
+}
+
+/// Most segments that a check draws of each kind, and nodes that it looks for under the projectile.
+const LOOKED_AT: u64 = 1 << 13;
+
+/// How many of the drawn segments are looked at for the step.
+struct Look {
+    most: u64,
+    /// No segment was left out so far.
+    at_all: bool,
+}
+
+impl Look {
+    fn at(most: u64) -> Look {
+        Look { most, at_all: true }
     }
 }
 

@@ -5,9 +5,11 @@
 //! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
-//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]).
-//! Limits: penetration-free for converged solves (200 sweeps at the most, 4000 with fixed nodes; unconverged solves are counted
-//! and never add energy: with friction, impulses that would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
+//! Nodes that the body gets past beside an edge within the step are left out ([`Passage`]); fixed ones that are before two faces wait
+//! for the impulses on the others.
+//! What sweeps do not settle goes on in `newton.rs`.
+//! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
+//! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
 //! Rotation makes the non-penetration second order in dt.
 //! Reference: J. J. Moreau, in: Nonsmooth Mechanics and Applications (1988); M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
 
@@ -18,6 +20,7 @@ use crate::grading::{LINE_PLANES, Net, PLACE};
 use crate::lanes::{self, InstructionSet, Job, Lane};
 use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;
+use crate::newton::Newton;
 use crate::places::{Places, rest_offset};
 use crate::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::pose::{self, Vector};
@@ -27,12 +30,14 @@ use crate::scene::{Drive, Scene, Symmetry};
 use crate::shape::{self, Solid};
 use crate::system::System;
 use crate::weave::{in_runs, meets_runs};
+use core::ops::Range;
 
-/// Sweeps after which a solve is given up and counted.
+/// Sweeps after which a solve goes on with Newton's method, or ends in a stack of plies.
 pub const MAX_SWEEPS: u32 = 200;
-/// The same once a fixed node takes an impulse. Nodes that do not give way are coupled by the body alone: two normals at an
-/// angle a to each other leave cos^2 a of an error in every sweep, the neighbours under a sphere of nine spacings 0.987.
-pub const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
+/// Impulses found in sweeps after which it does so earlier, but not before so many sweeps: a pass of Newton's method over many candidates brings more.
+pub const MAX_UPDATES: usize = 200_000;
+/// See [`MAX_UPDATES`].
+pub const LEAST_SWEEPS: u32 = 20;
 
 /// What rounding can leave of a gap rate, in parts of the speeds that it is the difference of: nine times half a last place,
 /// three of n.V, three of arm.w, and one each of the impulse, of the speed it gives and of the difference. The number of nodes
@@ -42,6 +47,15 @@ const ROUNDING: f64 = 1e-15;
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
+
+/// Solves of a step in which the body may meet more of the nodes that were let pass.
+const MOST_ROUNDS: u32 = 8;
+
+/// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
+const MOST_PLANES: u32 = 8;
+
+/// A node no deeper than this part of the spacing touches, rounding aside.
+pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// One candidate node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,6 +172,25 @@ impl<'s> Search<'s> {
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
         let reach = (solid.reach() + margin) * (1.0 + 1e-9);
         Search { solid, body, half, reach2: reach * reach, margin, instructions }
+    }
+
+    /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub(crate) fn box_at_rest(&self, scene: &Scene, places: &[Places; 2]) -> [Range<usize>; 3] {
+        // In spacings rounding is another: a little more again.
+        let ends = |k: usize, h: f64| {
+            let half = self.half[k] * (1.0 + 1e-9);
+            [(self.body.position[k] - half) / h, (self.body.position[k] + half) / h]
+        };
+        let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.stack.gap, scene.stack.plies as usize);
+        let [[left, right], [bottom, top]] = [ends(0, h_x), ends(1, h_y)];
+        let behind = if gap > 0.0 {
+            let [first, last] = ends(2, gap).map(|end| math::max(end, 0.0) as usize);
+            first..last.saturating_add(1).min(plies)
+        } else {
+            0..plies
+        };
+        [places[0].within(left, right), places[1].within(bottom, top), behind]
     }
 
     /// Whether the plane of the flat sheet cuts the body's box.
@@ -353,33 +386,51 @@ impl<'s> Passage<'s> {
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
     /// `x` would press it.
     ///
-    /// The whole body lies behind that plane and behind the plane of the gap at `y`: the way stays outside if the node gets
-    /// before the second no later than behind the first. A face that is curved (by no radius below R) ends as far above its
-    /// own plane as way^2/2R: what presses by less is of second order, as what turning bends the way by, and no edge.
-    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector) -> bool {
-        let last = self.at(&self.end, y);
-        let to = self.solid.gap(&last);
-        if to.distance <= 0.0 {
-            return false;
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
+    /// order, as what turning bends the way by, and no edge.
+    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (from, way) = (self.solid.gap(&first), last - first);
+        let depth = -(from.distance + from.normal.dot(&way));
+        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y, touching)
+    }
+
+    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
+    pub fn starts_before_an_edge(&self, x: &Vector, touching: f64) -> bool {
+        self.solid.is_before_an_edge(&at(&self.start, x), -touching)
+    }
+
+    /// Depth of a node at `y` at the end, m; negative outside.
+    fn depth_at_end(&self, y: &Vector) -> f64 {
+        -self.solid.gap(&at(&self.end, y)).distance
+    }
+
+    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it only touches.
+    ///
+    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
+    /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
+    /// so do those that come under it next.
+    pub fn stays_outside(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (way, mut gone) = (last - first, 0.0);
+        for _ in 0..MOST_PLANES {
+            let gap = self.solid.gap(&(first + way * gone));
+            let (height, rise) = (gap.distance + touching, gap.normal.dot(&way));
+            if height < 0.0 {
+                return false;
+            }
+            if height + rise * (1.0 - gone) >= 0.0 {
+                return true;
+            }
+            gone -= height / rise;
         }
-        let first = self.at(&self.start, x);
-        let from = self.solid.gap(&first);
-        let way = last - first;
-        // Heights above the first plane at the end and above the second at the start.
-        let (first_at_end, last_at_start) = (from.distance + from.normal.dot(&way), to.distance - to.normal.dot(&way));
-        let edge = -first_at_end * (2.0 * self.solid.radius()) > way.dot(&way);
-        let outside = last_at_start >= 0.0 || last_at_start * first_at_end <= from.distance * to.distance;
-        edge && from.distance >= 0.0 && outside
+        false
     }
+}
 
-    /// Whether a node at `y` is inside at the end.
-    pub fn ends_inside(&self, y: &Vector) -> bool {
-        self.solid.gap(&self.at(&self.end, y)).distance < 0.0
-    }
-
-    fn at(&self, body: &Body, x: &Vector) -> Vector {
-        pose::into_body(&body.orientation, &(x - body.position))
-    }
+/// A point in the axes of a body, from its centre.
+fn at(body: &Body, x: &Vector) -> Vector {
+    pose::into_body(&body.orientation, &(x - body.position))
 }
 
 /// What a solve did.
@@ -393,6 +444,8 @@ pub struct Solved {
     pub velocity: Vector,
     /// Body angular velocity after contact, body axes.
     pub angular_velocity: Vector,
+    /// What one more sweep would change of the fastest gap rate or slip, m/s; 0 if it converged in sweeps.
+    pub residual: f64,
 }
 
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
@@ -407,7 +460,7 @@ pub fn solve(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
-    sweeps::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
+    finished::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
 }
 
 /// The same with friction (M21) of this coefficient. `tangential`: one for each candidate.
@@ -420,15 +473,11 @@ pub fn solve_with_friction(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
-    let solved = sweeps::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
-    if solved.converged {
-        return solved;
-    }
-    scale_back(candidates, tangential, body, inertia, node_mass, solved)
+    finished::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry)
 }
 
-/// Both solves: without friction the compiler leaves out what belongs to it.
-fn sweeps<const FRICTION: bool>(
+/// Sweeps, and where they do not settle, Newton's method from there.
+fn finished<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
     coefficient: f64,
@@ -437,6 +486,31 @@ fn sweeps<const FRICTION: bool>(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
+    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
+    if solved.converged {
+        return solved;
+    }
+    let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry };
+    let mut solved = newton.finish(solved, settled);
+    if !solved.converged {
+        solved = scale_back(newton.candidates, newton.tangential, body, inertia, node_mass, solved);
+        solved.residual = newton.residual(&solved);
+    }
+    solved
+}
+
+/// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
+/// which a solve has settled, m/s.
+#[inline(never)] // It must not add to the stack of what follows.
+fn sweeps<const FRICTION: bool>(
+    candidates: &mut [[f64; CANDIDATE_REALS]],
+    tangential: &mut [[f64; TANGENTIAL_REALS]],
+    coefficient: f64,
+    body: &Body,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
+) -> (Solved, f64) {
     let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
     let whole = symmetry == Symmetry::default();
     let alone = |c: &Candidate| whole && c.weight == 1.0;
@@ -506,7 +580,8 @@ fn sweeps<const FRICTION: bool>(
         }
     };
     set_masses(candidates, out_of_reach);
-    let (mut sweeps, mut most, mut converged, mut changes) = (0, MAX_SWEEPS, false, 0.0);
+    let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
+    let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
         let mut largest_change = 0.0;
         for (k, slot) in candidates.iter_mut().enumerate() {
@@ -533,7 +608,6 @@ fn sweeps<const FRICTION: bool>(
                 if supported && c.is_fixed() {
                     // A change of speed is what counts, and here the mass that changes it is the body's.
                     size *= node_mass / c.effective_mass;
-                    most = MAX_SWEEPS_ON_SUPPORTS;
                 }
                 largest_change = math::max(size, largest_change);
             }
@@ -563,16 +637,21 @@ fn sweeps<const FRICTION: bool>(
         let followed = changes * follows < 0.9 * out_of_reach;
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
-            (out_of_reach, sweeps, most, converged) = (f64::INFINITY, 0, MAX_SWEEPS, false);
+            (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
             set_masses(candidates, out_of_reach);
             (velocity, rate) = (body.velocity, body.angular_velocity);
             candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
         }
     }
-    Solved { sweeps, converged, velocity, angular_velocity: rate }
+    if !converged {
+        set_masses(candidates, f64::INFINITY);
+    }
+    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual: 0.0 };
+    (solved, tolerance / node_mass)
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
+#[inline(never)] // As above.
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -586,22 +665,27 @@ fn scale_back(
     if inertia.inverse_mass > 0.0 {
         change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
     }
-    for (slot, place) in candidates.iter().zip(tangential.iter()) {
-        let (c, t) = (Candidate::read(slot), Tangential::read(place));
-        let [p, q] = t.impulse;
-        let [s0, s1] = t.slip(&body.velocity, &body.angular_velocity);
+    for (k, slot) in candidates.iter().enumerate() {
+        let c = Candidate::read(slot);
         // With the gap's part of the speed this is an upper bound.
-        before += c.images() * (c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity) + p * s0 + q * s1);
+        let mut work = c.impulse * c.gap_rate(&body.velocity, &body.angular_velocity);
+        let mut squared = c.impulse * c.impulse;
+        if let Some(t) = tangential.get(k).map(Tangential::read) {
+            let [p, q] = t.impulse;
+            work += t.work(t.slip(&body.velocity, &body.angular_velocity));
+            squared += p * p + q * q;
+        }
+        before += c.images() * work;
         if !c.is_fixed() {
-            change += c.images() * (c.impulse * c.impulse + p * p + q * q) / node_mass;
+            change += c.images() * squared / node_mass;
         }
     }
     let part = friction::part_without_gain(before, change);
     if part == 1.0 {
         return solved;
     }
-    for (slot, place) in candidates.iter_mut().zip(tangential.iter_mut()) {
-        friction::scale(slot, place, part);
+    for (k, slot) in candidates.iter_mut().enumerate() {
+        friction::scale(slot, tangential.get_mut(k), part);
     }
     let velocity = body.velocity + dv * part;
     let angular_velocity = body.angular_velocity + dw * part;
@@ -708,6 +792,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
+#[inline(never)] // It must not add to the stack of the solve.
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
     let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
@@ -734,19 +819,27 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
 
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
-pub(crate) fn let_pass(system: &mut System<'_>, count: usize) -> usize {
+/// `deepest`: what gathering found, m.
+#[inline(never)] // As above.
+pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
     }
     let body = &system.state.body;
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let held_touching = math::max(2.0 * deepest, touching);
     let passage = Passage::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
-        let pressed = (system.blocks.candidates.get(c).map(Candidate::read))
-            .is_some_and(|candidate| candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0);
-        let [x, y] = if pressed { free_way(system, c) } else { [Vector::zeros(); 2] };
-        if pressed && passage.is_past_an_edge(&x, &y) {
+        let candidate = system.blocks.candidates.get(c).map(Candidate::read);
+        let passes = candidate.is_some_and(|candidate| {
+            let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
+            let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
+            let waits = candidate.is_fixed() && passage.starts_before_an_edge(&x, held_touching);
+            waits || pressed && passage.is_past_an_edge(&x, &y, touching)
+        });
+        if passes {
             kept -= 1;
             system.blocks.swap_candidates(c, kept);
         } else {
@@ -769,33 +862,59 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
 /// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
+#[inline(never)] // Of plies it must not add to the stack of a single sheet.
 pub(crate) fn solve_contact(
     system: &mut System<'_>,
     mut kept: usize,
     count: usize,
     solve_first: impl Fn(&mut System<'_>, usize) -> Solved,
 ) -> (Solved, usize) {
-    for _ in 0..2 {
+    for _ in 0..MOST_ROUNDS {
         let solved = solve_first(system, kept);
         if kept == count {
             return (solved, kept);
         }
-        let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
-        let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
         let alone = kept;
-        for c in alone..count {
-            let [_, y] = free_way(system, c);
-            if passage.ends_inside(&y) {
-                system.blocks.swap_candidates(c, kept);
-                kept += 1;
-            }
-        }
+        kept = meets_after_all(system, &solved, kept, count);
         if kept == alone {
             return (solved, kept);
         }
     }
     // Enough of it: all of them, as if there were no edge.
     (solve_first(system, count), count)
+}
+
+/// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left it. Returns how many there are now.
+#[inline(never)] // It must not add to the stack of the solve.
+fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
+    let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+    let held_touching = math::max(2.0 * deepest_support(system, &passage, alone), touching);
+    let mut kept = alone;
+    for c in alone..count {
+        let [x, y] = free_way(system, c);
+        let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+        if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
+            system.blocks.swap_candidates(c, kept);
+            kept += 1;
+        }
+    }
+    kept
+}
+
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
+/// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
+fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
+    let mut deepest = 0.0;
+    for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
+        if Candidate::read(slot).is_fixed() {
+            let [_, y] = free_way(system, c);
+            let depth = passage.depth_at_end(&y);
+            deepest = math::max(depth, deepest);
+        }
+    }
+    deepest
 }
 
 /// The impulses of the first `count` candidates of a single sheet.
@@ -817,19 +936,24 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     if solved.sweeps as u64 > system.state.sums.most_sweeps {
         system.state.sums.most_sweeps = solved.sweeps as u64;
     }
-    system.state.sums.unconverged += u64::from(!solved.converged);
+    if !solved.converged {
+        let sums = &mut system.state.sums;
+        sums.unconverged += 1;
+        sums.contact_residual = math::max(solved.residual, sums.contact_residual);
+    }
 }
 
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
 /// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
 /// before and after, for a free and a prescribed body alike: the two then agree to second order.
+#[inline(never)] // As above.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
     let body = system.state.body;
     let mean_velocity = (before.velocity + body.velocity) * 0.5;
     let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
     let mut impulse_sum = Vector::zeros();
     let mut arm_sum = Vector::zeros();
-    let (mut work, mut loss, mut rubbed, mut touched) = (0.0, 0.0, 0.0, 0);
+    let (mut work, mut loss, mut rubbed, mut held, mut touched) = (0.0, 0.0, 0.0, 0.0, 0);
     let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.implicit);
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
@@ -871,6 +995,8 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         if candidate.is_fixed() {
             system.load_support(i, j, &(push * share));
             loss += given * body_speed;
+            let along = rubbing.map_or(0.0, |t| t.work(t.surface_speed(&mean_velocity, &mean_rate)));
+            held += given * body_speed + along * candidate.images();
             continue;
         }
         let lane = i % CHUNK;
@@ -928,6 +1054,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     sums.work += work;
     sums.loss += loss;
     sums.friction += rubbed;
+    sums.support_work += held;
 }
 
 /// Notes that a row holds a node with this displacement.
@@ -1384,16 +1511,42 @@ mod tests {
         }
     }
 
+    /// A body of a hundredth of a node's mass among twenty nodes: sweeps pass its velocity on from node to node for long.
     #[test]
-    fn a_solve_given_up_is_told_and_never_adds_energy() {
+    fn what_sweeps_do_not_finish_newtons_method_does() {
         let (slots, solved, body, inertia) = crowd(0.01, 0.01);
-        assert!(!solved.converged && solved.sweeps == MAX_SWEEPS, "{solved:?}");
+        assert!(solved.converged && solved.sweeps > MAX_SWEEPS && solved.sweeps < MAX_SWEEPS + 20, "{solved:?}");
+        assert!(solved.residual <= 1e-13 * body.velocity.z);
         let energy = |speed: f64, nodes: f64| 0.5 * inertia.mass * speed * speed + 0.5 * NODE * nodes;
         let nodes = |after: f64| -> f64 {
             let speed = |c: Candidate| c.approach + after * c.impulse / NODE;
             slots.iter().map(|slot| speed(Candidate::read(slot)) * speed(Candidate::read(slot))).sum()
         };
         assert!(energy(solved.velocity.z, nodes(1.0)) <= energy(body.velocity.z, nodes(0.0)));
+    }
+
+    /// Fixed nodes whose normals differ by little: each sweep leaves cos^2 of their angle of an error. A body that moves against both stops along
+    /// them, and keeps what is across them.
+    #[test]
+    fn a_body_in_a_narrow_wedge_of_fixed_nodes_stops() {
+        for angle in [0.3, 1e-2, 1e-4] {
+            let (inertia, mut body) = rod(5.0, true);
+            (body.velocity, body.angular_velocity) = (Vector::new(2.0, -7.0, 40.0), Vector::zeros());
+            let held =
+                |angle: f64| armed(Vector::new(math::sin(angle), 0.0, math::cos(angle)), Vector::zeros(), -1.0, 0.0);
+            // Between them the body is pressed from both sides along x.
+            let mut slots = [held(angle), held(-angle)];
+            let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
+            assert!(solved.converged && solved.sweeps <= MAX_SWEEPS + 100, "{angle}: {solved:?}");
+            let [left, right] = slots.map(|slot| Candidate::read(&slot));
+            let surfaces = [&left, &right].map(|c| c.normal.dot(&solved.velocity));
+            let presses = 40.0 * math::sin(angle) > 2.0 * math::cos(angle);
+            assert!(surfaces.iter().all(|speed| *speed < 1e-9), "{angle}: {surfaces:?}");
+            if presses {
+                assert!(solved.velocity.x.abs() < 1e-8 && solved.velocity.z.abs() < 1e-9, "{angle}: {solved:?}");
+            }
+            assert!((solved.velocity.y + 7.0).abs() < 1e-12 && left.impulse > 0.0);
+        }
     }
 
     /// Nodes that already move as the body's surface does, but for rounding: nothing is left to be solved.

@@ -53,6 +53,12 @@ impl Scene {
         self.scatter(axis, back).modulus_mean
     }
 
+    /// What no drawn modulus of one direction exceeds, Pa.
+    pub(crate) fn largest_modulus(&self, axis: Axis, back: bool) -> f64 {
+        let Scatter { modulus_mean, modulus_sd, .. } = self.scatter(axis, back);
+        modulus_mean + if self.is_drawn(back) { random::LARGEST_NORMAL * modulus_sd } else { 0.0 }
+    }
+
     /// Whether modulus and damage rate of the front or of the back fabric are drawn.
     pub(crate) fn is_drawn(&self, back: bool) -> bool {
         if back { self.back.is_drawn() } else { self.yarn.stochastic }
@@ -117,10 +123,15 @@ impl Scene {
     /// (M6) Modulus and damage rate of one segment, by its number (ply by ply, horizontal segments first, row by row, then vertical).
     /// A modulus <= 0 or a rate below 3 or beyond all numbers is drawn again; after 1000 refusals the scatter makes no sense.
     pub fn draw_segment(&self, number: u64) -> Result<Segment, Error> {
+        self.draw_counted(number).map(|(segment, _)| segment)
+    }
+
+    /// The same with the number of draws that were refused.
+    pub(crate) fn draw_counted(&self, number: u64) -> Result<(Segment, u64), Error> {
         let Place { seed, number, axis, back } = self.place_of_segment(number);
         let scatter = self.scatter(axis, back);
         if !self.is_drawn(back) {
-            return Ok(scatter.mean());
+            return Ok((scatter.mean(), 0));
         }
         let number = match self.yarn.draw {
             Draw::Segment => number,
@@ -132,7 +143,7 @@ impl Scene {
             let modulus = scatter.modulus_mean + scatter.modulus_sd * g1;
             let damage_rate = scatter.damage_slope * modulus + scatter.damage_intercept + scatter.damage_sd * g2;
             if modulus > 0.0 && damage_rate >= DAMAGE_RATE_MIN && damage_rate.is_finite() {
-                return Ok(Segment { modulus, damage_rate });
+                return Ok((Segment { modulus, damage_rate }, retry));
             }
         }
         let weft = axis == Axis::Vertical && self.weft.modulus_mean != 0.0;

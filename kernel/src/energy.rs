@@ -45,6 +45,9 @@ pub struct Energy {
     pub friction: f64,
     /// Kinetic energy lost where separate plies meet, J.
     pub ply_loss: f64,
+    /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
+    /// `contact_loss` and `friction` hold it.
+    pub support_work: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -73,6 +76,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         viscous: sums.viscous,
         friction: sums.friction,
         ply_loss: sums.ply_loss,
+        support_work: sums.support_work,
     })
 }
 

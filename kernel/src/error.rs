@@ -183,7 +183,7 @@ pub struct Error {
     pub code: Code,
     /// The field's name as it is spelt in [`crate::scene::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
     pub field: &'static str,
-    /// For [`Code::DoesNotGoWith`] the other field; else empty.
+    /// For [`Code::DoesNotGoWith`] the other field, else the one that the limit follows from; empty if there is none.
     pub with: &'static str,
     /// The offending value, SI units (0 where none applies).
     pub value: f64,
@@ -208,8 +208,13 @@ impl Error {
         Error { with, ..Error::plain(Code::DoesNotGoWith, field) }
     }
 
+    /// The same with the field that its limit follows from.
+    pub(crate) fn from(self, with: &'static str) -> Error {
+        Error { with, ..self }
+    }
+
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
-    /// is 0`, `slack_toe: does not go with another field: integrator.kind`.
+    /// is 0`, `back.plies: out of range; it is 2: see stack.plies`, `slack_toe: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
         let mut text = Text::new();
         let reason = self.code.text().to_str().unwrap_or("");
@@ -218,17 +223,21 @@ impl Error {
         let (before, value, after) = match self.code {
             Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
             Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
-            Code::DoesNotGoWith => {
-                let _ = text.push_str(": ");
-                let _ = text.push_str(self.with);
-                return text;
-            }
             Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
-            _ => return text,
+            _ => ("", 0.0, ""),
         };
-        for part in [before, &number(value), after] {
-            let _ = text.push_str(part);
+        if !before.is_empty() {
+            for part in [before, &number(value), after] {
+                let _ = text.push_str(part);
+            }
         }
+        let link = match (self.code, self.with) {
+            (_, "") => "",
+            (Code::DoesNotGoWith, _) => ": ",
+            _ => ": see ",
+        };
+        let _ = text.push_str(link);
+        let _ = text.push_str(self.with);
         text
     }
 }

@@ -314,7 +314,8 @@ impl Field {
     /// Sets an element from such bits.
     ///
     /// # Errors
-    /// [`Code::UnknownChoice`], or [`Code::OutOfRange`] for a count beyond 32 bits; nothing is changed.
+    /// [`Code::UnknownChoice`], or for a count beyond 32 bits the code of its range, [`Code::OutOfRange`] if it has none; nothing is
+    /// changed.
     pub fn set_word(&self, scene: &mut Scene, element: usize, word: u64) -> Result<(), Error> {
         let small = u32::try_from(word);
         let known = match self.place {
@@ -335,7 +336,10 @@ impl Field {
             (Place::Flag(place), _) => *place(scene) = word == 1,
             (Place::Count(place), Ok(count)) => *place(scene) = count,
             (Place::Choice(_, _, set), Ok(number)) => set(scene, number),
-            (_, Err(_)) => return Err(Error::new(Code::OutOfRange, self.name, word as f64, u32::MAX as f64)),
+            (_, Err(_)) => {
+                self.check_element(word as f64)?;
+                return Err(Error::new(Code::OutOfRange, self.name, word as f64, u32::MAX as f64));
+            }
         }
         Ok(())
     }
@@ -574,8 +578,8 @@ pub const FIELDS: &[Field] = &[
         "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for drawn strength only")
         .read(drawn_strength).image(Image::LaterWhereRead),
     real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
-        "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only")
-        .read(drawn_strength).image(Image::LaterWhereRead),
+        "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only, that of the back fabric included")
+        .read(|s| drawn_strength(s).max(if_so(s.back.plies > 0 && s.back.weibull_shape != 0.0))).image(Image::LaterWhereRead),
     real("yarn.viscosity_linear", |s| one(&mut s.yarn.viscosity_linear), &RATIO, Range::Within(0.0, 1.0), 640,
         "Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity Verlet only")
         .image(Image::Later(0x8_0000)),

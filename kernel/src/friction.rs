@@ -157,10 +157,10 @@ pub(crate) fn part_without_gain(before: f64, change: f64) -> f64 {
 }
 
 /// Leaves a part of a candidate's impulses.
-pub(crate) fn scale(slot: &mut [f64; CANDIDATE_REALS], place: &mut [f64; TANGENTIAL_REALS], part: f64) {
-    let mut t = Tangential::read(place);
-    t.impulse = t.impulse.map(|p| p * part);
-    t.write(place);
+pub(crate) fn scale(slot: &mut [f64; CANDIDATE_REALS], place: Option<&mut [f64; TANGENTIAL_REALS]>, part: f64) {
+    if let Some([.., p, q]) = place {
+        (*p, *q) = (*p * part, *q * part);
+    }
     let [.., impulse] = slot;
     *impulse *= part;
 }

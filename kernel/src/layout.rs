@@ -41,7 +41,9 @@ pub const MAX_BANDS: u32 = 32;
 /// Words before the state: what an image begins with.
 pub(crate) const HEADER_WORDS: usize = 4;
 /// Words of the scalar state (tested against the traversal).
-pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + (6 + 5 + 12);
+pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + MARK_WORDS + (6 + 5 + 12);
+/// Words of the scalar state that enter a digest only if they are not 0, and do not count in its header.
+pub(crate) const MARK_WORDS: usize = 2;
 /// Words of the scalar state that only the theta rule, or a step to be halved, has.
 const PART_WORDS: usize = 2;
 /// Words of the scalar state that only yarn has whose viscosity or rate takes energy.

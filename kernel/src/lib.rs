@@ -53,6 +53,7 @@ pub mod layout;
 mod marks;
 pub mod math;
 mod model;
+mod newton;
 pub mod outcome;
 pub mod path;
 mod pieces;

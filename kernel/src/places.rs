@@ -7,6 +7,7 @@
 use crate::math;
 use crate::planes::Axis;
 use crate::scene::Scene;
+use core::ops::Range;
 
 /// Offset of a node from the middle of its line, in node spacings; exactly antisymmetric.
 pub fn rest_offset(index: usize, nodes: u32) -> f64 {
@@ -99,10 +100,26 @@ impl Places {
 
     /// The first node beyond the middle of the line.
     pub fn upper(&self) -> usize {
-        if self.largest <= 1 {
-            return self.crossings.div_ceil(2) as usize;
+        self.first(|k| 2 * self.crossing(k) >= self.crossings) as usize
+    }
+
+    /// Nodes whose offset from the middle of the line lies between two, in node spacings.
+    pub(crate) fn within(&self, low: f64, high: f64) -> Range<usize> {
+        self.first(|k| self.offset(k as usize) >= low) as usize..self.first(|k| self.offset(k as usize) > high) as usize
+    }
+
+    /// The first node of a property that all behind it have, too: found in halves, for a line may be long.
+    pub(crate) fn first(&self, has: impl Fn(u32) -> bool) -> u32 {
+        let (mut first, mut end) = (0, self.nodes());
+        while first < end {
+            let middle = first + (end - first) / 2;
+            if has(middle) {
+                end = middle;
+            } else {
+                first = middle + 1;
+            }
         }
-        (0..self.nodes()).take_while(|&k| 2 * self.crossing(k) < self.crossings).count()
+        first
     }
 
     /// Segments before and behind node k; 1 beyond the ends of the line.

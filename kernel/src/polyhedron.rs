@@ -265,6 +265,11 @@ impl Polyhedron {
         })
     }
 
+    /// Whether a point in the body's frame lies higher than `height` above two faces, m.
+    pub(crate) fn is_before_an_edge(&self, p: &Vector, height: f64) -> bool {
+        self.faces().iter().filter(|face| face.gap(p) >= height).nth(1).is_some()
+    }
+
     /// Gap of a point in the body's frame.
     pub fn gap(&self, p: &Vector) -> Gap {
         let mut gap = Gap { distance: f64::NEG_INFINITY, normal: Vector::zeros() };

@@ -290,6 +290,20 @@ impl Solid {
         })
     }
 
+    /// Whether the point `p`, in the body's frame, lies higher than `height` above two faces that meet at an edge, m.
+    pub fn is_before_an_edge(&self, p: &Vector, height: f64) -> bool {
+        let before_rim = |radius: f64, beyond_end: f64| {
+            let from_axis = math::sqrt(p.x * p.x + p.y * p.y);
+            from_axis - radius >= height && beyond_end >= height
+        };
+        match self {
+            Solid::Sphere { .. } => false,
+            Solid::Cylinder { radius, half_length } => before_rim(*radius, math::abs(p.z) - half_length),
+            Solid::HemisphericalCylinder { radius, shank, nose } => before_rim(*radius, nose - shank - p.z),
+            Solid::Polyhedron(body) => body.is_before_an_edge(p, height),
+        }
+    }
+
     /// (M12) Gap of the point `p`, given in the body's frame from its centre of mass.
     pub fn gap(&self, p: &Vector) -> Gap {
         match self {
@@ -412,6 +426,34 @@ mod tests {
     fn random_point(k: u64, half: f64) -> Vector {
         let c = |m: u64| half * (2.0 * (crate::random::splitmix64(3 * k + m) >> 11) as f64 / (1u64 << 53) as f64 - 1.0);
         Vector::new(c(0), c(1), c(2))
+    }
+
+    #[test]
+    fn points_before_an_edge_are_above_two_faces() {
+        let before = |solid: &Solid, p: [f64; 3]| solid.is_before_an_edge(&Vector::from(p), -1e-6);
+        let block = cuboid([0.01, 0.016, 0.024]);
+        let (x, y, z) = (0.005, 0.008, 0.012);
+        for (p, expected) in [
+            ([x + 1e-3, 0.0, z + 1e-3], true),
+            ([x + 1e-3, 0.0, z - 9e-7], true),
+            ([x - 9e-7, -y - 1e-3, 0.0], true),
+            ([x + 1e-3, 0.0, z - 2e-6], false),
+            ([0.0, 0.0, z + 1e-3], false),
+            ([0.0, 0.0, 0.0], false),
+        ] {
+            assert_eq!(before(&block, p), expected, "{p:?}");
+        }
+        let tube = Solid::Cylinder { radius: x, half_length: z };
+        let round = Solid::HemisphericalCylinder { radius: x, shank: z, nose: 0.0 };
+        for (p, ends, rear) in [
+            ([0.6 * x + 1e-3, 0.8 * x, z], true, false),
+            ([0.6 * x + 1e-3, 0.8 * x, -z - 1e-3], true, true),
+            ([0.6 * x - 1e-3, 0.8 * x - 1e-3, -z - 1e-3], false, false),
+            ([2.0 * x, 0.0, 2e-6 - z], false, false),
+        ] {
+            assert_eq!([before(&tube, p), before(&round, p)], [ends, rear], "{p:?}");
+        }
+        assert!(!before(&Solid::Sphere { radius: x }, [2.0 * x, 0.0, 0.0]));
     }
 
     #[test]

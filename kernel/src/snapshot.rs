@@ -4,12 +4,15 @@
 //! scalar state, then node by node (row-major, unpadded) displacement and velocity and the history (and the toe's mark) of the
 //! segments that start there, contact flags, and a checksum. No pointers, no `usize`, no padding: the same bytes on every target.
 //! Loading is all or nothing: the whole image is checked before anything is changed.
-//! Limits: an image fits only the scene it was made with (the fingerprint covers every field and the time step).
+//! Limits: an image fits only the scene it was made with. The fingerprint covers the time step and every number that the scene reads, but
+//! for three by design: the projectile's motion at the start, for an image holds the present one, `contact_capacity`, for it fits
+//! whatever room there is, and how the step was asked for and checked ([`crate::fields::Image::Never`]). What is not read counts where
+//! it always has ([`crate::fields::Image::Always`]).
 //! The checksum finds every change of a single word; it is no protection against forgery.
 
 use crate::error::{Code, Error};
 use crate::fields;
-use crate::layout::HEADER_WORDS;
+use crate::layout::{HEADER_WORDS, MARK_WORDS};
 use crate::planes::{self, Axis, CHUNK};
 use crate::pose::Vector;
 use crate::scene::Scene;
@@ -65,6 +68,11 @@ impl Visitor for Hash {
     }
     fn real(&mut self, value: &mut f64) {
         self.word(value.to_bits());
+    }
+    fn mark(&mut self, value: &mut f64) {
+        if *value != 0.0 {
+            self.word(value.to_bits());
+        }
     }
 }
 
@@ -227,7 +235,8 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
 /// A hash of the whole state, row-major and unpadded. Commits nothing.
 pub(crate) fn digest(system: &System<'_>) -> u64 {
     let mut hash = Hash::default();
-    for word in header(system) {
+    let [magic, format, scene, words] = header(system);
+    for word in [magic, format, scene, words - MARK_WORDS as u64] {
         hash.word(word);
     }
     let mut state = system.state;

@@ -21,7 +21,7 @@
 //! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions; J. J. Moreau as in `contact.rs`.
 
 use crate::blocks::Blocks;
-use crate::contact::{Candidate, MAX_SWEEPS, MAX_SWEEPS_ON_SUPPORTS, Solved};
+use crate::contact::{Candidate, MAX_SWEEPS, Solved};
 use crate::friction::{self, Tangential};
 use crate::lanes::{self, Job, Lane};
 use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, TOUCH_REALS};
@@ -283,6 +283,7 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
 }
 
 /// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
+#[inline(never)] // It must not add to the stack of a single sheet.
 pub(crate) fn part(system: &mut System<'_>, count: usize) {
     // The balances of contact take the velocities that nodes have at the end of the pass.
     let [before, rubbed_before] = half_work(system, count);
@@ -429,8 +430,9 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
         joint.take_up(count, f64::INFINITY);
         converged = joint.settle(count);
     }
+    let residual = if converged { 0.0 } else { joint.residual(count) };
     let Joint { velocity, rate, sweeps, .. } = joint;
-    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate };
+    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
     if system.layout.friction { without_gain(system, count, solved) } else { solved }
 }
 
@@ -475,8 +477,6 @@ struct Joint<'s, 'a> {
     arm: f64,
     /// The most by which a node without a candidate that is taken up is moved along z, m/s.
     widest: f64,
-    /// Whether a fixed node has taken an impulse.
-    supported: bool,
     /// Sweeps done.
     sweeps: u32,
     velocity: Vector,
@@ -493,26 +493,13 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
         let [tolerance, arm, widest] = [0.0; 3];
-        Joint {
-            system,
-            inertia,
-            give,
-            tolerance,
-            turns,
-            mass,
-            arm,
-            widest,
-            supported: false,
-            sweeps: 0,
-            velocity,
-            rate,
-        }
+        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, sweeps: 0, velocity, rate }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
     fn begin(&mut self, count: usize) -> f64 {
         let body = &self.system.state.body;
-        (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
+        (self.velocity, self.rate, self.sweeps) = (body.velocity, body.angular_velocity, 0);
         // First of all: a candidate has its ply, and so its mass, from its link.
         link(self.system, count);
         let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
@@ -615,18 +602,21 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
     fn settle(&mut self, count: usize) -> bool {
-        let (mut most, mut converged) = (MAX_SWEEPS, false);
-        while self.sweeps < most && !converged {
+        let mut converged = false;
+        while self.sweeps < MAX_SWEEPS && !converged {
             converged = true;
             for c in 0..count {
                 converged &= self.visit(c);
             }
             self.sweeps += 1;
-            if self.supported {
-                most = MAX_SWEEPS_ON_SUPPORTS;
-            }
         }
         converged
+    }
+
+    /// By how much the candidates fail the laws of contact and friction at the most, m/s.
+    fn residual(&self, count: usize) -> f64 {
+        let errors = (0..count).filter(|&c| self.leads(c)).map(|c| self.error(c, f64::INFINITY));
+        errors.fold(0.0, math::max)
     }
 
     /// At the most by how much the gap rate of a candidate that was left out has changed, m/s.
@@ -817,7 +807,6 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         let trial = candidate.impulse - self.body_rate(&candidate) / give;
         let impulse = math::max(trial, 0.0);
-        self.supported |= impulse > 0.0;
         let change = impulse - candidate.impulse;
         self.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
         if self.turns {
@@ -1026,7 +1015,7 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
         return solved;
     }
     for (slot, place) in system.blocks.candidates.iter_mut().zip(system.blocks.tangential.iter_mut()).take(count) {
-        friction::scale(slot, place, part);
+        friction::scale(slot, Some(place), part);
     }
     Solved { velocity: body.velocity + dv * part, angular_velocity: body.angular_velocity + dw * part, ..solved }
 }

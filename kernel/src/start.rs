@@ -1,6 +1,6 @@
 //! Starts: the projectile's first motion, and sheets that a host has moved or damaged before the first step.
 
-use crate::contact::Search;
+use crate::contact::{Search, TOUCHING};
 use crate::energy;
 use crate::error::{Code, Error};
 use crate::lanes::InstructionSet;
@@ -23,16 +23,26 @@ pub(crate) const LARGEST_STRETCH: f64 = 1e100;
 /// first step may find it lost (see [`crate::yarn::LOST`]).
 const LARGEST_GIVEN_MOTION: f64 = 1e30;
 
-/// Refuses a start of the projectile that the checks of the scene let pass.
+/// Refuses a start of the projectile that the checks of the scene let pass. Looks for at most so many nodes under the projectile.
 ///
 /// # Errors
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
 #[inline(never)] // What it needs must not add to the stack of the caller, who makes another model in its place.
-pub(crate) fn check_body(scene: &Scene, limits: StepLimits) -> Result<(), Error> {
+pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
     let (mut solid, mut body) = (Solid::NOTHING, Body::AT_REST);
     solid.set(&scene.projectile);
     check_motion(scene, limits, &solid, &mut body)?;
-    refuse_overlap(scene, &solid, &body)
+    refuse_overlap(scene, &solid, &body, most)
+}
+
+/// Every how many columns, rows and plies are looked at, so that these are some `most` nodes.
+fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
+    let [columns, rows, plies] = counts;
+    let excess = columns.saturating_mul(rows).saturating_mul(plies).div_ceil(most.max(1)).max(1);
+    let along = excess.isqrt().min(columns).max(1);
+    let up = excess.div_ceil(along).min(rows).max(1);
+    [along, up, excess.div_ceil(along.saturating_mul(up).max(1))]
+        .map(|stride| usize::try_from(stride).unwrap_or(usize::MAX))
 }
 
 /// Puts the projectile where the scene places it, with a model of its own.
@@ -52,30 +62,27 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut
     scene.symmetry.align(solid, body, scene.sheet.spacing)
 }
 
-/// Rounding aside, a node deeper than a billionth of the spacing is inside.
+/// Rounding aside, a node that does more than touch is inside.
 fn overlaps(scene: &Scene, gap: f64) -> bool {
-    gap < -1e-9 * scene.sheet.spacing
+    gap < -TOUCHING * scene.sheet.spacing
 }
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
-/// which it has no contact.
+/// which it has no contact. Looks at the nodes in the body's box, of more than `most` at some.
 #[inline(never)] // What it needs must not add to the stack of making the model.
-fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body) -> Result<(), Error> {
+fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
     let places = Places::both(scene);
-    let [columns, rows] = &places;
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
-    let (near, movable) = (search.neighbourhood(h_x), scene.drive == Drive::Free);
-    for j in 0..rows.nodes() as usize {
-        let y = rows.offset(j) * h_y;
-        if near.misses_row(y / h_x, [0.0; 2]) {
-            continue;
-        }
-        let [[a, b], [c, d]] = weave::runs_among(scene, &places, j);
-        for i in (0..columns.nodes() as usize).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
-            let x = columns.offset(i) * h_x;
-            for ply in 0..scene.stack.plies {
-                let gap = search.gap(&Vector::new(x, y, f64::from(ply) * scene.stack.gap));
+    let (movable, [columns, rows, plies]) = (scene.drive == Drive::Free, search.box_at_rest(scene, &places));
+    let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
+    for j in rows.step_by(up.max(1)) {
+        let y = places[1].offset(j) * h_y;
+        let [[a, b], [c, d]] = if movable { [[0; 2]; 2] } else { weave::runs_among(scene, &places, j) };
+        for i in columns.clone().step_by(along.max(1)).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+            let x = places[0].offset(i) * h_x;
+            for ply in plies.clone().step_by(through.max(1)) {
+                let gap = search.gap(&Vector::new(x, y, ply as f64 * scene.stack.gap));
                 if overlaps(scene, gap) {
                     return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
                 }
@@ -103,33 +110,34 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
         let (i, j) = system.layout.column_and_row(k);
         let fixed = system.is_fixed(i, j);
-        if fixed && *velocity != [0.0; 3] {
-            return Err(Error::new(Code::OutOfRange, "velocities", k as f64, 0.0));
+        if let Some(&moves) = velocity.iter().find(|&&v| fixed && v != 0.0) {
+            return Err(Error::new(Code::OutOfRange, "velocities", moves, 0.0));
         }
         let x = Vector::from(system.model.pose.point_in(*point));
         let meets = !fixed || system.scene.drive == Drive::Free;
-        if meets && search.candidate(&x).is_some_and(|(gap, _, _)| overlaps(&system.scene, gap)) {
-            return Err(Error::new(Code::InitialOverlap, "positions", k as f64, 0.0));
+        let near = if meets { search.candidate(&x) } else { None };
+        if let Some((gap, _, _)) = near.filter(|(gap, _, _)| overlaps(&system.scene, *gap)) {
+            return Err(Error::new(Code::InitialOverlap, "positions", gap, 0.0));
         }
         let v = Vector::from(system.model.pose.vector_in(*velocity));
         let units = [("positions", x, system.scene.sheet.spacing), ("velocities", v, system.model.unit_speed)];
         for (field, vector, unit) in units {
             let limit = LARGEST_GIVEN_MOTION * unit;
-            if !vector.iter().all(|component| (-limit..=limit).contains(component)) {
-                return Err(Error::new(Code::OutOfRange, field, k as f64, limit));
+            if let Some(&beyond) = vector.iter().find(|&component| !(-limit..=limit).contains(component)) {
+                return Err(Error::new(Code::OutOfRange, field, beyond, limit));
             }
-        }
-        if leaves_plane(system, i, j, &x, &v) {
-            return Err(Error::new(Code::NotSymmetric, "positions", k as f64, 0.0));
+            if let Some(off) = leaves_plane(system, i, j, &vector, unit) {
+                return Err(Error::new(Code::NotSymmetric, field, off, 0.0));
+            }
         }
     }
     let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
     let height = |point: &[f64; 3]| system.model.pose.point_in(*point)[2];
-    for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {
+    for (below, above) in points.iter().zip(points.iter().skip(nodes_of_ply)) {
         // Rounding aside, a node lies on or above the one that it faces below.
         let gap = height(above) - height(below);
         if system.layout.is_stack() && overlaps(&system.scene, gap) {
-            return Err(Error::new(Code::PliesOverlap, "positions", (k + nodes_of_ply) as f64, 0.0));
+            return Err(Error::new(Code::PliesOverlap, "positions", gap, 0.0));
         }
     }
     let h = system.scene.sheet.spacing;
@@ -210,11 +218,11 @@ fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
     [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
 }
 
-/// Whether a position, m, or velocity, m/s, takes a node off a mirror plane, beyond rounding.
-fn leaves_plane(system: &System<'_>, i: usize, j: usize, x: &Vector, v: &Vector) -> bool {
-    let small = |value: f64, scale: f64| value <= 1e-9 * scale && value >= -1e-9 * scale;
-    let (h, unit_speed) = (system.scene.sheet.spacing, system.model.unit_speed);
-    (0..2).any(|k| on_planes(system, i, j)[k] && !(small(x[k], h) && small(v[k], unit_speed)))
+/// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of its unit.
+fn leaves_plane(system: &System<'_>, i: usize, j: usize, vector: &Vector, unit: f64) -> Option<f64> {
+    let small = |value: f64| value <= 1e-9 * unit && value >= -1e-9 * unit;
+    let across = vector.iter().zip(on_planes(system, i, j));
+    across.filter(|(_, on_plane)| *on_plane).map(|(component, _)| *component).find(|&component| !small(component))
 }
 
 fn refuse_if_started(system: &System<'_>) -> Result<(), Error> {

@@ -40,6 +40,8 @@ pub struct Sums {
     pub unconverged: u64,
     /// Most sweeps of one solve.
     pub most_sweeps: u64,
+    /// By how much contacts of solves that ran out of sweeps have failed their laws at the most, m/s.
+    pub contact_residual: f64,
     /// Most candidates of one step.
     pub most_candidates: u64,
     /// Passes in which the body met the sheet beyond the fine part of a graded network.
@@ -58,6 +60,8 @@ pub struct Sums {
     pub ply_loss: f64,
     /// Deepest that facing nodes of two plies have been through each other, m.
     pub ply_penetration: f64,
+    /// Work of the projectile on fixed nodes, J.
+    pub support_work: f64,
     /// Energy the audit starts from, J.
     pub first_energy: f64,
     /// Momentum the audit starts from, N s.
@@ -81,6 +85,7 @@ impl Sums {
         contacts: 0,
         unconverged: 0,
         most_sweeps: 0,
+        contact_residual: 0.0,
         most_candidates: 0,
         beyond_fine: 0,
         iterations: 0,
@@ -90,6 +95,7 @@ impl Sums {
         friction: 0.0,
         ply_loss: 0.0,
         ply_penetration: 0.0,
+        support_work: 0.0,
         first_energy: 0.0,
         first_momentum: ZERO,
     };
@@ -239,8 +245,10 @@ impl Sums {
         visitor.count(&mut self.unconverged);
         visitor.count(&mut self.most_sweeps);
         visitor.count(&mut self.most_candidates);
+        visitor.mark(&mut self.support_work);
         visitor.real(&mut self.first_energy);
         visitor.vector(&mut self.first_momentum);
+        visitor.mark(&mut self.contact_residual);
     }
 }
 
@@ -296,6 +304,11 @@ pub trait Visitor {
 
     /// A real number.
     fn real(&mut self, value: &mut f64);
+
+    /// A real number that is 0 in most runs. Only another value enters the digest.
+    fn mark(&mut self, value: &mut f64) {
+        self.real(value);
+    }
 
     /// A vector, x first.
     fn vector(&mut self, value: &mut Vector) {

@@ -77,10 +77,10 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     match system.scene.integrator.kind {
         IntegratorKind::Verlet => {
             let report = sweep(system);
-            after_sweep(system, report, gathered.count, &at_start)?;
+            after_sweep(system, report, &gathered, &at_start)?;
         }
         #[cfg(feature = "implicit")]
-        IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, gathered.count, &at_start)?,
+        IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, &gathered, &at_start)?,
         // Refused by the scene's check in a build without it.
         #[cfg(not(feature = "implicit"))]
         IntegratorKind::Theta => return Err(Failure::NotConverged),
@@ -124,7 +124,7 @@ pub(crate) fn close_pass(
 ) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = body::prescribe_rates(system, end);
-    after_sweep(system, report, gathered.count, &at_start)?;
+    after_sweep(system, report, gathered, &at_start)?;
     end_pass(system, gathered, target)
 }
 
@@ -159,7 +159,8 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
 
 /// What the sweep leaves to do: failures, loads and contact.
 #[inline(never)] // It must not add to the stack of the sweep.
-fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &Body) -> Result<(), Failure> {
+fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
+    let count = gathered.count;
     if report.non_finite {
         return Err(Failure::NonFinite);
     }
@@ -171,7 +172,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, count: usize, before: &B
     body::load_body(system, system.model.pass_dt);
     if count > 0 {
         contact::complete_candidates(system, count);
-        let kept = contact::let_pass(system, count);
+        let kept = contact::let_pass(system, count, gathered.deepest);
         let (solved, _) = if system.layout.is_stack() {
             contact::solve_contact(system, kept, count, stack::solve)
         } else {

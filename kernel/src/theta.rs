@@ -13,7 +13,7 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate, Found};
+use crate::contact::{self, Candidate, Found, Gathered};
 use crate::error::Failure;
 use crate::grading::Net;
 use crate::math;
@@ -36,8 +36,13 @@ const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
 #[inline(never)] // It must not add to the stack of the sweep.
-pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, before: &Body) -> Result<(), Failure> {
-    let rates = system.state.body;
+pub(crate) fn iterate(
+    system: &mut System<'_>,
+    rule: Integrator,
+    gathered: &Gathered,
+    before: &Body,
+) -> Result<(), Failure> {
+    let (rates, count) = (system.state.body, gathered.count);
     start_pushed(system);
     keep_gaps(system, count);
     let mut kept = 0;
@@ -47,7 +52,7 @@ pub(crate) fn iterate(system: &mut System<'_>, rule: Integrator, count: usize, b
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
         // not end.
-        kept = if iteration == 1 { contact::let_pass(system, count) } else { kept };
+        kept = if iteration == 1 { contact::let_pass(system, count, gathered.deepest) } else { kept };
         let solved;
         (solved, kept) = contact::solve_contact(system, kept, count, contact::solve_first);
         push_candidates(system, count);
@@ -105,6 +110,7 @@ fn keep_gaps(system: &mut System<'_>, count: usize) {
 }
 
 /// phi/dt + n.(v_n + g) of every candidate.
+#[inline(never)] // It must not add to the stack of contact.
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
@@ -121,6 +127,7 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 }
 
 /// v_n and the impulse of every candidate.
+#[inline(never)] // It must not add to the stack of contact.
 fn push_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
@@ -140,6 +147,7 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
 }
 
 /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
+#[inline(never)] // It must not add to the stack of contact.
 fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
@@ -240,6 +248,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
 }
 
 /// Takes the converged guess: positions, velocities without impulses, supports, damage.
+#[inline(never)] // It must not add to the stack of contact.
 fn commit(system: &mut System<'_>, rule: Integrator) {
     let chunks = system.layout.chunks;
     let theta = rule.theta;

@@ -61,7 +61,7 @@ pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> Fixed
         AttachmentKind::TwoSides => sides,
         AttachmentKind::FourSides if j == 0 || j == last_row => [[0, nx], [0, 0]],
         AttachmentKind::FourSides => sides,
-        AttachmentKind::FourCorners => corner_runs(scene, places, nx, j),
+        AttachmentKind::FourCorners => corner_runs(scene, places, j),
     }
 }
 
@@ -94,14 +94,16 @@ pub(crate) fn disc_to_nearest_node2(scene: &Scene) -> f64 {
     let centre = disc_centre(scene);
     let nearest = |axis: Axis, centre: f64| {
         let (places, h) = (Places::of(scene, axis), scene.spacing(axis));
-        let distances = (0..places.nodes() as usize).map(|k| from_disc_centre(k, &places, h, centre));
+        let beyond = places.first(|k| places.offset(k as usize) * h >= centre) as usize;
+        let sides = beyond.saturating_sub(1)..(beyond + 1).min(places.nodes() as usize);
+        let distances = sides.map(|k| from_disc_centre(k, &places, h, centre));
         distances.fold(f64::MAX, |nearest, d| math::min(d * d, nearest))
     };
     nearest(Axis::Horizontal, centre[0]) + nearest(Axis::Vertical, centre[1])
 }
 
 /// Nodes of row j within the discs about (+-(a - c), +-(b - c)). Discs do not overlap, so a row meets at most two.
-fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], nx: u32, j: usize) -> FixedRuns {
+fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], j: usize) -> FixedRuns {
     let [h_x, h_y] = scene.spacings();
     let centre = disc_centre(scene);
     let dy = from_disc_centre(j, rows, h_y, centre[1]);
@@ -113,7 +115,10 @@ fn corner_runs(scene: &Scene, [columns, rows]: &[Places; 2], nx: u32, j: usize) 
     let mut runs = [[0, 0], [0, 0]];
     // Nodes of the right-hand half, the middle one with them.
     let is_right = |i: u32| 2 * columns.crossing(i) + 1 >= columns.crossings;
-    for i in 0..nx {
+    // A spacing more to either side than the disc: no rounding hides a node.
+    let [near, far] = [-1.0, 1.0].map(|side| (centre[0] + side * scene.attachment.disc_radius) / h_x + side);
+    for i in columns.within(-far, -near).chain(columns.within(near, far)) {
+        let i = i as u32;
         if inside(i) {
             let run = &mut runs[usize::from(is_right(i))];
             if run[0] == run[1] {

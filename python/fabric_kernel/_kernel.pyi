@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
 import numpy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -22,7 +22,7 @@ class Refused(ValueError):
     field: str
     """The parameter or argument, e.g. "projectile.mass"; empty if no single one is to blame."""
     other: str
-    """The parameter that it does not go with, if that is the reason; else empty."""
+    """The parameter that it does not go with, or that the limit follows from; else empty."""
     code: str
     """The reason, as `fabric::Code` names it; "BadValue" for an unknown name or a value of the wrong type."""
     value: float
@@ -80,13 +80,20 @@ class Scene:
         """
 
     def check(self) -> None:
-        """Refuses a scene that cannot be simulated. `Simulation` does so, too."""
+        """Refuses, in some milliseconds, what `Simulation` would refuse, with the same exception.
+
+        Of more than 8192 drawn segments, or nodes under the projectile, so many are looked at: what another one alone forbids is found
+        by `Simulation`. Raises MemoryError if the machine has less memory than the scene takes.
+        """
 
     def values(self) -> dict[str, Any]:
         """Every parameter by its name."""
 
     def text(self) -> str:
         """The scene as a TOML file, with every parameter and its meaning."""
+
+    def sharp_edges(self, speed: float) -> str | None:
+        """What a report must say of a projectile with flat faces that flies at this speed, m/s; None if it is slow or round."""
 
     def __getitem__(self, name: str) -> Any: ...
     def __eq__(self, other: object) -> bool: ...
@@ -124,6 +131,8 @@ class Energy(TypedDict):
     ply_loss: float
     contact_loss: float
     contact_work: float
+    support_work: float
+    """Work of the projectile on held nodes, J: the part of `contact_work` that the fabric did not get."""
     external_work: float
     halving: float
     residual: float
@@ -153,6 +162,8 @@ class Counters(TypedDict):
     be trusted."""
     worst_penetration: float
     ply_penetration: float
+    contact_residual: float
+    """Greatest speed by which a contact has failed its law in a solve that was given up, m/s; 0 if all converged."""
 
 class Latch(TypedDict):
     step: int
@@ -219,10 +230,11 @@ class Simulation:
     def set_external_load(self, force: _Vector, torque: _Vector = ...) -> None:
         """The force, N, and torque, N m, that act on a free projectile from now on."""
 
-    def set_motion(self, positions: NDArray[numpy.float64], velocities: NDArray[numpy.float64]) -> None:
-        """Starts from positions, m, and velocities, m/s, of all nodes, in contiguous arrays as `positions()` gives them."""
+    def set_motion(self, positions: ArrayLike, velocities: ArrayLike) -> None:
+        """Starts from positions, m, and velocities, m/s, of all nodes, in arrays of the shape that `positions()` gives, however they
+        lie in memory. They are copied; whole numbers and smaller floats are converted, every other type is refused."""
 
-    def set_largest_stretch(self, stretches: NDArray[numpy.float64]) -> None:
+    def set_largest_stretch(self, stretches: ArrayLike) -> None:
         """Gives every segment the largest stretch that it has had (at most 1: undamaged), in the order of `stretch()`."""
 
     def save(self) -> bytes:

@@ -17,6 +17,7 @@ import time
 import numpy
 
 from . import designs
+from .files import written
 from .likelihood import LINKS, maximum, possible, possible_ratio, ratio
 from .limit import Calibration, fit
 
@@ -30,7 +31,9 @@ CHI = 3.841458820694124
 
 
 def design_of(name, link, shots):
-    """A design whose guess is a V50 of MU and a standard deviation of DEVIATION."""
+    """A design whose guess is a V50 of MU and a standard deviation of DEVIATION, or, by a number, one that brackets from so many MU."""
+    if not isinstance(name, str):
+        return designs.Neyer.bracketed(name * MU, link=link)
     low, high, sigma = MU - 4 * DEVIATION, MU + 4 * DEVIATION, DEVIATION / LINKS[link].deviation
     if name == "Neyer":
         return designs.Neyer(low, high, sigma, link)
@@ -49,7 +52,7 @@ class Case:
         self.name, self.link, self.shots, self.law = name, link, shots, law or link
         # The design stays and the fabric moves: one calibration for all guesses.
         self.design = design_of(name, link, shots)
-        self.calibration = Calibration(self.design, shots, link, shares=SHARES)
+        self.calibration = Calibration(self.design, shots, link, shares=SHARES, about=(MU, DEVIATION / LINKS[link].deviation))
 
     def run(self, shift, part, tests, seed):
         """For each share the part of the tests whose interval holds the truth: calibrated, and plain profile likelihood."""
@@ -121,9 +124,7 @@ def kept(path, tests):
         if (*case, tests) not in known:
             known[(*case, tests)] = result(*case, tests)
             if path:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                with path.open("a") as file:
-                    file.write(json.dumps([[*case, tests], known[(*case, tests)]]) + "\n")
+                written(path, "".join(json.dumps([key, value]) + "\n" for key, value in known.items()))
     return {case: known[(*case, tests)] for case in cases()}
 
 
@@ -187,8 +188,7 @@ def main(arguments=None):
     )
     if given.docs:
         path = given.docs / "tables" / "v50.md"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
+        written(path, text)
         print(f"written: {path}")
     else:
         print(text)

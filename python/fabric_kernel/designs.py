@@ -3,6 +3,8 @@
 A design has a centre and a scale (m/s), which say where and how finely its shots lie, `start(tests)`, and `next(velocities, through)`,
 which gives the next velocity of each test from its shots so far, (tests, shots).
 
+Both begin with a guess or, without one, with a bracket: the velocity is doubled while every shot is stopped and halved while every one
+goes through; then both results give the guess. No velocity is below half of the slowest before it.
 Neyer: halve the range until the highest stopped shot and the lowest that went through are nearer than the guess of sigma, then shoot
 where Fisher's information grows most. As long as results do not overlap, mu is taken in the middle of the gap and sigma as the guess,
 which shrinks by 0.8 at each shot.
@@ -23,6 +25,12 @@ from .likelihood import LINKS, ends, information, maximum
 
 # Where the next shot may lie, in units of sigma from mu.
 GRID = numpy.linspace(-3.0, 3.0, 241)
+ALIKE = 12
+"""So many shots with one result, and nothing else, end a test."""
+FACTOR = 2.0
+"""Of the velocity, from one shot of a bracket to the next."""
+DEVIATION = 0.05
+"""Guess of the standard deviation of single limits over V50, where none is given."""
 
 
 def most_informative(velocities, mu, sigma, link):
@@ -53,6 +61,9 @@ class Refined:
 class Guess:
     """V50 lies probably between low and high, and the standard deviation of single limits is about sigma, m/s."""
 
+    first = None
+    """First velocity of a bracket, m/s; None with a guess."""
+
     def __init__(self, low, high, sigma, link="probit"):
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise ValueError("low, high: low must be below high")
@@ -61,30 +72,66 @@ class Guess:
         self.low, self.high, self.sigma, self.link = float(low), float(high), float(sigma), LINKS[link]
         self.centre, self.scale = 0.5 * (self.low + self.high), self.sigma
 
+    @classmethod
+    def bracketed(cls, first, sigma=None, link="probit", **options):
+        """The design without a guess of V50: it brackets from this velocity, m/s. sigma: None: DEVIATION of the middle of the bracket."""
+        if not (first > 0 and math.isfinite(first)):
+            raise ValueError(f"first: must be positive; it is {first:g}")
+        design = cls(0.5 * first, 1.5 * first, DEVIATION * first / LINKS[link].deviation if sigma is None else sigma, link, **options)
+        design.first, design.known = float(first), sigma is not None
+        return design
+
     def words(self):
-        return f"{self.name}, V50 guessed between {self.low:g} and {self.high:g} m/s, standard deviation {self.sigma:g} m/s"
+        if self.first is None:
+            return f"{self.name}, V50 guessed between {self.low:g} and {self.high:g} m/s, standard deviation {self.sigma:g} m/s"
+        guess = f"{self.sigma:g} m/s" if self.known else f"{100 * DEVIATION:g} % of the middle of the bracket"
+        steps = f"steps by a factor of {FACTOR:g} from {self.first:g} m/s until both results had come"
+        return f"{steps}, then {self.name}, standard deviation guessed as {guess}"
+
+    def start(self, tests):
+        self.guess = numpy.full(tests, self.sigma)
+        self.open = numpy.full(tests, self.first is not None and not self.known)
+        self.refined = Refined(tests, self.link)
+
+    def next(self, velocities, through):
+        if not velocities.shape[1]:
+            return numpy.full(len(velocities), self.opening)
+        return numpy.maximum(self.choose(velocities, through), 0.5 * velocities.min(axis=-1))
+
+    def widened(self, velocities, through, up, down):
+        """The next velocity of each test, NaN where both results have come. up, down: as far as the design goes with its guess."""
+        hits, shots = through.sum(axis=-1), velocities.shape[1]
+        if self.first is not None:
+            up, down = FACTOR * velocities.max(axis=-1), velocities.min(axis=-1) / FACTOR
+            stopped, passed = ends(velocities, through)
+            closed = self.open & (hits > 0) & (hits < shots)
+            self.guess[closed] = DEVIATION * 0.5 * (stopped + passed)[closed] / self.link.deviation
+            self.open &= ~closed
+        return numpy.where(hits == 0, up, numpy.where(hits == shots, down, numpy.nan))
+
+    def middle(self, velocities, through):
+        """About where the fabric's mu lies, and a unit for its sigma, m/s, for the calibration of one test."""
+        if self.first is None or through.all() or not through.any():
+            return self.centre, self.scale
+        middle = 0.5 * float(sum(ends(velocities, through)))
+        return middle, self.sigma if self.known else DEVIATION * middle / self.link.deviation
 
 
 class Neyer(Guess):
     name = "Neyer's D-optimal design"
 
-    def start(self, tests):
-        self.guess = numpy.full(tests, self.sigma)
-        self.refined = Refined(tests, self.link)
+    @property
+    def opening(self):
+        return self.centre
 
-    def next(self, velocities, through):
-        tests, shots = velocities.shape
-        if shots == 0:
-            return numpy.full(tests, self.centre)
+    def choose(self, velocities, through):
         slowest, fastest, hits = velocities.min(axis=-1), velocities.max(axis=-1), through.sum(axis=-1)
-        stopped, passed = ends(velocities, through)
-        new = numpy.empty(tests)
-        none, all_through = hits == 0, hits == shots
         sigma = self.guess
         up = numpy.maximum(numpy.maximum(0.5 * (self.high + fastest), fastest + 2 * sigma), 2 * fastest - slowest)
         down = numpy.minimum(numpy.minimum(0.5 * (self.low + slowest), slowest - 2 * sigma), 2 * slowest - fastest)
-        new[none], new[all_through] = up[none], down[all_through]
-        both = ~none & ~all_through
+        new = self.widened(velocities, through, up, down)
+        both = numpy.isnan(new)
+        stopped, passed = ends(velocities, through)
         gap = numpy.where(both, passed - stopped, 0.0)
         wide = both & (gap > sigma)
         new[wide] = 0.5 * (stopped[wide] + passed[wide])
@@ -117,8 +164,7 @@ class ThreePhase(Guess):
         return super().words() + aim
 
     def start(self, tests):
-        self.guess = numpy.full(tests, self.sigma)
-        self.refined = Refined(tests, self.link)
+        super().start(tests)
         # Shots that are already decided.
         self.waiting = numpy.full((tests, 2), numpy.nan)
         # Shots beside the gap with this guess, and the side of the first of them.
@@ -126,19 +172,22 @@ class ThreePhase(Guess):
         self.strengthened = numpy.zeros(tests, bool)
         self.variance = self.unit = None
 
-    def next(self, velocities, through):
+    @property
+    def opening(self):
+        return self.centre if self.first is not None else 0.75 * self.low + 0.25 * self.high
+
+    def choose(self, velocities, through):
         tests, shots = velocities.shape
         low, high = self.low, self.high
-        if shots < 2:
-            return numpy.full(tests, [0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high][shots])
-        if shots >= self.first_of_last:
+        if shots == 1 and self.first is None:
+            return numpy.full(tests, 0.25 * low + 0.75 * high)
+        if shots >= max(2, self.first_of_last):
             return self.approach(velocities, through)
         hits, guess = through.sum(axis=-1), self.guess
-        new = numpy.full(tests, numpy.nan)
         # Both results.
         further = 0.75 * self.sigma * (shots - 1) * shots
-        new[hits == 0], new[hits == shots] = high + further, low - further
-        if shots == 2:
+        new = self.widened(velocities, through, high + further, low - further)
+        if shots == 2 and self.first is None:
             self.waiting[through[:, 0] & ~through[:, 1]] = [low - 3 * self.sigma, high + 3 * self.sigma]
         decided = numpy.isnan(new) & ~numpy.isnan(self.waiting[:, 0])
         new[decided] = self.waiting[decided, 0]
@@ -216,6 +265,9 @@ class Plan:
 
     def next(self, velocities, through):
         return numpy.full(len(velocities), self.velocities[velocities.shape[1]])
+
+    def middle(self, velocities, through):
+        return self.centre, self.scale
 
 
 def simulate(design, shots, limits):

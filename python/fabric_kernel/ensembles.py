@@ -9,8 +9,11 @@ import functools
 import hashlib
 import json
 import math
+import multiprocessing
 import os
+import platform
 import signal
+import threading
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -22,7 +25,8 @@ import numpy
 from tqdm.auto import tqdm
 
 from . import _kernel
-from ._kernel import VERSION, Scene
+from ._kernel import Scene
+from .files import naming
 from .runs import STEPS, UNTIL, doubts, flown
 
 if TYPE_CHECKING:
@@ -30,6 +34,12 @@ if TYPE_CHECKING:
 
 PATIENCE = 3
 """So many times in a row a worker may die before a run has come to its end."""
+MOST_KEPT = 2**32
+"""Bytes of a file of kept results, some four million."""
+LONGEST_LINE = 2**16
+"""Bytes of one of its lines, most of which have some 1000."""
+BUILD = hashlib.sha256(Path(_kernel.__file__).read_bytes()).hexdigest()
+"""What tells one build of the kernel from another: their bits may differ, whatever their version says."""
 
 
 class ClusterLost(RuntimeError):
@@ -73,7 +83,7 @@ def ensemble(
     left = [(key, scene) for key, scene in wanted.items() if key not in rows]
     tasks = [left[first : first + batch] for first in range(0, len(left), batch)]
     with tqdm(total=len(wanted), initial=len(rows), unit="run", disable=None if progress is None else not progress) as bar:
-        work = functools.partial(_work, VERSION, tuple(until), steps)
+        work = functools.partial(_work, BUILD, tuple(until), steps)
         try:
             for results in _results(work, tasks, on):
                 if keep is not None:
@@ -88,22 +98,16 @@ def ensemble(
     return _table(keys, scenes, rows)
 
 
-@functools.cache
-def _build() -> str:
-    """What tells one build of the kernel from another: their bits may differ, whatever their version says."""
-    return hashlib.sha256(Path(_kernel.__file__).read_bytes()).hexdigest()
-
-
 def run_key(scene: Scene, until: Sequence[str] = UNTIL, steps: int = STEPS) -> str:
     """Names a run: equal keys mean equal results."""
-    everything = json.dumps([_build(), sorted(until), steps, scene.values()], sort_keys=True)
+    everything = json.dumps([BUILD, sorted(until), steps, scene.values()], sort_keys=True)
     return hashlib.sha256(everything.encode()).hexdigest()[:32]
 
 
-def _work(version: str, until: Sequence[str], steps: int, task: list[tuple[str, Scene]]) -> list[tuple[str, str]]:
+def _work(build: str, until: Sequence[str], steps: int, task: list[tuple[str, Scene]]) -> list[tuple[str, str]]:
     """What a worker does: key and line of each run. Lines, because the file and the table then have the same numbers."""
-    if version != VERSION:
-        raise RuntimeError(f"the worker has fabric_kernel {VERSION}, the caller {version}")
+    if build != BUILD:
+        raise RuntimeError(_other_build(f"the worker on {platform.node()}", BUILD, build))
     results = []
     for key, scene in task:
         try:
@@ -112,6 +116,14 @@ def _work(version: str, until: Sequence[str], steps: int, task: list[tuple[str, 
             refused.add_note(f"the scene: {scene!r}")
             raise
     return results
+
+
+def _other_build(worker: str, its: str, own: str) -> str:
+    return f"{worker} has another build of fabric_kernel: its library is {its[:16]}, that of the caller {own[:16]} (starts of SHA-256)"
+
+
+def _build() -> str:
+    return BUILD
 
 
 def _results(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[str, str]]]:
@@ -128,8 +140,7 @@ def _locally(work: Any, tasks: list[list[Any]], workers: int) -> Iterator[list[t
     """In processes of this machine. If one of them dies all are replaced, and what had not come is run again."""
     waiting, losses = dict(enumerate(tasks)), 0
     while waiting:
-        # Ctrl-C is for the caller; a worker that it reaches too ends without a word.
-        pool = ProcessPoolExecutor(min(workers, len(waiting)), initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_DFL))
+        pool = ProcessPoolExecutor(min(workers, len(waiting)), initializer=_begin)
         try:
             futures = {pool.submit(work, task): number for number, task in waiting.items()}
             for future in as_completed(futures):
@@ -145,8 +156,16 @@ def _locally(work: Any, tasks: list[list[Any]], workers: int) -> Iterator[list[t
             pool.shutdown(cancel_futures=True)
 
 
+def _begin() -> None:
+    """A worker's start. Ctrl-C is for the caller; a worker that it reaches too ends without a word, and so does one whose parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    parent = multiprocessing.parent_process()
+    threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
 def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[str, str]]]:
-    """On a Dask cluster, which gives the tasks of a worker that dies to the others."""
+    """On a Dask cluster, which gives the tasks of a worker that dies to the others. A worker with another build is refused: those that
+    are there by their address before the first task, later ones by their first task."""
     import distributed
 
     mine = not isinstance(on, distributed.Client)
@@ -155,7 +174,12 @@ def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tup
     except OSError as error:
         raise ClusterLost(f"there is no scheduler at {on}") from error
     try:
-        futures = [client.submit(work, task, pure=False, retries=PATIENCE) for task in tasks]
+        for worker, build in client.run(_build, on_error="return").items():
+            if isinstance(build, Exception) and not isinstance(build, OSError):
+                raise RuntimeError(f"the worker {worker} cannot use this fabric_kernel: {build!r}") from build
+            if isinstance(build, str) and build != BUILD:
+                raise RuntimeError(_other_build(f"the worker {worker}", build, BUILD))
+        futures = [client.submit(work, task, pure=False) for task in tasks]
         for future in distributed.as_completed(futures):
             yield future.result()
             future.release()
@@ -169,27 +193,37 @@ def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tup
 
 
 def kept(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Results of a file. A line that was cut off when its writer was killed is removed."""
+    """Results of a file. A line that was cut off when its writer was killed is removed.
+
+    Raises ValueError for what is no such file, or larger than MOST_KEPT.
+    """
     if not path.exists():
         return
+    if not path.is_file():
+        raise ValueError(f"{path}: is not a file")
+    size = path.stat().st_size
+    if size > MOST_KEPT:
+        raise ValueError(f"{path}: has {size} bytes, and kept results may have {MOST_KEPT}; keep the others in another file")
     with path.open("rb+") as file:
-        whole = 0
-        for number, line in enumerate(file, start=1):
-            if not line.endswith(b"\n"):
+        whole, number = 0, 0
+        while line := file.readline(LONGEST_LINE):
+            number += 1
+            if not line.endswith(b"\n") and whole + len(line) == size and line[:9] == b'{"key": "'[: len(line)]:
                 file.truncate(whole)
                 return
             whole += len(line)
             try:
-                kept = json.loads(line)
-                yield kept["key"], kept["row"]
+                one = json.loads(line)
+                yield one["key"], one["row"]
             except (ValueError, TypeError, KeyError):
                 raise ValueError(f"{path}: line {number} is not a result of an ensemble") from None
 
 
 def append(path: Path, results: list[tuple[str, str]]) -> None:
-    """Adds results to a file, each in one line, at once."""
+    """Adds results to a file, each in one line, at once. Raises OSError with the path, as where the disk is full: what the file had
+    before is not lost."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a") as file:
+    with naming(path), path.open("a") as file:
         file.write("".join(f'{{"key": "{key}", "row": {line}}}\n' for key, line in results))
 
 

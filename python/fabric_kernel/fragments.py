@@ -6,6 +6,7 @@ shots allow.
 """
 
 import argparse
+import io
 import itertools
 import os
 import textwrap
@@ -14,8 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._kernel import Scene
-from .about import SCENE_HELP, described, positive, scene_named
+from .about import SCENE_HELP, described, noted, positive, scene_named
 from .ensembles import ensemble, vary
+from .files import written
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -132,9 +134,11 @@ def draw_map(
         width = int(13.0 * size[0])
         figure.suptitle("\n".join(part for line in about for part in textwrap.wrap(line, width)), fontsize=7)
     if path is not None:
+        picture, kind = io.BytesIO(), Path(path).suffix.lstrip(".") or "png"
         # The same table gives the same bytes.
         with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
-            figure.savefig(path, metadata={"Date": None} if str(path).endswith(".svg") else None)
+            figure.savefig(picture, format=kind, metadata={"Date": None} if kind == "svg" else None)
+        written(path, picture.getvalue())
     return figure
 
 
@@ -181,7 +185,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     try:
         scene, fabric = scene_named(given.scene)
-        about = described(scene, fabric)
+        about = (*described(scene, fabric), *noted(scene, max(given.velocities)))
         print("\n".join(about))
         table = fragment_map(
             scene,
@@ -194,7 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             on=int(given.on) if given.on and given.on.isdigit() else given.on,
         )
         print(table.to_string(index=False))
-        table.to_csv(given.out / "table.csv", index=False)
+        written(given.out / "table.csv", table.to_csv(index=False))
         draw_map(table, given.out / "map.svg", about)
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")

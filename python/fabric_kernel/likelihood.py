@@ -128,13 +128,25 @@ def maximum(velocities, through, link, near=None):
 
 
 def firth(velocities, through, link):
-    """The maximum of the penalised likelihood: finite also where results do not overlap."""
+    """The maximum of the penalised likelihood, if there is one among the fabrics that are thought possible: finite also where results do
+    not overlap."""
     velocities, through = numpy.asarray(velocities, float), numpy.asarray(through, bool)
     rows = rises(velocities, through)
     mu = numpy.full(rows.shape, numpy.nan)
     sigma, level = mu.copy(), mu.copy()
     if rows.any():
         mu[rows], sigma[rows], level[rows] = newton(velocities[rows], through[rows], link, 1.0)
+    # Of few shots, or beside some that lie far away, there may be two maxima, one with a sigma as large as all of them: the best of the
+    # possible fabrics counts if there is none that is higher and possible itself.
+    middle = numpy.median(velocities, axis=-1)
+    impossible = link.deviation * sigma > LARGEST * mu
+    far = numpy.flatnonzero(rows & (middle > 0) & (impossible | (numpy.ptp(velocities, axis=-1) > 4.0 * core(velocities))))
+    if len(far):
+        v = velocities[far]
+        start = numpy.minimum(0.25 * core(v), 0.5 * LARGEST / link.deviation * middle[far])
+        other = newton(v, through[far], link, 1.0, (middle[far], start))
+        better = impossible[far] | (other[2] > level[far])
+        mu[far[better]], sigma[far[better]], level[far[better]] = (values[better] for values in other)
     # The penalty can turn a slope that hardly rises.
     flat = ~(sigma > 0)
     mu[flat], sigma[flat], level[flat] = numpy.nan, numpy.nan, numpy.nan
@@ -149,7 +161,8 @@ def information(z, x, link):
 
 
 def newton(velocities, through, link, penalty, near=None):
-    """mu, sigma and log likelihood (with the penalty, if it is 1) by Newton's method in z = a + b x with halved steps."""
+    """mu, sigma and log likelihood (with the penalty, if it is 1) by Newton's method in z = a + b x with halved steps, from
+    `near`, the mu and sigma of each, if that is given; with the penalty then among the fabrics that are thought possible."""
     centre, spread = velocities.mean(axis=-1), velocities.std(axis=-1)
     all_x = (velocities - centre[:, None]) / spread[:, None]
     sign = numpy.where(through, 1.0, -1.0)
@@ -159,15 +172,20 @@ def newton(velocities, through, link, penalty, near=None):
         a[known] = (centre - near[0])[known] / near[1][known]
         b[known] = spread[known] / near[1][known]
 
-    def value(x, s, a, b):
+    # z at the velocity 0.
+    bound = -link.deviation / LARGEST if near and penalty else numpy.inf
+    zero = -centre / spread
+
+    def value(x, s, zero, a, b):
         z = a[:, None] + b[:, None] * x
         log_likelihood = link.log_share(s * z).sum(axis=-1)
         if not penalty:
             return log_likelihood
         with numpy.errstate(divide="ignore", invalid="ignore"):
-            return log_likelihood + 0.5 * numpy.log(information(z, x, link)[3])
+            level = log_likelihood + 0.5 * numpy.log(information(z, x, link)[3])
+        return numpy.where(a + b * zero <= bound, level, -numpy.inf)
 
-    level = value(all_x, sign, a, b)
+    level = value(all_x, sign, zero, a, b)
     active = numpy.arange(len(all_x))
     for _ in range(200):
         x, s = all_x[active], sign[active]
@@ -186,17 +204,18 @@ def newton(velocities, through, link, penalty, near=None):
         ga, gb = score.sum(axis=-1), (score * x).sum(axis=-1)
         da, db = (bb * ga - ab * gb) / determinant, (aa * gb - ab * ga) / determinant
         gain = da * ga + db * gb
-        # No shot moves by more than two standard deviations in a step.
-        step = 2.0 / numpy.maximum(2.0, numpy.abs(da[:, None] + db[:, None] * x).max(axis=-1))
+        # No shot moves by more than two standard deviations in a step, and a far one by no more than its distance besides.
+        step = 1.0 / numpy.maximum(1.0, (numpy.abs(da[:, None] + db[:, None] * x) / (2.0 + numpy.abs(z))).max(axis=-1))
         for _ in range(40):
             new_a, new_b = a[active] + step * da, b[active] + step * db
-            new = value(x, s, new_a, new_b)
+            new = value(x, s, zero[active], new_a, new_b)
             worse = ~(new >= level[active] - 1e-12 * numpy.abs(level[active]))
             if not worse.any():
                 break
             step[worse] *= 0.5
         a[active], b[active], level[active] = new_a, new_b, new
-        active = active[gain > (1e-6 if near else 1e-11)]
+        # Steps that are halved to nothing end at the bound.
+        active = active[(gain > (1e-6 if near and not penalty else 1e-11)) & ((step > 1e-6) | (bound > 0.0))]
         if not len(active):
             break
     if penalty:
@@ -204,6 +223,13 @@ def newton(velocities, through, link, penalty, near=None):
         level = level + numpy.log(spread)
     with numpy.errstate(divide="ignore", invalid="ignore"):
         return centre - a / b * spread, spread / b, level
+
+
+def core(velocities):
+    """The range of the shots, or twice that of the half of them about the median if that is less: those of a bracket may lie far away."""
+    middle = numpy.median(velocities, axis=-1, keepdims=True)
+    width, half = numpy.ptp(velocities, axis=-1), numpy.median(numpy.abs(velocities - middle), axis=-1)
+    return numpy.where(half > 0.0, numpy.minimum(4.0 * half, width), width)
 
 
 GOLDEN = 0.5 * (5**0.5 - 1)
@@ -217,7 +243,7 @@ def held(velocities, through, link, at, quantile, penalty, largest=numpy.inf):
     velocities, through, at = numpy.broadcast_arrays(velocities, through, numpy.asarray(at, float)[:, None])
     at, quantile = at[:, 0], numpy.broadcast_to(quantile, at.shape[:1])[:, None]
     reach = numpy.abs(velocities - at[:, None]).max(axis=-1)
-    width = numpy.minimum(reach, numpy.ptp(velocities, axis=-1))
+    width = numpy.minimum(reach, core(velocities))
     x = (velocities - at[:, None]) / reach[:, None]
     sign = numpy.where(through, 1.0, -1.0)
 
@@ -279,10 +305,11 @@ def possible(velocities, through, link):
     """The level of Firth's maximum among the fabrics whose standard deviation is at most LARGEST of V50. NaN where there is no fit."""
     found = firth(velocities, through, link)
     level = found.level.copy()
-    beyond = link.deviation * found.sigma > LARGEST * found.mu
+    beyond = link.deviation * found.sigma > 0.9 * LARGEST * found.mu
     if beyond.any():
-        # Then it lies where the two are in this proportion: the velocity 0 has this quantile.
-        level[beyond] = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / LARGEST, 1.0)[0]
+        # Then it may lie where the two are in this proportion: the velocity 0 has this quantile.
+        bound = held(velocities[beyond], through[beyond], link, numpy.zeros(beyond.sum()), -link.deviation / LARGEST, 1.0)[0]
+        level[beyond] = numpy.where(link.deviation * found.sigma[beyond] > LARGEST * found.mu[beyond], bound, numpy.fmax(level[beyond], bound))
     return level
 
 

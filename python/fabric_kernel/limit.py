@@ -70,14 +70,15 @@ class Fit(NamedTuple):
 class Calibration:
     """Quantiles of the likelihood ratio in simulated tests of one design.
 
-    They depend on where mu and sigma of the fabric lie beside the design's centre and scale. Simulated at whole steps (a step in mu is
+    They depend on where mu and sigma of the fabric lie beside a centre and a scale, those of the design if no others are given. Simulated at whole steps (a step in mu is
     the larger of sigma and scale, a step in sigma is a factor 2) and when first needed; linear in between."""
 
     STEPS = 6
 
-    def __init__(self, design, shots, link="probit", confidence=0.95, shares=SHARES, tests=1000, seed=1):
+    def __init__(self, design, shots, link="probit", confidence=0.95, shares=SHARES, tests=1000, seed=1, about=None):
         if not 0.5 <= confidence < 1:
             raise ValueError("confidence: from 0.5 to below 1")
+        self.centre, self.scale = about or (design.centre, design.scale)
         self.design, self.shots, self.link, self.confidence = design, shots, LINKS[link], confidence
         self.quantiles = [float(self.link.quantile(share)) for share in shares]
         self.tests, self.seed, self.known = tests, seed, {}
@@ -85,8 +86,8 @@ class Calibration:
     def node(self, column, row):
         """The quantile for each share where sigma is 2^row scales and mu `column` steps from the centre."""
         if (column, row) not in self.known:
-            sigma = self.design.scale * 2.0**row
-            mu = self.design.centre + column * max(sigma, self.design.scale)
+            sigma = self.scale * 2.0**row
+            mu = self.centre + column * max(sigma, self.scale)
             # Its own random numbers: the order in which nodes are asked for changes nothing.
             random = numpy.random.default_rng([self.seed, column + 1000, row + 1000])
             limits = mu + sigma * self.link.sample(random, (self.tests, self.shots))
@@ -110,13 +111,13 @@ class Calibration:
         """The ratio that is allowed to a fabric with this sigma which lets a share through at the velocity `at`; shares: their numbers."""
         quantiles = numpy.array(self.quantiles)[shares]
         mu = at - quantiles * sigma
-        rows = numpy.clip(numpy.log2(sigma / self.design.scale), -self.STEPS, self.STEPS)
+        rows = numpy.clip(numpy.log2(sigma / self.scale), -self.STEPS, self.STEPS)
         result = numpy.zeros(len(rows))
         for side in (0, 1):
             row = numpy.floor(rows).astype(int) + side
             part_row = 1 - numpy.abs(rows - row)
-            step = self.design.scale * 2.0 ** numpy.maximum(row, 0)
-            columns = numpy.clip((mu - self.design.centre) / step, -self.STEPS, self.STEPS)
+            step = self.scale * 2.0 ** numpy.maximum(row, 0)
+            columns = numpy.clip((mu - self.centre) / step, -self.STEPS, self.STEPS)
             for other in (0, 1):
                 column = numpy.floor(columns).astype(int) + other
                 part = part_row * (1 - numpy.abs(columns - column))
@@ -229,7 +230,8 @@ def fit(
         )
     chi = scipy.special.chdtri(1, 1 - confidence)
     if calibration is None and tests:
-        calibration = Calibration(design or designs.Plan(velocities), count, link, confidence, shares, tests, seed)
+        design = design or designs.Plan(velocities)
+        calibration = Calibration(design, count, link, confidence, shares, tests, seed, design.middle(velocities, through))
     quantiles = numpy.array([float(law.quantile(share)) for share in shares])
     width = float(numpy.ptp(velocities))
 
@@ -262,8 +264,8 @@ def fit(
     if law.deviation * sigma0 > LARGEST * mu0:
         sigma0 = float(possible_ratio(level, v, y, law, numpy.array([velocities.mean()]), 0.0)[1][0])
         mu0 = float(velocities.mean())
-    if calibration and abs(math.log2(sigma0 / calibration.design.scale)) > calibration.STEPS - 1:
-        scale = calibration.design.scale
+    if calibration and abs(math.log2(sigma0 / calibration.scale)) > calibration.STEPS - 1:
+        scale = calibration.scale
         notes.append(f"The design's scale, {scale:.3g} m/s, is far from the sigma that was found: the intervals are extrapolated.")
     found = intervals(mu0, sigma0, calibrated)
     held_sigma = possible_ratio(level, v, y, law, numpy.where(numpy.isfinite(found), found, 1.0), q)[1]

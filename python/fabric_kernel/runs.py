@@ -33,7 +33,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     - `steps`, `time`: steps taken, and the time at the end, s;
     - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s; `angular_velocity_x`, `_y`, `_z`, rad/s;
     - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
-    - `absorbed`: work of the projectile on the fabric, J; `force_peak`: largest mean force over a force window, N;
+    - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest mean force over a force window, N;
     - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `contact_loss`, `energy_residual`: the energy
       balance at the end, J;
     - `failed_segments`: segments that have failed;
@@ -83,6 +83,7 @@ def flown(scene: Scene, until: Sequence[str], steps: int) -> dict[str, Any]:
     row["initial_kinetic"] = initial
     row["residual_kinetic"] = energy.get("projectile_kinetic")
     row["absorbed"] = contact.get("work")
+    row["support_work"] = energy.get("support_work")
     row["force_peak"] = contact.get("force_peak")
     for name in ("fabric_kinetic", "strain", "dissipated", "viscous", "friction", "ply_loss", "contact_loss"):
         row[name] = energy.get(name)
@@ -122,9 +123,10 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def history(
-    simulation: Simulation, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
+    simulation: Simulation | Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS, every: int = 64
 ) -> "pandas.DataFrame":
-    """Runs a simulation to one of the outcomes, for at most so many steps, and returns a row for every `every` steps.
+    """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for every
+    `every` steps.
 
     A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row
     before (N), `work`, the energies (J), failed segments, nodes in contact, and the largest deflection (m) and stretch.
@@ -135,6 +137,8 @@ def history(
 
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
+    if isinstance(simulation, Scene):
+        simulation = Simulation(simulation)
     rows = [_sample(simulation, None)]
     last = simulation.step_count + steps
     while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):

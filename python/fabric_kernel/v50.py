@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy
 
 from . import designs, limit
+from .files import written
 from .likelihood import LINKS
 
 if TYPE_CHECKING:
@@ -30,6 +31,14 @@ if TYPE_CHECKING:
 Shoot = Callable[[float, int], tuple[bool, float]]
 """Shoots with a velocity (m/s) and the number of the shot, from 0: whether the fabric stopped it, and the residual velocity (m/s). The
 number alone decides what is drawn for the shot."""
+
+
+UNKNOWN = 3
+"""So many unknown shots in turn end a test."""
+
+
+class Unknown(RuntimeError):
+    """A shot that was neither stopped nor went through."""
 
 
 class Shot(NamedTuple):
@@ -95,8 +104,12 @@ class Test(NamedTuple):
         velocities = numpy.array([shot.velocity for shot in self.shots])
         stopped = numpy.array([shot.stopped for shot in self.shots])
         residuals = numpy.array([shot.residual for shot in self.shots])
-        margin = 0.15 * float(numpy.ptp(velocities)) or 0.1 * abs(float(velocities[0])) or 1.0
-        left, right = max(0.0, float(velocities.min()) - margin), float(velocities.max()) + margin
+        # A bracket may begin far away: what lies within a factor of two of V50 is drawn, if there is a V50.
+        near = (velocities >= 0.5 * fit.mu) & (velocities <= 2.0 * fit.mu)
+        drawn = velocities[near] if near.sum() > 1 else velocities
+        margin = 0.15 * float(numpy.ptp(drawn)) or 0.1 * abs(float(drawn[0])) or 1.0
+        left, right = max(0.0, float(drawn.min()) - margin), float(drawn.max()) + margin
+        outside = f" ({len(velocities) - len(drawn)} shots lie outside)" if len(drawn) < len(velocities) else ""
         figure = Figure(figsize=(8.5, 8.0), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)
         if fit.method != "none":
@@ -118,28 +131,29 @@ class Test(NamedTuple):
             grid = numpy.linspace(left, right, 400)
             lower.plot(grid, self.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
         upper.set(xlim=(left, right), ylabel="share that goes through", title=self.title)
-        lower.set(xlabel="impact velocity, m/s", ylabel="residual velocity, m/s")
+        lower.set(xlabel=f"impact velocity, m/s{outside}", ylabel="residual velocity, m/s")
         for panel in (upper, lower):
             panel.legend(loc="best", fontsize=8)
         return figure
 
     def write(self, folder: str | os.PathLike[str]) -> None:
-        """report.html (everything inside), plot.svg, shots.csv and test.json."""
+        """report.html (everything inside), plot.svg, shots.csv and test.json, each whole or as it was before. Raises OSError with the
+        name of the file, as where the disk is full."""
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
         import matplotlib
 
         picture = io.BytesIO()
         # The same test gives the same bytes.
         with matplotlib.rc_context({"svg.hashsalt": "fabric", "svg.fonttype": "none"}):
             self.draw().savefig(picture, format="svg", metadata={"Date": None, "Creator": None})
-        (folder / "plot.svg").write_bytes(picture.getvalue())
-        with (folder / "shots.csv").open("w", newline="") as file:
-            lines = csv.writer(file)
-            lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
-            lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
-        (folder / "test.json").write_text(json.dumps(self.plain(), indent=1) + "\n")
-        (folder / "report.html").write_text(self.page(picture.getvalue()))
+        table = io.StringIO()
+        lines = csv.writer(table)
+        lines.writerow(("shot", "velocity_m_per_s", "stopped", "residual_m_per_s"))
+        lines.writerows((k, shot.velocity, int(shot.stopped), shot.residual) for k, shot in enumerate(self.shots, 1))
+        written(folder / "plot.svg", picture.getvalue())
+        written(folder / "shots.csv", table.getvalue())
+        written(folder / "test.json", json.dumps(self.plain(), indent=1) + "\n")
+        written(folder / "report.html", self.page(picture.getvalue()))
 
     def plain(self) -> dict[str, Any]:
         """Everything as numbers and words; an open end or a missing estimate is None."""
@@ -193,6 +207,42 @@ def _html_table(heading: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     return "<table>" + "".join(f"<tr>{line}</tr>\n" for line in lines) + "</table>"
 
 
+def _shots(shoot: Shoot, design: Any, shots: int, say: Callable[[str], None]) -> tuple[list[Shot], list[str]]:
+    """The shots of a test, which shots were left out, and why there are fewer than were asked for."""
+    made: list[Shot] = []
+    left_out: list[str] = []
+    in_turn = 0
+    design.start(1)
+    while len(made) < shots:
+        velocities = numpy.array([[shot.velocity for shot in made]], float).reshape(1, -1)
+        through = numpy.array([[not shot.stopped for shot in made]], bool).reshape(1, -1)
+        alike = made and through.all() == through.any() and not isinstance(design, designs.Plan)
+        if alike and len(made) == designs.ALIKE:
+            ended = f"{len(made)} shots with one result, from {velocities.min():.4g} to {velocities.max():.4g} m/s, ended the test without a V50."
+            return made, [*left_out, ended]
+        # An unknown shot is shot again with the next draw.
+        velocity = float(design.next(velocities, through)[0]) if not in_turn else velocity
+        if not velocity > 0.0:
+            ended = f"The design asked for {velocity:.4g} m/s as shot {len(made) + 1}, which cannot be shot: the test ended before it."
+            return made, [*left_out, ended]
+        try:
+            stopped, residual = shoot(velocity, len(made) + len(left_out))
+        except Unknown as unknown:
+            left_out.append(f"Left out: {unknown}.")
+            say(left_out[-1])
+            in_turn += 1
+            if in_turn < UNKNOWN:
+                continue
+            if not alike:
+                raise
+            return made, [*left_out, "The test ended without a V50, as all known results are alike."]
+        in_turn = 0
+        made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
+        kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
+        say(f"shot {len(made)} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
+    return made, left_out
+
+
 def v50(
     shoot: Shoot,
     design: designs.Neyer | designs.ThreePhase | designs.Plan,
@@ -209,7 +259,10 @@ def v50(
 ) -> Test:
     """Shoots, fits and returns the test.
 
-    - `design`: chooses the velocities; one that is not positive ends the test, which says so;
+    - `shoot`: a shot that is Unknown is left out, which the report says, and shot again with the next draw; the third in turn ends the
+      test: with the bound of the shots so far if all are alike, else by raising it;
+    - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design end it
+      after twelve shots with one result, with the bound that they give;
     - `link`: "probit" or "logit", the law of single limits;
     - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
     - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line after each shot.
@@ -222,21 +275,7 @@ def v50(
         raise ValueError(f"shots: the plan has {len(design.velocities)} velocities; shots are {shots}")
     if link not in LINKS:
         raise ValueError(f'link: must be "probit" or "logit"; it is "{link}"')
-    made: list[Shot] = []
-    notes: list[str] = []
-    design.start(1)
-    for number in range(shots):
-        velocities = numpy.array([[shot.velocity for shot in made]], float).reshape(1, -1)
-        through = numpy.array([[not shot.stopped for shot in made]], bool).reshape(1, -1)
-        velocity = float(design.next(velocities, through)[0])
-        if not velocity > 0.0:
-            notes.append(f"The design asked for {velocity:.4g} m/s as shot {number + 1}, which cannot be shot: the test ended before it.")
-            break
-        stopped, residual = shoot(velocity, number)
-        made.append(Shot(velocity, bool(stopped), 0.0 if stopped else float(residual)))
-        if say:
-            kept = ", kept from before" if getattr(shoot, "was_kept", False) else ""
-            say(f"shot {number + 1} of {shots}: {velocity:.2f} m/s, " + ("stopped" if stopped else f"through with {residual:.2f} m/s") + kept)
+    made, notes = _shots(shoot, design, shots, say or (lambda line: None))
     if not made:
         raise ValueError(f"design: {notes[0]}")
     v = numpy.array([shot.velocity for shot in made])
@@ -253,8 +292,8 @@ def v50(
 
 
 class Shooter:
-    """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, and where
-    within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as the scene says.
+    """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, if the scene
+    draws them, and where within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as the scene says.
 
     - `attitude`, `tilt`: as for `vary`;
     - `keep`: a file that receives each shot as it comes; what is in it is not shot again;
@@ -262,7 +301,8 @@ class Shooter:
 
     A shot ends when it is arrested or has exited, or when its contact is with torn cloth only: the shot went through then, but that
     cloth may still slow it, so that its residual velocity is an upper estimate.
-    A shot that neither stops nor goes through within the steps, or misses the sheet, raises RuntimeError.
+    A shot that neither stops nor goes through within the steps, misses the sheet, or is too fast for the time step after others that
+    were not, raises Unknown, a RuntimeError.
     """
 
     UNTIL = ("arrested", "detached", "exited", "passed")
@@ -292,27 +332,47 @@ class Shooter:
         self.was_kept = False
         """Whether the last shot was in the file."""
         self.made: dict[str, dict[str, Any]] = {}
+        self.fastest = 0.0
 
     def __call__(self, velocity: float, shot: int) -> tuple[bool, float]:
-        from . import vary
+        from . import Refused, vary
         from .ensembles import append, run_key
         from .runs import flown
 
         one = vary(self.scene, shot + 1, seed=self.seed, speed=velocity, point=self.mesh, attitude=self.attitude, tilt=self.tilt)[shot]
         key = run_key(one, self.UNTIL, self.steps)
+        self.fastest = max(self.fastest, velocity)
         self.was_kept = key in self.rows
         if not self.was_kept:
-            self.rows[key] = flown(one, self.UNTIL, self.steps)
+            try:
+                self.rows[key] = flown(one, self.UNTIL, self.steps)
+            except Refused as refused:
+                # Of a scene that is sound at its own velocity.
+                if shot and refused.field == "projectile.velocity":
+                    raise Unknown(f"shot {shot + 1} at {velocity:.6g} m/s: {refused}") from refused
+                raise
             if self.keep is not None:
                 append(self.keep, [(key, json.dumps(self.rows[key]))])
         row = self.made[key] = self.rows[key]
         if row["stopped"] is None:
             ended = f"{row['failure'] or row['outcome']} after {row['steps']} steps"
-            raise RuntimeError(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
+            raise Unknown(f"shot {shot + 1} at {velocity:.6g} m/s: {ended}: neither stopped nor through")
         return row["stopped"], row["speed"]
+
+    def drawn(self) -> str:
+        """What differs from shot to shot besides the velocity, in words."""
+        value = self.scene.values()
+        yarns = value["yarn.stochastic"] or value["yarn.strength_draw"] != "none"
+        if value["back.plies"]:
+            yarns = yarns or any(value[f"back.{name}"] for name in ("modulus_sd", "damage_sd", "weibull_shape"))
+        yarn = "yarns drawn for each" if yarns else "the same yarns in each, as the scene draws none"
+        where = "as the scene says" if self.mesh is None else "through a point drawn within one mesh about the middle"
+        attitude = ", every orientation equally likely" if self.attitude == "random" else ""
+        return f"Shots: seed {self.seed}, {yarn}, {where}{attitude}."
 
     def notes(self) -> list[str]:
         """What the reader of the shots made so far must know."""
+        from .about import noted
         from .runs import doubts
 
         rows = [row for row in self.made.values() if row["stopped"] is not None]
@@ -327,20 +387,24 @@ class Shooter:
             )
         if absorbed > 0.0:
             notes.append(f"The viscosity of the yarn took {100 * sum(row['viscous'] for row in rows) / absorbed:.0f} % of the absorbed energy.")
-        return doubts(rows) + notes
+        return doubts(rows) + noted(self.scene, self.fastest) + notes
 
 
 def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.Neyer | designs.ThreePhase | designs.Plan:
-    """The design of the command. Without a guess: from half to three halves of the velocity of the scene, 5 % deviation."""
+    """The design of the command. Without a guess of V50 it brackets from the velocity of the scene."""
     if name == "plan":
         return designs.Plan(given.plan)
-    low = 0.5 * velocity if given.low is None else given.low
-    high = 1.5 * velocity if given.high is None else given.high
-    deviation = 0.025 * (low + high) if given.deviation is None else given.deviation
-    sigma = deviation / LINKS[given.link].deviation
-    if name == "neyer":
-        return designs.Neyer(low, high, sigma, given.link)
-    return designs.ThreePhase(low, high, sigma, given.link, given.aim, given.last if given.last is not None else shots // 3, shots)
+    kind: Any = designs.Neyer if name == "neyer" else designs.ThreePhase
+    last = {"aim": given.aim, "last": given.last if given.last is not None else shots // 3, "shots": shots} if name == "three-phase" else {}
+    sigma = None if given.deviation is None else given.deviation / LINKS[given.link].deviation
+    if (given.low is None) != (given.high is None):
+        raise ValueError("--low, --high: one goes with the other")
+    if given.low is None:
+        if not velocity > 0.0:
+            raise ValueError("projectile.velocity: must not be zero: it is the first velocity and the direction of the shots")
+        return kind.bracketed(velocity, sigma, given.link, **last)
+    middle = 0.5 * (given.low + given.high)
+    return kind(given.low, given.high, sigma or designs.DEVIATION * middle / LINKS[given.link].deviation, given.link, **last)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -352,9 +416,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("scene", help=SCENE_HELP)
     parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
     parser.add_argument("--shots", type=int, help="default: 20, or all of the plan")
-    parser.add_argument("--low", type=positive, help="V50 is probably above this, m/s; default: half the velocity of the scene")
-    parser.add_argument("--high", type=positive, help="V50 is probably below this, m/s; default: three halves of it")
-    parser.add_argument("--deviation", type=positive, help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle")
+    parser.add_argument("--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it")
+    parser.add_argument("--high", type=positive, help="guess: V50 is probably below this, m/s")
+    parser.add_argument("--deviation", type=positive, help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle of guess or bracket")
     parser.add_argument("--plan", type=positive, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
     parser.add_argument("--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01")
     parser.add_argument("--last", type=int, help="how many shots that are; default: a third")
@@ -386,16 +450,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
             keep=given.out / "runs.jsonl",
             steps=given.steps,
         )
-        where = "as the scene says" if given.as_aimed else "through a point drawn within one mesh about the middle"
         test = v50(
             shoot, design, shots, link=given.link, confidence=given.confidence, tests=given.tests, say=print,
-            title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=f"Shots: seed {given.seed}, yarns drawn for each, {where}.",
+            title=f"Ballistic limit of {given.scene}", about=described(scene, fabric), seeds=shoot.drawn(),
         )  # fmt: skip
+        print()
+        print(test.text())
+        test.write(given.out)
     except (ValueError, RuntimeError, OSError) as error:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: the shots so far are in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
-    print()
-    print(test.text())
-    test.write(given.out)
     print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json")
+
+
+if __name__ == "__main__":
+    main()

@@ -3,7 +3,7 @@
 use fabric::fields::field;
 use fabric_scene::BadKey;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -11,7 +11,7 @@ create_exception!(
     Refused,
     PyValueError,
     "What was asked for cannot be; nothing has changed. `field` names the parameter or argument, `code` the reason, `other` the \
-     parameter that it does not go with; `value` and `limit` are the number found and the limit it crosses, in SI units."
+     parameter that it does not go with or that the limit follows from; `value` and `limit` are the number found and the limit it crosses, in SI units."
 );
 create_exception!(
     fabric_kernel,
@@ -40,6 +40,11 @@ pub fn of(error: fabric::Error) -> PyErr {
 /// A failure of a step.
 pub fn failed(failure: fabric::Failure) -> PyErr {
     of(failure.into())
+}
+
+/// Why a simulation cannot be made: a refusal, or the lack of memory.
+pub fn of_making(error: Box<dyn std::error::Error>) -> PyErr {
+    error.downcast_ref().map_or_else(|| PyMemoryError::new_err(error.to_string()), |error| of(*error))
 }
 
 /// What the reader of scenes says.

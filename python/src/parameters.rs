@@ -2,9 +2,12 @@
 
 use crate::errors::bad;
 use fabric::fields::{FIELDS, Field, Place};
+use fabric_scene::short;
+use numpy::PyReadonlyArrayDyn;
 use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyInt, PyString, PyTuple};
+use pyo3::types::{IntoPyDict, PyBool, PyByteArray, PyBytes, PyDict, PyInt, PyString, PyTuple};
 use toml::{Table, Value};
 
 /// Tables of tables, and rows of rows, are no deeper than this.
@@ -63,6 +66,9 @@ pub fn table(group: &str, given: &Bound<'_, PyDict>, depth: usize) -> PyResult<T
     let mut table = Table::new();
     for (key, value) in given {
         let name = key.extract::<String>().map_err(|_| bad(group, format!("{group}: a key must be a text")))?;
+        if name.len() > LONGEST {
+            return Err(bad(group, format!("{group}: unknown key `{}`", short(&name))));
+        }
         let whole = if group.is_empty() { name.clone() } else { format!("{group}.{name}") };
         let value = toml_value(&whole, &value, depth)?;
         table.insert(name, value);
@@ -92,7 +98,9 @@ fn toml_value(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Val
     if given.is_instance_of::<PyInt>() && !given.is_instance_of::<PyBool>() {
         return Err(bad(key, format!("{key}: whole numbers lie between -2^63 and 2^63 - 1")));
     }
-    if let Ok(length) = given.len() {
+    // Bytes are no array of numbers, although they could be read as one.
+    let bytes = given.is_instance_of::<PyBytes>() || given.is_instance_of::<PyByteArray>();
+    if let Some(length) = given.len().ok().filter(|_| !bytes) {
         if length > LONGEST {
             return Err(bad(key, format!("{key}: has {length} elements, more than any parameter")));
         }
@@ -108,6 +116,38 @@ fn toml_value(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Val
 
 /// An argument of so many numbers.
 pub fn array<const N: usize>(name: &str, given: Option<&Bound<'_, PyAny>>, default: [f64; N]) -> PyResult<[f64; N]> {
-    let found = given.map_or(Ok(default), |given| given.extract());
-    found.map_err(|_| bad(name, format!("{name}: must be {N} numbers")))
+    let Some(given) = given else { return Ok(default) };
+    let numbers = numbers(name, given, &[N])?;
+    Ok(std::array::from_fn(|k| numbers[k]))
+}
+
+/// The numbers of an array of this shape in the order of its indices, however they lie in memory. Whole numbers and other floats are
+/// converted, if a double holds each of their type.
+pub fn numbers(name: &str, given: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
+    let py = given.py();
+    let wanted = match shape {
+        [count] => format!("{count} numbers"),
+        _ => format!("an array of shape {}", PyTuple::new(py, shape)?),
+    };
+    let refuse = |found: String| bad(name, format!("{name}: must be {wanted}; it is {found}"));
+    let numpy = py.import("numpy")?;
+    if given.is_instance(&numpy.getattr("ma")?.getattr("MaskedArray")?)? {
+        return Err(refuse("masked".into()));
+    }
+    let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
+        let of_it = error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py);
+        if of_it { refuse("no array".into()) } else { error }
+    })?;
+    let (kind, found) = (array.getattr("dtype")?, array.getattr("shape")?);
+    let real = ["i", "u", "f"].contains(&kind.getattr("kind")?.extract::<String>()?.as_str());
+    if !real || !numpy.call_method1("can_cast", (&kind, "float64"))?.extract::<bool>()? {
+        return Err(refuse(format!("of type {kind}")));
+    }
+    if found.extract::<Vec<usize>>()? != shape {
+        return Err(refuse(format!("of shape {found}")));
+    }
+    // A copy, which no other thread changes while the kernel reads it.
+    let order = [("order", "C")].into_py_dict(py)?;
+    let doubles = array.call_method("astype", ("float64",), Some(&order))?;
+    Ok(doubles.extract::<PyReadonlyArrayDyn<'_, f64>>()?.as_slice()?.to_vec())
 }

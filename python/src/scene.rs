@@ -5,7 +5,8 @@ use fabric::fields::{FIELDS, field};
 use fabric::pose::{Pose, Vector, into_body, normalised};
 use fabric::shape::Solid;
 use fabric_host::in_our_environment;
-use fabric_scene::PRESETS;
+use fabric_scene::memory::Buffers;
+use fabric_scene::{PRESETS, UNREAD, short};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -35,7 +36,11 @@ fn make(
 
 fn change(scene: &mut fabric::Scene, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let Some(given) = parameters else { return Ok(()) };
-    let table = parameters::table("", given, 0)?;
+    let mut table = parameters::table("", given, 0)?;
+    // A list of everything, as `values` gives it, has what the scene does not read, too.
+    if FIELDS.iter().all(|field| table.contains_key(field.name)) {
+        table = [(UNREAD.to_string(), table.into())].into_iter().collect();
+    }
     fabric_scene::apply(scene, table).map_err(errors::of_scene)
 }
 
@@ -44,13 +49,18 @@ impl Scene {
     fn difference<'py>(&self, py: Python<'py>) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
         let mut nearest: Option<(&str, Bound<'py, PyDict>)> = None;
         for (name, preset) in PRESETS {
-            let (base, other) = (preset(), PyDict::new(py));
+            let (base, other, kept) = (preset(), PyDict::new(py), PyDict::new(py));
+            let unread = fabric_scene::unread(name, &self.scene);
             for field in FIELDS {
                 let (own, usual) = (parameters::value(py, field, &self.scene)?, parameters::value(py, field, &base)?);
                 // By their words: -0.0 is not 0.0, and what is no number is none again.
                 if own.repr()?.to_cow()? != usual.repr()?.to_cow()? {
-                    other.set_item(field.name, own)?;
+                    let is_unread = unread.iter().any(|unread| unread.name == field.name);
+                    if is_unread { &kept } else { &other }.set_item(field.name, own)?;
                 }
+            }
+            if !kept.is_empty() {
+                other.set_item(UNREAD, kept)?;
             }
             if nearest.as_ref().is_none_or(|(_, least)| other.len() < least.len()) {
                 nearest = Some((name, other));
@@ -72,7 +82,7 @@ impl Scene {
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Scene> {
         // Rust does not say which file it was, Python does.
-        let text = std::fs::read_to_string(&path)
+        let text = fabric_scene::text_of(&path)
             .map_err(|error| PyErr::from(std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))))?;
         Scene::parse(&text)
     }
@@ -117,7 +127,7 @@ impl Scene {
     /// Refuses a scene that cannot be simulated.
     fn check(&self, py: Python<'_>) -> PyResult<()> {
         let scene = self.scene;
-        py.detach(|| in_our_environment(|| scene.step_limits())).map(|_| ()).map_err(errors::of)
+        py.detach(|| in_our_environment(|| Buffers::check(&scene)).map_err(errors::of_making))
     }
 
     /// Every parameter by its name.
@@ -134,8 +144,13 @@ impl Scene {
         fabric_scene::write(PRESETS[0].0, &self.scene)
     }
 
+    /// What a report must say of the edges of the projectile at a speed, m/s.
+    fn sharp_edges(&self, speed: f64) -> Option<String> {
+        fabric_scene::notes::sharp_edges(&self.scene, speed)
+    }
+
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let field = field(name).ok_or_else(|| PyKeyError::new_err(name.to_string()))?;
+        let field = field(name).ok_or_else(|| PyKeyError::new_err(short(name).to_string()))?;
         parameters::value(py, field, &self.scene)
     }
 

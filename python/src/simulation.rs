@@ -1,12 +1,13 @@
 //! A simulation, which owns its memory.
 
 use crate::errors::{self, bad};
+use crate::parameters;
 use crate::scene::Scene;
 use fabric::{CacheLine, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
-use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArrayDyn};
-use pyo3::exceptions::PyMemoryError;
+use fabric_scene::short;
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict};
 
@@ -23,11 +24,7 @@ pub struct Simulation {
 
 impl Simulation {
     fn of(scene: &fabric::Scene) -> PyResult<Simulation> {
-        let buffers = Buffers::of(scene).map_err(|error| match error.downcast_ref::<fabric::Error>() {
-            Some(error) => errors::of(*error),
-            None => PyMemoryError::new_err(error.to_string()),
-        })?;
-        let mut lines = buffers.into_lines();
+        let mut lines = Buffers::of(scene).map_err(errors::of_making)?.into_lines();
         // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
         let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
         let sim = in_our_environment(|| Sim::new(scene, memory)).map_err(errors::of)?;
@@ -70,8 +67,13 @@ impl Simulation {
         py: Python<'py>,
         fill: impl FnOnce(&Sim<'static>, &mut [f64]) -> Result<(), fabric::Error>,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let (nodes, columns) = (self.sim.layout().nodes(), self.sim.layout().nodes_x);
-        PyArray1::from_vec(py, self.filled(3 * nodes, fill)?).reshape([nodes / columns, columns, 3])
+        let shape = self.shape_of_nodes();
+        PyArray1::from_vec(py, self.filled(shape.iter().product(), fill)?).reshape(shape)
+    }
+
+    /// Rows, columns, axes.
+    fn shape_of_nodes(&self) -> [usize; 3] {
+        [self.sim.layout().nodes_y, self.sim.layout().nodes_x, 3]
     }
 
     fn of_segments<'py>(
@@ -92,7 +94,7 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
         .map_err(|_| bad("until", format!("until: must be names of outcomes; there are {known}")))?;
     let outcome = |name: &String| {
         let found = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
-        found.ok_or_else(|| bad("until", format!("until: there is no outcome {name:?}; there are {known}")))
+        found.ok_or_else(|| bad("until", format!("until: there is no outcome {:?}; there are {known}", short(name))))
     };
     names.iter().map(outcome).collect()
 }
@@ -100,11 +102,6 @@ fn outcome_set(until: &Bound<'_, PyAny>) -> PyResult<OutcomeSet> {
 /// A number of steps.
 fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
     steps.extract().map_err(|_| bad("steps", "steps: must be a whole number, at least 0 and below 2^64".into()))
-}
-
-/// The numbers of an array, in place where they lie one behind the other.
-fn numbers<'a>(field: &str, array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<&'a [f64]> {
-    array.as_slice().map_err(|_| bad(field, format!("{field}: must be a contiguous array")))
 }
 
 #[pymethods]
@@ -160,20 +157,25 @@ impl Simulation {
     }
 
     /// Moves a prescribed projectile along a path that ends with this pose and these rates.
-    #[pyo3(signature = (position, velocity, orientation = [1.0, 0.0, 0.0, 0.0], angular_velocity = [0.0; 3], *, path_steps, first = None, steps = None))]
+    #[pyo3(signature = (position, velocity, orientation = None, angular_velocity = None, *, path_steps, first = None, steps = None))]
     #[expect(clippy::too_many_arguments, reason = "they are Python's keyword arguments")]
     fn follow(
         &mut self,
         py: Python<'_>,
-        position: [f64; 3],
-        velocity: [f64; 3],
-        orientation: [f64; 4],
-        angular_velocity: [f64; 3],
+        position: &Bound<'_, PyAny>,
+        velocity: &Bound<'_, PyAny>,
+        orientation: Option<&Bound<'_, PyAny>>,
+        angular_velocity: Option<&Bound<'_, PyAny>>,
         path_steps: u64,
         first: Option<u64>,
         steps: Option<u64>,
     ) -> PyResult<()> {
-        let end = Motion { position, velocity, orientation, angular_velocity };
+        let end = Motion {
+            position: parameters::array("position", Some(position), [0.0; 3])?,
+            velocity: parameters::array("velocity", Some(velocity), [0.0; 3])?,
+            orientation: parameters::array("orientation", orientation, [1.0, 0.0, 0.0, 0.0])?,
+            angular_velocity: parameters::array("angular_velocity", angular_velocity, [0.0; 3])?,
+        };
         let path = Path { first: first.unwrap_or(self.sim.step_count()), steps: path_steps, end };
         self.work(py, |sim| sim.follow(&path, steps.unwrap_or(path_steps))).map_err(errors::of)
     }
@@ -184,8 +186,15 @@ impl Simulation {
     }
 
     /// The force, N, and torque, N m, that act on a free projectile from now on.
-    #[pyo3(signature = (force, torque = [0.0; 3]))]
-    fn set_external_load(&mut self, py: Python<'_>, force: [f64; 3], torque: [f64; 3]) -> PyResult<()> {
+    #[pyo3(signature = (force, torque = None))]
+    fn set_external_load(
+        &mut self,
+        py: Python<'_>,
+        force: &Bound<'_, PyAny>,
+        torque: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let force = parameters::array("force", Some(force), [0.0; 3])?;
+        let torque = parameters::array("torque", torque, [0.0; 3])?;
         self.work(py, |sim| sim.set_external_load(force, torque)).map_err(errors::of)
     }
 
@@ -193,17 +202,19 @@ impl Simulation {
     fn set_motion(
         &mut self,
         py: Python<'_>,
-        positions: PyReadonlyArrayDyn<'_, f64>,
-        velocities: PyReadonlyArrayDyn<'_, f64>,
+        positions: &Bound<'_, PyAny>,
+        velocities: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let (positions, velocities) = (numbers("positions", &positions)?, numbers("velocities", &velocities)?);
-        self.work(py, |sim| sim.set_motion(positions, velocities)).map_err(errors::of)
+        let shape = self.shape_of_nodes();
+        let positions = parameters::numbers("positions", positions, &shape)?;
+        let velocities = parameters::numbers("velocities", velocities, &shape)?;
+        self.work(py, |sim| sim.set_motion(&positions, &velocities)).map_err(errors::of)
     }
 
     /// Gives every segment the largest stretch that it has had.
-    fn set_largest_stretch(&mut self, py: Python<'_>, stretches: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
-        let stretches = numbers("stretches", &stretches)?;
-        self.work(py, |sim| sim.set_largest_stretch(stretches)).map_err(errors::of)
+    fn set_largest_stretch(&mut self, py: Python<'_>, stretches: &Bound<'_, PyAny>) -> PyResult<()> {
+        let stretches = parameters::numbers("stretches", stretches, &[self.sim.layout().segments()])?;
+        self.work(py, |sim| sim.set_largest_stretch(&stretches)).map_err(errors::of)
     }
 
     /// The state as bytes.
@@ -262,6 +273,7 @@ impl Simulation {
             ("ply_loss", energy.ply_loss),
             ("contact_loss", energy.contact_loss),
             ("contact_work", energy.contact_work),
+            ("support_work", energy.support_work),
             ("external_work", energy.external_work),
             ("halving", energy.halving),
             ("residual", energy.residual),
@@ -308,6 +320,7 @@ impl Simulation {
         let all = all.into_py_dict(py)?;
         all.set_item("worst_penetration", counters.worst_penetration)?;
         all.set_item("ply_penetration", counters.ply_penetration)?;
+        all.set_item("contact_residual", counters.contact_residual)?;
         Ok(all)
     }
 

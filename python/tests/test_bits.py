@@ -56,7 +56,7 @@ class Bits(unittest.TestCase):
         body |= {"angular_velocity": [800.0, 0.0, -1500.0]}
         scene = fk.Scene(
             sheet={"nodes_x": 45, "nodes_y": 38}, seed=0xFEED, drive="prescribed", projectile=body,
-            attachment={"kind": "four_sides", "disc_inset": 2e-3, "disc_radius": 2e-3},
+            attachment={"kind": "four_sides"}, unread={"attachment.disc_inset": 2e-3, "attachment.disc_radius": 2e-3},
         )  # fmt: skip
         simulation = fk.Simulation(scene)
         for z, speed, orientation, steps in [

@@ -1,6 +1,10 @@
 """Ensembles on a Dask cluster: a real scheduler and workers on this machine, some of which are killed."""
 
+import hashlib
+import os
 import pathlib
+import platform
+import shutil
 import socket
 import subprocess
 import sys
@@ -8,8 +12,14 @@ import tempfile
 import unittest
 
 import fabric_kernel as fk
+from fabric_kernel import _kernel
+from fabric_kernel.ensembles import kept
 from test_ensembles import FORTY as SCENES
 from test_ensembles import forty, lines, wait_for
+
+
+# A worker of one thread.
+ONE = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60"]
 
 
 class Dask(unittest.TestCase):
@@ -22,12 +32,11 @@ class Dask(unittest.TestCase):
             free.bind(("127.0.0.1", 0))
             self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         self.scheduler = self.start("scheduler", "--host", self.address, "--dashboard-address", "127.0.0.1:0")
-        one = ["--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "60", "--local-directory", str(self.folder)]
-        self.workers = [self.start("worker", self.address, *one) for _ in range(2)]
+        self.workers = [self.start("worker", self.address, *ONE, "--local-directory", str(self.folder)) for _ in range(2)]
 
-    def start(self, *arguments):
+    def start(self, *arguments, path=""):
         with (self.folder / "log").open("a") as log:
-            process = subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]], stdout=log, stderr=log)  # fmt: skip
+            process = subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]], stdout=log, stderr=log, env=os.environ | {"PYTHONPATH": path})  # fmt: skip
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         return process
@@ -65,6 +74,50 @@ class Dask(unittest.TestCase):
         table = fk.ensemble(SCENES, keep=self.keep)
         self.assertEqual(lines(self.keep), len(SCENES))
         self.assertTrue(table.equals(forty()))
+
+    def with_another_build(self):
+        """A worker whose library differs by a byte."""
+        package = pathlib.Path(fk.__file__).parent
+        shutil.copytree(package, self.folder / "other/fabric_kernel", ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
+        library = next((self.folder / "other/fabric_kernel").glob("_kernel*"+pathlib.Path(_kernel.__file__).suffix))
+        library.write_bytes(library.read_bytes() + b"x")
+        build = hashlib.sha256(library.read_bytes()).hexdigest()
+        return self.start("worker", self.address, *ONE, "--local-directory", str(self.folder), path=str(self.folder / "other")), build
+
+    def workers_of(self, count):
+        """A client that knows so many workers."""
+        from distributed import Client
+
+        client = Client(self.address)
+        self.addCleanup(client.close)
+        client.wait_for_workers(count, timeout=60)
+        return client
+
+    def test_a_worker_of_another_build_is_refused_by_its_address(self):
+        for worker in self.workers:
+            worker.kill()
+            worker.wait()
+        _, build = self.with_another_build()
+        client = self.workers_of(1)
+        with self.assertRaisesRegex(RuntimeError, f"the worker tcp://.* has another build of fabric_kernel: its library is {build[:16]}"):
+            fk.ensemble(SCENES, on=client, keep=self.keep)
+        self.assertEqual(lines(self.keep), 0)
+
+    def test_a_worker_of_another_build_that_comes_later_is_refused_in_its_first_task(self):
+        call = self.ensemble_in_the_background()
+        wait_for(lambda: lines(self.keep) >= 2)
+        _, build = self.with_another_build()
+        _, said = call.communicate(timeout=120)
+        if call.returncode == 0:
+            self.skipTest("the others were done before it came")
+        self.assertIn(f"has another build of fabric_kernel: its library is {build[:16]}", said)
+        self.assertIn(f"the worker on {platform.node()}", said)
+        # What was kept came from the others.
+        rows = {key: row for key, row in kept(self.keep)}
+        table = forty().set_index("key")
+        self.assertGreater(len(rows), 0)
+        for key, row in rows.items():
+            self.assertEqual(row["digest"], table.loc[key, "digest"])
 
     def test_a_refused_scene_is_refused_here(self):
         bad = SCENES[0].replace({"projectile.mass": -1.0})

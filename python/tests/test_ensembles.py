@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pathlib
+import resource
 import signal
 import subprocess
 import sys
@@ -21,6 +22,7 @@ import pandas
 import scipy.stats
 
 import fabric_kernel as fk
+from fabric_kernel.ensembles import MOST_KEPT, kept
 from fabric_kernel.fragments import main
 from fabric_kernel.runs import UNTIL
 
@@ -47,6 +49,17 @@ if __name__ == "__main__":
 
 def lines(path):
     return path.read_text().count("\n") if path.exists() else 0
+
+
+def processes_of(session):
+    """Processes of a session that have not ended."""
+    found = []
+    for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, _, _, its = path.read_text().rpartition(")")[2].split()[:4]
+            if int(its) == session and state not in "ZX":
+                found.append(int(path.parent.name))
+    return found
 
 
 def wait_for(done, seconds=120.0):
@@ -107,6 +120,39 @@ class Ensembles(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "line 1 is not a result"):
             fk.ensemble(SCENES, keep=keep)
 
+    def test_what_is_no_file_of_results_is_left_alone(self):
+        keep = self.folder / "notes.txt"
+        for text in ("one line without an end", "x" * 200_000, '{"key": "a", "row": 1'):
+            keep.write_text(text)
+            if text.startswith("{"):
+                self.assertEqual(list(kept(keep)), [])
+                self.assertEqual(keep.read_text(), "")
+            else:
+                with self.assertRaisesRegex(ValueError, "notes.txt: line 1 is not a result of an ensemble"):
+                    fk.ensemble(SCENES[:1], keep=keep)
+                self.assertEqual(keep.read_text(), text)
+        with self.assertRaisesRegex(ValueError, "is not a file"):
+            fk.ensemble(SCENES[:1], keep=self.folder)
+        with self.assertRaisesRegex(ValueError, "/dev/zero: is not a file"):
+            fk.ensemble(SCENES[:1], keep="/dev/zero")
+        with keep.open("wb") as file:
+            file.truncate(MOST_KEPT + 1)
+        with self.assertRaisesRegex(ValueError, "has 4294967297 bytes, and kept results may have 4294967296"):
+            fk.ensemble(SCENES[:1], keep=keep)
+
+    def test_a_full_disk_is_told_and_loses_nothing(self):
+        keep = self.folder / "runs.jsonl"
+        fk.ensemble(SCENES[:1], keep=keep)
+        first = keep.read_text()
+        script = self.folder / "full.py"
+        script.write_text(KILLED)
+        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2 * len(first),) * 2)
+        done = subprocess.run([sys.executable, script, keep], capture_output=True, text=True, preexec_fn=small)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr.splitlines()[-1], r"File too large: '.*runs\.jsonl'")
+        self.assertTrue(keep.read_text().startswith(first))
+        self.assert_same(fk.ensemble(SCENES, keep=keep), self.table)
+
     def test_killed_and_resumed(self):
         keep = self.folder / "runs.jsonl"
         script = self.folder / "killed.py"
@@ -120,6 +166,21 @@ class Ensembles(unittest.TestCase):
         table = fk.ensemble(FORTY, keep=keep)
         self.assertEqual(lines(keep), 40)
         self.assert_same(table, forty())
+
+    def test_workers_end_with_their_parent(self):
+        for method in ("fork", "spawn", "forkserver"):
+            with self.subTest(method):
+                keep = self.folder / f"{method}.jsonl"
+                script = self.folder / f"{method}.py"
+                start = f"    import multiprocessing; multiprocessing.set_start_method('{method}')\n    scenes"
+                script.write_text(KILLED.replace("    scenes", start).replace("keep=", "progress=False, keep="))
+                process = subprocess.Popen([sys.executable, script, keep], stderr=subprocess.DEVNULL, start_new_session=True)
+                wait_for(lambda: lines(keep) >= 2)
+                workers = processes_of(process.pid)
+                self.assertGreaterEqual(len(workers), 3)
+                process.kill()
+                process.wait()
+                wait_for(lambda: not processes_of(process.pid), seconds=30.0)
 
     def test_a_local_worker_that_dies(self):
         keep = self.folder / "runs.jsonl"
@@ -188,6 +249,9 @@ class Ensembles(unittest.TestCase):
             fk.ensemble([*SCENES[:3], SCENES[0]], on=1, steps=300)
             fk.ensemble(fk.vary(cloth, 3, seed=1, point=(scipy.stats.norm(0.0, 1e-4), 0.0)), on=1, steps=300)
             fk.ensemble(fk.vary(far, 2, seed=1), on=1, steps=300)
+
+    def test_the_history_of_a_scene_is_that_of_its_simulation(self):
+        self.assertTrue(fk.history(SCENES[0]).equals(fk.history(fk.Simulation(SCENES[0]))))
 
     def test_draws(self):
         longer = fk.vary(BASE, 15, seed=1, speed=scipy.stats.uniform(30.0, 60.0), point=(scipy.stats.norm(0.0, 1e-4), 0.0))

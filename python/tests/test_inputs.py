@@ -3,9 +3,13 @@
 import math
 import os
 import pathlib
+import pickle
 import random
 import signal
 import struct
+import subprocess
+import sys
+import time
 import unittest
 
 import numpy
@@ -70,8 +74,9 @@ def changed(scene, name, value):
         changes = {name: whole}
         if name == "projectile.faces.planes":
             changes["projectile.faces.count"] = scene["projectile.faces.count"]
-        return scene.replace(changes)
-    return scene.replace({name: value})
+        return scene.replace(unread=changes)
+    # Also what the scene does not read.
+    return scene.replace(unread={name: value})
 
 
 class Inputs(unittest.TestCase):
@@ -174,6 +179,127 @@ class Inputs(unittest.TestCase):
         with self.assertRaisesRegex(FileNotFoundError, "no.toml"):
             fk.Scene.read("no.toml")
 
+    def test_arrays_are_read_by_their_indices_or_refused(self):
+        """Every order, stride and type for every call that takes an array: the same bits as the plain array, or a refusal by name."""
+        scene = fk.Scene(sheet={"nodes_x": 7, "nodes_y": 5}, projectile={"position": [0, 0, -1]}, attachment={"kind": "free"})
+        prescribed = scene.replace(drive="prescribed")
+        rest = fk.Simulation(scene).positions()
+        self.assertEqual(rest.shape, (5, 7, 3))
+        moved = numpy.arange(105.0).reshape(5, 7, 3) / 64.0  # exact in 32 bits, and in 16
+        vector, quaternion = numpy.array([1.0, 2.0, 3.0]), numpy.array([0.0, 1.0, 0.0, 0.0])
+        stretches = 1.0 + numpy.arange(58.0) / 256.0
+
+        def path(name):
+            usual = {"position": (0.0, 0.0, -1.0), "velocity": (0.0, 0.0, 0.0), "path_steps": 10**7, "steps": 0}
+            return lambda simulation, array: simulation.follow(**usual | {name: array})
+
+        calls = [
+            ("positions", scene, rest, lambda s, array: s.set_motion(array, numpy.zeros_like(rest))),
+            ("velocities", scene, moved, lambda s, array: s.set_motion(rest, array)),
+            ("stretches", scene, stretches, lambda s, array: s.set_largest_stretch(array)),
+            ("force", scene, vector, lambda s, array: s.set_external_load(array)),
+            ("torque", scene, vector, lambda s, array: s.set_external_load((0, 0, 0), array)),
+            ("position", prescribed, vector, path("position")),
+            ("velocity", prescribed, vector, path("velocity")),
+            ("angular_velocity", prescribed, vector, path("angular_velocity")),
+            ("orientation", prescribed, quaternion, path("orientation")),
+        ]
+        done = {"read": 0, "refused": 0}
+
+        def outcome(given, call, array):
+            simulation = fk.Simulation(given)
+            try:
+                call(simulation, array)
+                # A load acts with the first step.
+                simulation.step(1)
+                done["read"] += 1
+                return simulation.digest
+            except fk.Refused as refused:
+                done["refused"] += 1
+                return refused.field, simulation.digest
+
+        for name, given, array, call in calls:
+            plain, untouched = outcome(given, call, array), fk.Simulation(given).digest
+            self.assertIsInstance(plain, str, name)
+            double = numpy.repeat(array, 2, axis=0)
+            for k, same in enumerate([
+                numpy.asfortranarray(array), array[::-1].copy()[::-1], double[::2], double[1::2], array.astype(">f8"),
+                array.tolist(), array.view(Memory), numpy.ma.MaskedArray(array).data, readonly(array), offset(array),
+            ]):
+                self.assertEqual(outcome(given, call, same), plain, (name, k))
+            for kind in ("f2", "f4", "i1", "i4", "i8", "u2", ">i4"):
+                smaller = numpy.asarray(array).astype(kind)
+                self.assertEqual(outcome(given, call, smaller), outcome(given, call, smaller.astype(float)), (name, kind))
+            shapes = [array[:-1], array[None], array[..., None], array.reshape(-1, 1), array.ravel()[:1], array[:0], 1.0, []]
+            shapes += [array.ravel(), array.T, numpy.swapaxes(array, 1, 2), array.reshape(7, 5, 3)] if array.ndim == 3 else []
+            kinds = [array.astype(kind) for kind in (bool, complex, object, "S8", "U8", numpy.longdouble, "m8[s]")]
+            others = [numpy.ma.masked_array(array, mask=array > 0.0), None, "text", b"bytes", {}, [[1.0], [1.0, 2.0]], object()]
+            for k, other in enumerate([*shapes, *kinds, *others]):
+                if other is None and name in ("torque", "angular_velocity", "orientation"):
+                    continue
+                self.assertEqual(outcome(given, call, other), (name, untouched), (name, k))
+        print(f"{done['read']} arrays read, {done['refused']} refused")
+
+    def test_a_check_says_what_a_simulation_would(self):
+        large = {"nodes_x": 65_536, "nodes_y": 65_535}
+        for changes, error in (
+            ({"sheet": {"nodes_x": 65_536, "nodes_y": 65_536}}, fk.Refused),
+            ({"sheet": large, "yarn": {"stochastic": True}}, MemoryError),
+            ({"sheet": large}, MemoryError),
+            ({"projectile": {"position": [0, 0, 0]}}, fk.Refused),
+            ({"projectile": {"velocity": [0, 0, 1e5]}}, fk.Refused),
+        ):
+            scene = fk.Scene("sheet_3in_sphere", changes)
+            start = time.monotonic()
+            with self.assertRaises(error) as checked:
+                scene.check()
+            self.assertLess(time.monotonic() - start, 1.0)
+            with self.assertRaises(error) as made:
+                fk.Simulation(scene)
+            self.assertEqual(str(checked.exception), str(made.exception))
+        # What the machine has and this process may not: 2 GB for a sheet of 3.
+        script = "import resource as r; r.setrlimit(r.RLIMIT_AS, (2 << 30, 2 << 30))\nimport fabric_kernel as fk\n"
+        script += "s = fk.Scene(sheet={'nodes_x': 4000, 'nodes_y': 3000})\nfor make in (s.check, lambda: fk.Simulation(s)):\n"
+        script += "    try: make()\n    except MemoryError as e: print(e)"
+        said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout.splitlines()
+        self.assertEqual(said, 2 * ["4000 x 3000 nodes take 2.8 GB of memory, more than this machine gives"])
+
+    def test_a_history_takes_a_scene(self):
+        scene = fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41})
+        history = fk.history(scene, steps=200)
+        self.assertTrue(history.equals(fk.history(fk.Simulation(scene), steps=200)))
+
+    def test_what_a_scene_does_not_read_is_refused_and_kept(self):
+        with self.assertRaisesRegex(fk.Refused, "yarn.weibull_shape: this scene does not read it") as refused:
+            fk.Scene(yarn={"weibull_shape": 10.0})
+        self.assertEqual(refused.exception.field, "yarn.weibull_shape")
+        # It was read when it was given.
+        scene = fk.Scene(projectile={"shape": "cylinder", "length": 0.02}).replace(projectile={"shape": "sphere"})
+        self.assertEqual(scene["projectile.length"], 0.02)
+        for other in (
+            eval(repr(scene), {"Scene": fk.Scene}), fk.Scene.parse(scene.text()), pickle.loads(pickle.dumps(scene)),
+            fk.Scene("sheet_3in_sphere", scene.values()),
+        ):
+            self.assertEqual(other, scene)
+
+    def test_messages_repeat_little_of_their_input(self):
+        long = "a" * 100_000
+        simulation = small_simulation()
+        for call in (
+            lambda: fk.Scene(long),
+            lambda: fk.Scene(long[:900]),
+            lambda: fk.Scene("sheet_3in_sphere", {long: 1}),
+            lambda: fk.Scene(sheet={long[:900]: 1}),
+            lambda: fk.Scene(drive=long),
+            lambda: fk.Scene()[long],
+            lambda: fk.Scene.parse(long),
+            lambda: simulation.run(long, 5),
+            lambda: simulation.run([long], 5),
+        ):
+            with self.assertRaises((fk.Refused, KeyError)) as refused:
+                call()
+            self.assertLess(str(refused.exception).count("a"), 250)
+
     def test_scenes_are_their_text_their_repr_and_their_values(self):
         for preset in fk.PRESETS:
             scene = fk.Scene(preset, seed=7, slack_toe=0.02)
@@ -273,6 +399,24 @@ class Inputs(unittest.TestCase):
         print(f"figure 8: {CALLS} calls of Python with random arguments: {answered} answered, {raised} raised")
         self.assertGreater(answered, CALLS // 20)
         self.assertGreater(raised, CALLS // 4)
+
+
+class Memory(numpy.ndarray):
+    """A subclass, as a file in memory is."""
+
+
+def readonly(array):
+    array = array.copy()
+    array.flags.writeable = False
+    return array
+
+
+def offset(array):
+    """The same numbers at an address that is no multiple of eight."""
+    raw = numpy.zeros(array.nbytes + 1, numpy.uint8)
+    other = raw[1:].view(float).reshape(array.shape)
+    other[...] = array
+    return other
 
 
 KEYWORDS = ["seed", "sheet", "yarn", "projectile", "steps", "until", "path_steps", "first", "velocity", "orientation", "torque"]

@@ -12,7 +12,7 @@ import scipy.stats
 
 from fabric_kernel import coverage, designs, limit
 from fabric_kernel.likelihood import LINKS, LOGIT, PROBIT, firth, held, maximum, possible, possible_ratio, ratio
-from fabric_kernel.v50 import v50
+from fabric_kernel.v50 import Unknown, v50
 
 
 def groups(*rows):
@@ -95,6 +95,22 @@ class Likelihood(unittest.TestCase):
                 one, other = method(v[None], y[None], link), method(200 - v[None], ~y[None], link)
                 self.assertAlmostEqual(one.mu[0], 200 - other.mu[0], 6)
                 self.assertAlmostEqual(one.sigma[0], other.sigma[0], 6)
+
+    def test_shots_far_away_change_nothing(self):
+        # Shots at ten, five, three and two times V50 that went through, as at the start of a bracket, tell nothing about a fabric with a
+        # standard deviation of 3 %. From the middle of all shots the search ended at a sigma of several hundred m/s.
+        far = numpy.array([1000.0, 500.0, 300.0, 200.0])
+        for seed in range(6):
+            v, y = random_test(seed, shots=20, sigma=3.0)
+            more = numpy.append(far, v)[None], numpy.append([True] * 4, y)[None]
+            for link in (PROBIT, LOGIT):
+                for penalty, method in ((0.0, maximum), (1.0, firth)):
+                    alone, all_of_them = method(v[None], y[None], link), method(*more, link)
+                    self.assertAlmostEqual(alone.mu[0], all_of_them.mu[0], 5)
+                    self.assertAlmostEqual(alone.sigma[0], all_of_them.sigma[0], 5)
+                    at, q = numpy.array([98.0, 101.0]), 0.3
+                    one, other = (held(numpy.tile(x, (2, 1)), numpy.tile(z, (2, 1)), link, at, q, penalty, 10.0)[0] for x, z in ((v, y), more))
+                    self.assertTrue(numpy.allclose(one, other, atol=1e-4), (one, other))
 
     def test_the_held_maximum_reaches_the_free_one(self):
         v, y = random_test(4)
@@ -209,6 +225,15 @@ class Alike(unittest.TestCase):
         for interval, profile in zip(found.intervals, found.profile):
             self.assertGreater(interval.high - interval.low, profile.high - profile.low)
 
+    def test_the_estimate_of_few_shots_is_a_possible_fabric(self):
+        # Eight shots of a bracket: V50 was said to be -1.4 m/s, with the interval [19.0, 40.2].
+        velocities = [100.0, 50.0, 25.0, 37.5, 31.25, 28.125, 26.5625, 23.3]
+        found = limit.fit(velocities, [True, True, False, True, True, True, True, False], tests=0)
+        self.assertEqual(found.method, "Firth")
+        self.assertTrue(20.0 < found.mu < 30.0, found)
+        self.assertLessEqual(found.deviation, found.mu / 3)
+        self.assertTrue(found.intervals[1].low < found.mu < found.intervals[1].high)
+
     def test_any_few_shots_give_ordered_intervals(self):
         random = numpy.random.default_rng(11)
         for _ in range(60):
@@ -290,6 +315,48 @@ class Designs(unittest.TestCase):
         # Halves while the gap is above sigma.
         self.assertEqual(self.walk(design, [0, 1]), [100.0, 110.0, 105.0])
 
+    def test_a_bracket_by_hand(self):
+        for kind in (designs.Neyer, designs.ThreePhase):
+            # Twice the fastest or half the slowest, then the middle of the two.
+            self.assertEqual(self.walk(kind.bracketed(100.0), [0, 0, 0]), [100.0, 200.0, 400.0, 800.0])
+            self.assertEqual(self.walk(kind.bracketed(100.0), [1, 1, 1]), [100.0, 50.0, 25.0, 12.5])
+            self.assertEqual(self.walk(kind.bracketed(100.0), [1, 1, 0, 0]), [100.0, 50.0, 25.0, 37.5, 43.75])
+        # The guess of sigma is 5 % of the middle of the bracket, 75 m/s: a gap of 6.25 is halved, one of 3.125 is not.
+        path = self.walk(designs.Neyer.bracketed(100.0), [1, 0, 0, 0, 0, 0])
+        self.assertEqual(path[2:6], [75.0, 87.5, 93.75, 96.875])
+        self.assertNotEqual(path[6], 98.4375)
+        with self.assertRaisesRegex(ValueError, "first: must be positive"):
+            designs.Neyer.bracketed(0.0)
+
+    def test_no_velocity_is_below_half_of_the_slowest(self):
+        random = numpy.random.default_rng(12)
+        for design in (
+            designs.Neyer(60, 140, 5), designs.Neyer(1, 199, 60), designs.ThreePhase(60, 140, 5), designs.ThreePhase(1, 199, 60),
+            designs.ThreePhase(60, 140, 30, aim=0.01, last=15, shots=30), designs.Neyer.bracketed(100.0), designs.ThreePhase.bracketed(100.0),
+        ):  # fmt: skip
+            # Results that are mostly "through", whatever the velocity.
+            through = random.random((300, 30)) < random.choice([0.6, 0.9, 1.0], (300, 1))
+            design.start(300)
+            velocities = numpy.empty((300, 30))
+            for shot in range(30):
+                velocities[:, shot] = design.next(velocities[:, :shot], through[:, :shot])
+                if shot:
+                    self.assertTrue((velocities[:, shot] >= 0.5 * velocities[:, :shot].min(axis=1)).all())
+            self.assertTrue(numpy.isfinite(velocities).all())
+
+    def test_any_first_velocity_finds_v50(self):
+        # Single limits of 100 m/s with a known spread, from a hundredth to a hundred times of it.
+        random = numpy.random.default_rng(13)
+        for kind in (designs.Neyer, designs.ThreePhase):
+            for start in (1.0, 10.0, 100.0, 1000.0, 10000.0):
+                for deviation in (0.2, 3.0):
+                    velocities, through = designs.simulate(kind.bracketed(start), 30, random.normal(100.0, deviation, (2, 30)))
+                    for v, y in zip(velocities, through):
+                        found = limit.fit(v, y, tests=0)
+                        low, high = found.intervals[1]
+                        self.assertTrue(80.0 < low < found.mu < high < 125.0, (start, deviation, found))
+                        self.assertLess(high - low, 6.0 * max(deviation, 0.5), (start, deviation, found))
+
     def test_neyer_is_symmetric(self):
         results = [0, 1, 0, 1, 1, 0, 0, 1, 0, 1]
         one = self.walk(designs.Neyer(80, 120, 5), results)
@@ -366,10 +433,39 @@ class Report(unittest.TestCase):
                 test.write(pathlib.Path(name) / str(number))
                 json.loads((pathlib.Path(name) / str(number) / "test.json").read_text())
 
-    def test_a_design_that_asks_for_no_velocity_ends_the_test(self):
-        test = v50(lambda v, k: (False, v), designs.Neyer(60, 140, 5), 12, tests=20)
-        self.assertEqual([shot.velocity for shot in test.shots], [100.0, 80.0, 60.0, 20.0])
-        self.assertIn("cannot be shot", test.notes[0])
+    def test_twelve_shots_that_are_alike_end_the_test_with_their_bound(self):
+        for first, through, bound in ((100.0, False, (100.0 * 2**6, math.inf)), (100.0, True, (-math.inf, 100.0 / 2**6))):
+            test = v50(lambda v, k: (not through, v), designs.Neyer.bracketed(first), 30, tests=20)
+            self.assertEqual([shot.velocity for shot in test.shots], [first * 2.0 ** (-k if through else k) for k in range(12)])
+            # 0.5^6 < 0.025 < 0.5^5: the sixth fastest, or the sixth slowest.
+            self.assertEqual(tuple(test.fit.intervals[1]), bound)
+            self.assertIn("ended the test without a V50", test.notes[0])
+        # With a guess that is far off, too; no velocity is zero or less.
+        test = v50(lambda v, k: (False, v), designs.Neyer(60, 140, 5), 30, tests=20)
+        self.assertEqual([shot.velocity for shot in test.shots], [100.0, 80.0, 60.0, *(60.0 / 2**k for k in range(1, 10))])
+
+    def test_a_shot_of_unknown_end_is_left_out(self):
+        numbers = []
+
+        def shoot(velocity, shot):
+            numbers.append(shot)
+            if velocity > 500.0 or shot in (0, 6):
+                raise Unknown(f"shot {shot + 1}: timeout")
+            return stopped(velocity), 0.0
+
+        # The same velocity again with the next draw; three in turn end a bracket with its bound.
+        stopped = lambda velocity: True
+        test = v50(shoot, designs.Neyer.bracketed(100.0), 20, tests=20)
+        self.assertEqual([shot.velocity for shot in test.shots], [100.0, 200.0, 400.0])
+        self.assertEqual(numbers, list(range(7)))
+        self.assertEqual(test.notes[:2], ("Left out: shot 1: timeout.", "Left out: shot 5: timeout."))
+        self.assertIn("without a V50, as all known results are alike", test.notes[-1])
+        stopped = lambda velocity: velocity < 150.0
+        test = v50(shoot, designs.Neyer.bracketed(100.0), 20, tests=20)
+        self.assertEqual((len(test.shots), [note for note in test.notes if "Left out" in note][1]), (20, "Left out: shot 7: timeout."))
+        # Where nothing is known yet it is an error.
+        with self.assertRaises(Unknown):
+            v50(shoot, designs.Neyer.bracketed(600.0), 20, tests=20)
 
     def test_a_plan_is_shot_as_it_stands(self):
         plan = [90.0, 110.0, 95.0, 105.0]

@@ -5,11 +5,14 @@ import importlib.util
 import io
 import json
 import pathlib
+import resource
+import subprocess
+import sys
 import tempfile
 import unittest
 from unittest import mock
 
-from fabric_kernel.v50 import main, Shooter
+from fabric_kernel.v50 import Shooter, Unknown, main
 
 # The statistics need no kernel, this does.
 BUILT = importlib.util.find_spec("fabric_kernel._kernel") is not None
@@ -44,6 +47,15 @@ class OfAScene(unittest.TestCase):
         row["unconverged"] = row["steps"] // 4
         self.assertRegex(shoot.notes()[0], r"^In 1 of 2 runs more than 1 % of the steps .* at most 25 %\)")
 
+    def test_the_report_names_sharp_edges_of_fast_shots(self):
+        from fabric_kernel import Scene
+
+        flat = Scene("sheet_3in_sphere", sheet={"nodes_x": 31, "nodes_y": 31}, fabric={"name": "kevlar_km2_s706"}, projectile={"shape": "cylinder", "length": 0.005})
+        for scene, velocity, named in [(flat, 400.0, True), (flat, 100.0, False), (self.scene(), 400.0, False)]:
+            shoot = Shooter(scene)
+            shoot(velocity, 0)
+            self.assertEqual(any("edges are sharp" in note for note in shoot.notes()), named)
+
     def test_too_few_steps_are_an_error_that_names_the_shot(self):
         with self.assertRaisesRegex(RuntimeError, "shot 1 at 70 m/s: timeout after 10 steps"):
             Shooter(self.scene(), steps=10)(70.0, 0)
@@ -67,11 +79,88 @@ class OfAScene(unittest.TestCase):
             self.assertNotIn("kept", second.getvalue().splitlines()[4])
             self.assertEqual(len(json.loads((folder / "out/test.json").read_text())["shots"]), 6)
 
+    def said(self, scene, *words):
+        """What the command prints for a scene, and what it writes, as numbers."""
+        with tempfile.TemporaryDirectory() as name:
+            path = pathlib.Path(name) / "scene.toml"
+            path.write_text(scene.text())
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                main([str(path), "--tests", "0", "--out", name, *words])
+            return said.getvalue(), json.loads((pathlib.Path(name) / "test.json").read_text())
+
+    def test_the_first_command_answers_from_any_velocity(self):
+        found = []
+        for first in (5.0, 50.0, 500.0):
+            said, test = self.said(self.scene().replace({"projectile.velocity": (0.0, 0.0, first)}))
+            self.assertEqual(test["shots"][0]["velocity"], first)
+            self.assertLessEqual([shot["stopped"] for shot in test["shots"][:7]].count(test["shots"][0]["stopped"]), 6)
+            low, high = (test["fit"]["intervals"][1][end] for end in ("low", "high"))
+            self.assertLess(low, test["fit"]["mu"])
+            self.assertLess(test["fit"]["mu"], high)
+            self.assertIn(f"steps by a factor of 2 from {first:g} m/s", said)
+            found.append((low, high))
+        # They are intervals of one V50.
+        self.assertLess(max(low for low, _ in found), min(high for _, high in found))
+
+    def test_a_sheet_that_always_stops_and_one_that_never_does(self):
+        sheet = {"nodes_x": 31, "nodes_y": 31}
+        # A ball that is larger than the sheet rests on the nodes that are held.
+        never = self.scene().replace({"projectile.radius": 0.05, "projectile.mass": 1.0}, sheet=sheet)
+        said, test = self.said(never, "--steps", "20000")
+        self.assertTrue(all(shot["stopped"] for shot in test["shots"]))
+        self.assertIn("without a V50", said)
+        fastest = max(shot["velocity"] for shot in test["shots"])
+        self.assertRegex(said, f"V99  none +above {fastest:.1f}")
+        # A heavy body goes through at any velocity.
+        heavy = self.scene().replace({"projectile.mass": 1e6}, sheet=sheet)
+        said, test = self.said(heavy, "--steps", "40000")
+        self.assertFalse(any(shot["stopped"] for shot in test["shots"]))
+        self.assertIn("without a V50", said)
+        slowest = min(shot["velocity"] for shot in test["shots"])
+        self.assertRegex(said, f"V01  none +below {slowest:.1f}")
+
+    def test_a_velocity_that_the_time_step_refuses_ends_a_bracket(self):
+        from fabric_kernel import Refused
+
+        shoot = Shooter(self.scene())
+        with self.assertRaisesRegex(Unknown, "shot 2 at 1e[+]06 m/s: projectile.velocity"):
+            shoot(1e6, 1)
+        # The first one is the scene's own.
+        with self.assertRaises(Refused):
+            shoot(1e6, 0)
+
+    def test_the_report_says_what_is_drawn(self):
+        uniform = {"yarn.stochastic": False}
+        weibull = {"yarn.strength_draw": "weibull"}
+        for changes, told in (({}, "yarns drawn for each"), (uniform, "the same yarns in each"), (uniform | weibull, "yarns drawn for each")):
+            scene = self.scene().replace(changes)
+            self.assertIn(f"seed 4, {told}", Shooter(scene, seed=4).drawn())
+        self.assertIn("as the scene says", Shooter(self.scene(), point=None).drawn())
+        said, test = self.said(self.scene().replace(uniform), "--design", "plan", "--plan", "200")
+        self.assertIn("the same yarns in each, as the scene draws none", said)
+        self.assertNotIn("yarns drawn", said + test["seeds"])
+
+    def test_a_report_that_cannot_be_written_is_an_error_and_not_half_there(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            words = [sys.executable, "-m", "fabric_kernel.v50", "sheet_3in_sphere", "--design", "plan", "--plan", "200", "--tests", "0", "--out", name]
+            subprocess.run(words, check=True, capture_output=True)
+            before = {path.name: path.read_bytes() for path in folder.iterdir()}
+            (folder / "test.json").unlink()
+            # A file may not be larger than a part of the picture, as on a disk that is full.
+            small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (len(before["plot.svg"]) // 2,) * 2)
+            done = subprocess.run([*words, "--confidence", "0.9"], capture_output=True, text=True, preexec_fn=small)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, r"^error: .*File too large: '.*plot\.svg'\n$")
+            after = {path.name: path.read_bytes() for path in folder.iterdir()}
+            self.assertEqual(after, {key: value for key, value in before.items() if key != "test.json"})
+
     def test_a_bad_argument_is_told_in_one_line(self):
         with tempfile.TemporaryDirectory() as name:
             path = pathlib.Path(name) / "scene.toml"
             path.write_text(self.scene().text())
             for words, told in ((["--low", "60", "--high", "20"], "low"), (["--design", "plan"], "velocities"), (["--shots", "0"], "shots"),
+                (["--low", "60"], "--low, --high: one goes with the other"),
                 (["--aim", "0.01"], "--aim goes with --design three-phase"), (["--design", "three-phase", "--last", "3"], "--aim")):
                 with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit) as left:
                     main([str(path), *words, "--out", name])
@@ -79,6 +168,14 @@ class OfAScene(unittest.TestCase):
                 self.assertIn(told, errors.getvalue())
                 self.assertEqual(len(errors.getvalue().splitlines()), 1)
                 self.assertFalse((pathlib.Path(name) / "runs.jsonl").exists())
+
+    def test_a_scene_without_a_velocity(self):
+        with tempfile.TemporaryDirectory() as name:
+            path = pathlib.Path(name) / "scene.toml"
+            path.write_text(self.scene().replace({"projectile.velocity": (0.0, 0.0, 0.0)}).text())
+            with contextlib.redirect_stderr(io.StringIO()) as errors, self.assertRaises(SystemExit) as left:
+                main([str(path), "--out", name])
+            self.assertEqual((left.exception.code, errors.getvalue()[:40]), (1, "error: projectile.velocity: must not be "))
 
     def test_a_velocity_that_is_not_positive_and_a_file_that_is_not_there(self):
         for words, told in ((["sheet_3in_sphere", "--low", "-1"], "--low: must be a number above 0; it is -1"), (["no.toml"], "no.toml: No such file")):

@@ -21,18 +21,29 @@
 //!
 //! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
 //!
+//! A key that the scene does not read (`weibull_shape` without drawn strength) is refused if it changes the number. The table `[unread]`
+//! keeps such numbers, with their whole names.
+//!
 //! `projectile.faces.planes` are rows `[n_x, n_y, n_z, b]`; their number is the count if none is given.
 
 pub mod memory;
+pub mod notes;
 pub mod textile;
 
 use fabric::Scene;
 use fabric::fields::{self, FIELDS, Field, Place};
+use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};
 
 /// What cannot be read says why: a [`BadKey`], a [`fabric::Error`] that names the field, or a text.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Largest scene file, bytes; one with every key has some twenty thousand.
+pub const LARGEST_FILE: u64 = 1 << 20;
+
+/// The table of numbers that are kept although the scene does not read them.
+pub const UNREAD: &str = "unread";
 
 /// Error that `grading = "automatic"` asks for.
 pub const AUTOMATIC_GRADING: f64 = 0.01;
@@ -70,20 +81,58 @@ pub const PRESETS: [Preset; 3] = [
 
 /// Reads a scene. The kernel's own checks come later, when a simulation is made of it.
 pub fn read(path: &Path) -> Result<Scene> {
-    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let text = text_of(path).map_err(|error| format!("{}: {error}", path.display()))?;
     parse(&text).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+/// The text of a scene file.
+///
+/// # Errors
+/// A file that cannot be read, or is larger than [`LARGEST_FILE`].
+pub fn text_of(path: &Path) -> std::io::Result<String> {
+    let mut text = String::new();
+    std::fs::File::open(path)?.take(LARGEST_FILE + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > LARGEST_FILE {
+        let error = format!("larger than any scene file: more than {LARGEST_FILE} bytes");
+        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, error));
+    }
+    Ok(text)
 }
 
 /// The scene that a text describes.
 pub fn parse(text: &str) -> Result<Scene> {
-    let mut file: Table = text.parse()?;
+    let mut file = table_of(text)?;
     let mut scene = preset(file.remove("preset"))?;
     apply(&mut scene, file)?;
     Ok(scene)
 }
 
+/// A text as TOML.
+fn table_of(text: &str) -> Result<Table> {
+    text.parse().map_err(|error: toml::de::Error| {
+        let before = text.get(..error.span().map_or(0, |span| span.start)).unwrap_or("");
+        let (number, start) = (before.matches('\n').count(), before.rfind('\n').map_or(0, |end| end + 1));
+        let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
+        format!("line {}: {}: {}", number + 1, short(line), short(error.message())).into()
+    })
+}
+
+/// What a message repeats of a text that it was given: at most 80 characters of it.
+pub fn short(text: &str) -> std::borrow::Cow<'_, str> {
+    match text.char_indices().nth(80) {
+        None => text.into(),
+        Some((end, _)) => format!("{}...", &text[..end]).into(),
+    }
+}
+
 /// Gives a scene what a table of keys says, `[fabric]` first.
 pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
+    let kept = table.remove(UNREAD);
+    if let Some(Value::Table(kept)) = &kept {
+        kept.iter().try_for_each(|(key, value)| assign(scene, key, value).map(|_| ()))?;
+    } else if kept.is_some() {
+        return bad(UNREAD, format!("`{UNREAD}` is a table, [{UNREAD}]"));
+    }
     let fabric = table.remove("fabric");
     if let Some(textile) = &fabric {
         textile::apply(scene, textile)?;
@@ -92,14 +141,15 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     let given = flat("", Value::Table(table))?;
     // The back fabric lies in the grid of the sheet; all other keys override it.
     let (sheet, others): (Vec<_>, Vec<_>) = given.iter().partition(|(key, _)| key.starts_with("sheet."));
+    let mut changed = Vec::new();
     for (key, value) in sheet {
-        assign(scene, key, value)?;
+        changed.extend(assign(scene, key, value)?);
     }
     if let Some(textile) = &back {
         textile::apply_back(scene, textile)?;
     }
     for (key, value) in others {
-        assign(scene, key, value)?;
+        changed.extend(assign(scene, key, value)?);
     }
     let numbers = given.iter().any(|(key, _)| key.starts_with("back.") && key != "back.plies");
     if back.is_some() && scene.back.plies == 0 {
@@ -117,6 +167,11 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     {
         scene.projectile.faces.count = planes.len() as u32;
     }
+    if let Some(field) = changed.into_iter().find(|field| !is_read(field, scene)) {
+        let read = if field.name.starts_with("back.") { "; read if back.plies is not 0" } else { "" };
+        let text = format!("{}: this scene does not read it ({}{read}): leave it out", field.name, field.about);
+        return bad(field.name, text);
+    }
     if automatic {
         match scene.set_grading(AUTOMATIC_GRADING) {
             Err(error) if fabric.is_some() && error.field.starts_with("yarn.viscosity") => {
@@ -130,10 +185,21 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
     Ok(())
 }
 
+/// Whether the number of a parameter counts for a scene.
+fn is_read(field: &Field, scene: &Scene) -> bool {
+    match field.name {
+        // One ply is the absence of a stack.
+        "stack.plies" => true,
+        "yarn.modulus_sd" | "yarn.damage_sd" => scene.yarn.stochastic,
+        "weft.modulus_sd" | "weft.damage_sd" => scene.yarn.stochastic && scene.weft.modulus_mean != 0.0,
+        "back.weibull_gauge_length" => scene.back.plies > 0 && scene.back.weibull_shape != 0.0,
+        _ => (field.read)(scene) > 0,
+    }
+}
+
 /// Whether a scene file has `sheet.grading = "automatic"`, which may leave a network whole.
 pub fn asks_for_grading(file: &Path) -> Result<bool> {
-    let mut file: Table = std::fs::read_to_string(file)?.parse()?;
-    Ok(takes_automatic_grading(&mut file))
+    Ok(takes_automatic_grading(&mut table_of(&text_of(file)?)?))
 }
 
 /// Whether the table of the sheet says `grading = "automatic"`; takes it out.
@@ -151,7 +217,10 @@ pub fn preset(name: Option<Value>) -> Result<Scene> {
     let names = PRESETS.map(|(name, _)| format!("\"{name}\"")).join(", ");
     let Some(name) = name else { return bad("preset", format!("no key `preset`: one of {names}")) };
     let found = PRESETS.iter().find(|(known, _)| name.as_str() == Some(known));
-    found.map_or_else(|| bad("preset", format!("preset = {name}: must be one of {names}")), |(_, make)| Ok(make()))
+    found.map_or_else(
+        || bad("preset", format!("preset = {}: must be one of {names}", short(&name.to_string()))),
+        |(_, make)| Ok(make()),
+    )
 }
 
 /// A preset, or the scene of a file, as a scene file with every key.
@@ -161,14 +230,16 @@ pub fn whole(name: &str) -> Result<String> {
     Ok(write(if file { PRESETS[0].0 } else { name }, &scene))
 }
 
-/// A scene as such a file, with every key and what it is.
+/// A scene as such a file, with every key and what it is; under `[unread]` those that it does not read and the preset has otherwise.
 pub fn write(name: &str, scene: &Scene) -> String {
     let mut copy = *scene;
+    let unread = unread(name, scene);
     let mut text = format!("# Every parameter. Those left out keep the preset's value.\npreset = \"{name}\"\n\n");
     // TOML wants the keys without a table first.
     let (inner, outer): (Vec<&Field>, Vec<&Field>) = FIELDS.iter().partition(|field| field.name.contains('.'));
     let mut table = "";
-    for field in outer.into_iter().chain(inner) {
+    let is_unread = |field: &&Field| unread.iter().any(|other| other.name == field.name);
+    for field in outer.into_iter().chain(inner).filter(|field| !is_unread(field)) {
         let (group, key) = field.name.split_once('.').unwrap_or(("", field.name));
         if group != table {
             table = group;
@@ -178,7 +249,20 @@ pub fn write(name: &str, scene: &Scene) -> String {
         let unit = if unit == "1" { String::new() } else { format!("{unit}: ") };
         text.push_str(&format!("# {unit}{}\n{key} = {}\n", about(field), value(field, &mut copy)));
     }
+    if !unread.is_empty() {
+        text.push_str(&format!("\n# Kept, but not read in this scene.\n[{UNREAD}]\n"));
+    }
+    for field in unread {
+        text.push_str(&format!("\"{}\" = {}\n", field.name, value(field, &mut copy)));
+    }
     text
+}
+
+/// What a scene does not read and a preset has otherwise.
+pub fn unread(preset: &str, scene: &Scene) -> Vec<&'static Field> {
+    let (mut base, mut copy) = (self::preset(Some(preset.into())).unwrap_or(*scene), *scene);
+    let mut differs = |field: &&Field| (0..field.size()).any(|k| field.word(&mut base, k) != field.word(&mut copy, k));
+    FIELDS.iter().filter(|field| !is_read(field, scene)).filter(|field| differs(field)).collect()
 }
 
 /// What a parameter is, its names if it is a choice.
@@ -254,16 +338,21 @@ fn meant(key: &str) -> String {
     if near.is_empty() { String::new() } else { format!("; is it {}?", near.join(" or ")) }
 }
 
-/// Gives a parameter a value.
-fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<()> {
-    let Some(field) = fields::field(key) else { return bad(key, format!("unknown key `{key}`{}", meant(key))) };
-    let Some(words) = words(field, value) else {
-        return bad(key, format!("{key} = {value}: must be {}", expected(field)));
+/// Gives a parameter a value. Returns it if that is another one than before.
+fn assign(scene: &mut Scene, key: &str, value: &Value) -> Result<Option<&'static Field>> {
+    let Some(field) = fields::field(key) else {
+        let key = &*short(key);
+        return bad(key, format!("unknown key `{key}`{}", meant(key)));
     };
+    let Some(words) = words(field, value) else {
+        return bad(key, format!("{key} = {}: must be {}", short(&value.to_string()), expected(field)));
+    };
+    let mut changed = false;
     for (element, word) in words.into_iter().enumerate() {
+        changed |= field.word(scene, element) != word;
         field.set_word(scene, element, word)?;
     }
-    Ok(())
+    Ok(changed.then_some(field))
 }
 
 /// The words of a value, if it is of the parameter's type.
@@ -275,8 +364,7 @@ fn words(field: &Field, value: &Value) -> Option<Vec<u64>> {
             reals(value, shape, &mut numbers)?;
             Some(numbers.into_iter().map(f64::to_bits).collect())
         }
-        Place::Count(_) => Some(vec![whole(value).filter(|&count| count <= u64::from(u32::MAX))?]),
-        Place::Seed(_) => Some(vec![whole(value)?]),
+        Place::Count(_) | Place::Seed(_) => Some(vec![whole(value)?]),
         Place::Flag(_) => Some(vec![u64::from(value.as_bool()?)]),
         Place::Choice(choice, ..) => {
             let name = value.as_str()?;
@@ -336,6 +424,88 @@ mod tests {
         let elsewhere = refused(&format!("{preset}[sheet]\nvelocity = 3.0\n"));
         assert_eq!(elsewhere, "unknown key `sheet.velocity`; is it `projectile.velocity`?");
         assert_eq!(refused(&format!("{preset}[zebra]\nquagga = 1\n")), "unknown key `zebra`");
+    }
+
+    /// What is ignored without a word is believed to count.
+    #[test]
+    fn a_key_that_the_scene_does_not_read_is_refused_by_its_name() {
+        let cases = [
+            ["back.weibull_shape", "[back]\nweibull_shape = 10.0"],
+            ["back.modulus_mean", "[back]\nmodulus_mean = 9e10"],
+            ["back.crimp", "[stack]\nplies = 2\n[back]\ncrimp = [0.0, 0.01]"],
+            [
+                "back.weibull_gauge_length",
+                "stack.plies = 2\n[back]\nplies = 1\nnode_mass = 1e-7\nweibull_gauge_length = 0.1",
+            ],
+            ["yarn.weibull_shape", "[yarn]\nweibull_shape = 10.0"],
+            ["yarn.modulus_sd", "[yarn]\nmodulus_sd = 1e9\nstochastic = false"],
+            ["weft.modulus_sd", "[weft]\nmodulus_sd = 1e9"],
+            ["stack.gap", "[stack]\ngap = 1e-3"],
+            ["projectile.length", "[projectile]\nlength = 0.5"],
+            ["attachment.disc_radius", "[attachment]\ndisc_radius = 0.01"],
+            ["integrator.theta", "[integrator]\ntheta = 0.75"],
+            ["time_step.fraction", "[time_step]\nfraction = 0.3\nseconds = 1e-8"],
+        ];
+        for [field, text] in cases {
+            let text = format!("preset = \"sheet_3in_sphere\"\n{text}\n");
+            let error = parse(&text).map(|_| panic!("{text} is accepted")).unwrap_err();
+            assert_eq!(error.downcast_ref::<BadKey>().expect("a key").key, field);
+            assert!(error.to_string().starts_with(&format!("{field}: this scene does not read it (")), "{error}");
+        }
+        // The same with what reads it, or kept as it was.
+        for text in [
+            "[stack]\nplies = 2\n[back]\nplies = 1\nweibull_shape = 10.0\n[yarn]\nweibull_correlation = 0.5\n",
+            "[yarn]\nstrength_draw = \"weibull\"\nweibull_shape = 10.0\n",
+            "[stack]\ngap = 0.0\n",
+            "[unread]\n\"projectile.length\" = 0.5\n",
+        ] {
+            let scene = parse(&format!("preset = \"sheet_3in_sphere\"\n{text}")).unwrap();
+            assert_eq!(parse(&write("sheet_3in_sphere", &scene)).unwrap(), scene);
+        }
+    }
+
+    /// Of a long or a large input a message repeats no more than 200 characters, and a file that has no end is given up.
+    #[test]
+    fn messages_are_short_and_files_have_a_limit() {
+        let long = "a".repeat(100_000);
+        let texts = [
+            format!("{long} = 1"),
+            format!("seed = \"{long}\""),
+            format!("[sheet]\n{long} = 1"),
+            format!("[{long}]\nx = 1"),
+            format!("[projectile]\nvelocity = [{}]", "1.0, ".repeat(50_000)),
+            format!("[fabric]\nname = \"{long}\""),
+            format!("[fabric]\n{long} = 1"),
+            format!("[fabric]\nwarp.{long} = 1"),
+            format!("[fabric]\nmodulus = \"{long}\""),
+            format!("seed = {long}"),
+            format!("seed = {}", "9".repeat(100_000)),
+            format!("seed = 1\nseed = 2 # {long}"),
+            format!("unread = \"{long}\""),
+            format!("[unread]\n{long} = 1"),
+        ];
+        for text in texts {
+            let message = parse(&format!("preset = \"sheet_3in_sphere\"\n{text}\n")).unwrap_err().to_string();
+            let echoed = message.matches(['a', '9']).count() + message.matches("1.0, ").count();
+            assert!(echoed < 200 && message.len() < 700, "{message}");
+        }
+        assert!(parse(&format!("preset = \"{long}\"")).unwrap_err().to_string().len() < 250);
+        let endless = read(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert_eq!(endless, "/dev/zero: larger than any scene file: more than 1048576 bytes");
+    }
+
+    /// 2^31, 2^32 and more are the same mistake.
+    #[test]
+    fn a_count_beyond_its_bits_has_the_code_of_one_beyond_its_range() {
+        for count in [1_u64 << 21, 1 << 31, 1 << 32, i64::MAX as u64] {
+            let text = format!("preset = \"sheet_3in_sphere\"\nsheet.nodes_x = {count}\n");
+            let error = parse(&text).map_or_else(
+                |error| *error.downcast_ref::<fabric::Error>().expect("of the kernel"),
+                |scene| scene.check().unwrap_err(),
+            );
+            assert_eq!((error.code, error.field), (fabric::Code::TooManyNodes, "sheet.nodes_x"), "{count}");
+            assert_eq!((error.value, error.limit), (count as f64, 1_048_576.0));
+        }
     }
 
     #[test]

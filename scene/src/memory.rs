@@ -17,18 +17,20 @@ impl Buffers {
         Buffers::within(scene, installed())
     }
 
+    /// Says at once what [`Buffers::of`] and [`Buffers::sim`] would refuse ([`Scene::check_start`]), without the memory itself.
+    ///
+    /// # Errors
+    /// As theirs.
+    pub fn check(scene: &Scene) -> Result<()> {
+        reserve(scene, installed())?;
+        Ok(scene.check_start()?)
+    }
+
     /// The same on a machine of so many bytes.
     fn within(scene: &Scene, memory: Option<u64>) -> Result<Buffers> {
-        let layout = Layout::of(scene)?;
-        let too_much = || {
-            let (gigabytes, [nx, ny]) = (1e-9 * layout.bytes() as f64, [layout.nodes_x, layout.nodes_y]);
-            format!("{nx} x {ny} nodes take {gigabytes:.1} GB of memory, more than this machine gives")
-        };
-        // A system may promise what it does not have, and end the program when it is used.
-        if memory.is_some_and(|bytes| layout.bytes() as u64 > bytes) {
-            return Err(too_much().into());
-        }
-        Ok(Buffers { lines: zeros(layout.lines()).ok_or_else(too_much)? })
+        let (mut lines, count) = reserve(scene, memory)?;
+        lines.resize(count, CacheLine::ZERO);
+        Ok(Buffers { lines })
     }
 
     /// A simulation of `scene` in this memory.
@@ -52,19 +54,24 @@ fn installed() -> Option<u64> {
     Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
 }
 
-/// So many lines, or None if there is no memory for them.
-fn zeros(count: usize) -> Option<Vec<CacheLine>> {
-    let mut lines = Vec::new();
-    lines.try_reserve_exact(count).ok()?;
-    lines.resize(count, CacheLine::ZERO);
-    Some(lines)
+/// Room for the lines of a scene on a machine of so many bytes, and how many there are. Nothing is written: it takes no time.
+fn reserve(scene: &Scene, memory: Option<u64>) -> Result<(Vec<CacheLine>, usize)> {
+    let (layout, mut lines) = (Layout::of(scene)?, Vec::new());
+    // A system may promise what it does not have, and end the program when it is used.
+    let more = memory.is_some_and(|bytes| layout.bytes() as u64 > bytes);
+    if more || lines.try_reserve_exact(layout.lines()).is_err() {
+        let (gigabytes, [nx, ny]) = (1e-9 * layout.bytes() as f64, [layout.nodes_x, layout.nodes_y]);
+        let text = format!("{nx} x {ny} nodes take {gigabytes:.1} GB of memory, more than this machine gives");
+        return Err(text.into());
+    }
+    Ok((lines, layout.lines()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// An error with the number, no abort: by what the machine has, and by what the allocator says.
+    /// An error with the number, no abort. (What the allocator says is tried in python/tests/test_inputs.py.)
     #[test]
     fn a_sheet_larger_than_memory_is_an_error_that_says_how_much_it_takes() {
         let mut scene = Scene::sheet_3in_sphere();
@@ -73,7 +80,5 @@ mod tests {
         let text = Buffers::within(&scene, Some(bytes as u64 - 1)).err().expect("no memory").to_string();
         let number = format!("{:.1} GB", 1e-9 * bytes as f64);
         assert_eq!(text, format!("65000 x 65000 nodes take {number} of memory, more than this machine gives"));
-        assert!(zeros(usize::MAX / 64).is_none());
-        assert_eq!(zeros(3), Some(vec![CacheLine::ZERO; 3]));
     }
 }

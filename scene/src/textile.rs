@@ -10,7 +10,7 @@
 //! The table `[back_fabric]` has the same keys for the last plies of a stack. Keys are the fields of [`fabric::Textile`]; `linear_density`, `count` and `crimp` are those of both directions, below `warp` and
 //! `weft` those of one. Beside `value` and `unit` a number may have its `source` and `mark`; those of the folder must.
 
-use crate::Result;
+use crate::{Result, short, table_of, text_of};
 use fabric::textile::{centinewton_per_dtex, denier, dtex, per_inch};
 use fabric::{Scene, Textile, Threads};
 use std::path::Path;
@@ -87,7 +87,7 @@ pub fn apply_back(scene: &mut Scene, table: &Value) -> Result<()> {
 
 /// Names of the textiles of a scene file's tables `[fabric]` and `[back_fabric]`; none where it has no such table or name.
 pub fn names(file: &Path) -> Result<[Option<String>; 2]> {
-    let file: Table = std::fs::read_to_string(file)?.parse()?;
+    let file = table_of(&text_of(file)?)?;
     Ok(["fabric", BACK].map(|table| Some(file.get(table)?.get("name")?.as_str()?.to_string())))
 }
 
@@ -167,7 +167,7 @@ fn set(textile: &mut Textile, table: &str, key: &str, value: &Value) -> Result<(
 fn unknown(table: &str, key: &str) -> String {
     let of_threads: Vec<_> = OF_THREADS.iter().map(|(name, ..)| *name).collect();
     let of_both: Vec<_> = OF_BOTH.iter().map(|(name, ..)| *name).collect();
-    let (threads, both) = (of_threads.join(", "), of_both.join(", "));
+    let (threads, both, key) = (of_threads.join(", "), of_both.join(", "), short(key));
     format!(
         "unknown key `{table}.{key}`; there are name, {both}, and, for both directions or below warp and weft, {threads}"
     )
@@ -209,7 +209,10 @@ fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64>
     let tenacity = units.len() == STRESS.len() && units[0].0 == STRESS[0].0;
     let mut known: Vec<_> = units.iter().map(|(name, _)| *name).collect();
     known.extend(tenacity.then_some("cN/dtex"));
-    let wanted = || format!("{key} = {value}: must be a number, or {{ value, unit }} with one of {}", known.join(", "));
+    let wanted = || {
+        let value = value.to_string();
+        format!("{key} = {}: must be a number, or {{ value, unit }} with one of {}", short(&value), known.join(", "))
+    };
     let given = value.get("value").and_then(real).ok_or_else(wanted)?;
     let unit = value.get("unit").and_then(Value::as_str).ok_or_else(wanted)?;
     if tenacity && unit == "cN/dtex" {
@@ -222,7 +225,7 @@ fn number(key: &str, value: &Value, units: &[Unit], density: f64) -> Result<f64>
 /// The table of a named textile.
 fn named(table: &str, name: &Value) -> Result<Table> {
     let names = FILES.map(|(name, _)| format!("\"{name}\"")).join(", ");
-    let unknown = || format!("{table}.name = {name}: must be one of {names}");
+    let unknown = || format!("{table}.name = {}: must be one of {names}", short(&name.to_string()));
     let (_, text) = FILES.iter().find(|(known, _)| name.as_str() == Some(known)).ok_or_else(unknown)?;
     let file: Table = text.parse()?;
     Ok(file.get("fabric").and_then(Value::as_table).cloned().unwrap_or_default())

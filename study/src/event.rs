@@ -110,6 +110,8 @@ pub struct Summary {
     pub residual_angular_velocity: [f64; 3],
     /// Work of the projectile on the fabric at the end, J.
     pub absorbed: f64,
+    /// What of it went into held nodes, J.
+    pub support_work: f64,
     /// Outcomes in the order of their numbers.
     pub outcomes: Vec<Latched>,
     /// Largest mean force over a force window, N.
@@ -200,6 +202,7 @@ impl Summary {
             residual_velocity: motion.velocity,
             residual_angular_velocity: motion.angular_velocity,
             absorbed: contact.work,
+            support_work: energy.support_work,
             outcomes,
             peak_force: contact.force_peak,
             force_window: sim.scene().force_window,

@@ -89,13 +89,14 @@ fn in_words(error: &(dyn std::error::Error + 'static)) -> String {
             }
             _ => format!("{refused}; the limit is {limit}"),
         },
+        _ if limit == 0.0 => format!("{refused} (given {value:.6e})"),
         _ => format!("{refused} (given {value:.6e}, the limit is {limit:.6e})"),
     }
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Command::Run(options) => run::run(&options),
+        Command::Run(options) => return ended(run::run(&options)),
         Command::Scene { preset } => fabric_scene::whole(&preset).map(|text| {
             say::text(format_args!("{text}"));
             true
@@ -109,12 +110,13 @@ fn main() -> ExitCode {
         Command::Validate(options) => validate::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
-    match result {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            say::aside(format_args!("error: {}", in_words(&*error)));
-            ExitCode::from(2)
-        }
-    }
+    ended(result.map(|sound| if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }))
+}
+
+/// The exit status; of what cannot be done after its reason.
+fn ended(result: Result<ExitCode>) -> ExitCode {
+    result.unwrap_or_else(|error| {
+        say::aside(format_args!("error: {}", in_words(&*error)));
+        ExitCode::from(2)
+    })
 }

@@ -10,9 +10,14 @@ use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Options of `run`.
 #[derive(Args)]
+#[command(
+    after_help = "Exit status: 0 after an outcome, or after the steps with `--until none`; 3 if the steps ended the run before an \
+                        outcome came; 1 after a failure; 2 for what is refused."
+)]
 pub struct Options {
     /// The scene, see study/scenes.
     #[arg(value_name = "SCENE.toml")]
@@ -20,10 +25,10 @@ pub struct Options {
     /// Folder for history.csv, summary.json, summary.txt and the last sheet [default: target/study/SCENE].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Outcomes that end the run.
+    /// Outcomes that end the run; `none`: it goes on for its steps.
     #[arg(long, value_delimiter = ',', default_value = "arrested,exited,passed")]
     until: Vec<Wanted>,
-    /// Most steps; a run that these end says TIMEOUT.
+    /// Most steps; a run that these end says TIMEOUT, and has exit status 3.
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
     /// Steps between two rows of the history.
@@ -48,18 +53,23 @@ enum Wanted {
     Detached,
     Exited,
     Passed,
+    None,
 }
 
 impl Wanted {
-    fn outcome(self) -> Outcome {
+    fn outcome(self) -> Option<Outcome> {
         match self {
-            Wanted::Arrested => Outcome::Arrested,
-            Wanted::Detached => Outcome::Detached,
-            Wanted::Exited => Outcome::Exited,
-            Wanted::Passed => Outcome::Passed,
+            Wanted::Arrested => Some(Outcome::Arrested),
+            Wanted::Detached => Some(Outcome::Detached),
+            Wanted::Exited => Some(Outcome::Exited),
+            Wanted::Passed => Some(Outcome::Passed),
+            Wanted::None => None,
         }
     }
 }
+
+/// Exit status of a run that its steps ended.
+const TIMEOUT: u8 = 3;
 
 /// The sheets on the way, frames.json, and what is to be made of them.
 #[derive(Serialize)]
@@ -70,7 +80,7 @@ struct Kept {
 }
 
 /// One row of history.csv. Forces are means since the row before; SI units; host's axes.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Sample {
     step: u64,
     time_s: f64,
@@ -95,6 +105,7 @@ struct Sample {
     viscous_j: f64,
     friction_j: f64,
     ply_loss_j: f64,
+    support_work_j: f64,
     energy_residual_j: f64,
     momentum_residual_n_s: f64,
     failed_segments: u64,
@@ -134,6 +145,7 @@ impl Sample {
             viscous_j: energy.viscous,
             friction_j: energy.friction,
             ply_loss_j: energy.ply_loss,
+            support_work_j: energy.support_work,
             energy_residual_j: energy.residual,
             momentum_residual_n_s: fabric::math::length(sim.momentum_residual()?),
             failed_segments: counters.failed_segments,
@@ -148,24 +160,46 @@ impl Sample {
     }
 }
 
-/// Runs, prints and writes. False if the run ended in a failure.
-pub fn run(options: &Options) -> Result<bool> {
+/// Name of a scene by its file; one of dots alone would be another folder.
+fn name_of(file: &Path) -> String {
+    let name = file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    if name.chars().all(|letter| letter == '.') { "scene".to_string() } else { name }
+}
+
+/// Makes the folder of the results.
+fn make(out: &Path) -> Result<()> {
+    std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()).into())
+}
+
+/// Finds out before the work whether that can be done. Leaves no empty folder behind, for the run may be stopped.
+fn try_to_make(out: &Path) -> Result<()> {
+    let there = out.is_dir();
+    make(out)?;
+    if !there {
+        std::fs::remove_dir(out)?;
+    }
+    Ok(())
+}
+
+/// Runs, prints and writes. Returns how it ended.
+pub fn run(options: &Options) -> Result<ExitCode> {
     let scene = fabric_scene::read(&options.scene)?;
-    let name = options.scene.file_stem().map_or("scene".into(), |name| name.to_string_lossy().to_string());
+    let name = name_of(&options.scene);
     let out = options.out.clone().unwrap_or_else(|| Path::new("target/study").join(&name));
     let mut buffers = Buffers::of(&scene).map_err(|error| with_its_memory(&scene, error))?;
     let mut sim = buffers.sim(&scene)?;
-    std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+    try_to_make(&out)?;
 
-    let until: Vec<Outcome> = options.until.iter().map(|wanted| wanted.outcome()).collect();
+    let until: Vec<Outcome> = options.until.iter().filter_map(|wanted| wanted.outcome()).collect();
     let mask = event::mask_of(&until);
     let wall = Wall::start();
     let mut series = if options.movie || options.vtk { Some(Series::new(&out, options.sample)?) } else { None };
     let (history, stepping, failure) = advance(&mut sim, mask, options, &name, &mut series)?;
+    make(&out)?;
     write_history(&out.join("history.csv"), &history)?;
     if let Some(failure) = failure {
         say::aside(format_args!("error: the run failed at step {}: {failure}", sim.counters().steps));
-        return Ok(false);
+        return Ok(ExitCode::FAILURE);
     }
 
     let mut summary = Summary::of(&sim, mask)?;
@@ -206,7 +240,8 @@ pub fn run(options: &Options) -> Result<bool> {
     let kept = Kept { movie: options.movie, vtk: options.vtk, frames };
     std::fs::write(out.join("frames.json"), serde_json::to_string(&kept)? + "\n")?;
     say::line(format_args!("{}", report::written(&out, "run")));
-    Ok(true)
+    let ended = until.is_empty() || sim.outcomes().mask.has(mask);
+    Ok(if ended { ExitCode::SUCCESS } else { ExitCode::from(TIMEOUT) })
 }
 
 /// Adds to a refusal of too many nodes the memory that they would take, 233 bytes each at the default capacity of contact.
@@ -333,6 +368,7 @@ fn table(name: &str, scene: &Scene, sim: &Sim<'_>, summary: &Summary, wall: f64,
         row(&format!("absorbed when {}", latched.outcome), value);
     }
     row("absorbed at the end", format!("{:.4} J", summary.absorbed));
+    row("  of it by held nodes", format!("{:.4} J", summary.support_work));
     let window = format!("peak force (mean over {:.2} us)", 1e6 * summary.force_window.min(summary.time));
     row(&window, format!("{:.1} N", summary.peak_force));
     row("failed segments", summary.failed_segments.to_string());
@@ -423,7 +459,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             "compare with a run of half the step, less friction or a gap between the plies before you rely on this one"
         };
         found.push(format!(
-            "{} contact solves, {share:.2} % of the steps, ended at the largest number of sweeps: their impulses are inexact, although they \
+            "{} contact solves, {share:.2} % of the steps, were given up: their impulses are inexact, although they \
              keep momentum and add no energy; {advice} (docs/model.md, \"Friction\")",
             summary.unconverged
         ));
@@ -435,6 +471,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             summary.beyond_fine
         ));
     }
+    found.extend(fabric_scene::notes::sharp_edges(scene, fabric::math::length(scene.projectile.velocity)));
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
         let fixed: u32 = fabric::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
@@ -484,11 +521,9 @@ mod tests {
         let mut scene = Scene::sheet_3in_sphere();
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.crimp) = (11, 11, [0.01; 2]);
         let mut buffers = Buffers::of(&scene).unwrap();
-        let sim = buffers.sim(&scene).unwrap();
-        let sample = |open: f64| {
-            let sample = Sample::of(&sim, None, [0.0; 3]).unwrap();
-            Sample { energy_residual_j: open * sample.projectile_kinetic_j, ..sample }
-        };
+        let mut sim = buffers.sim(&scene).unwrap();
+        let start = Sample::of(&mut sim, None, [0.0; 3]).unwrap();
+        let sample = |open: f64| Sample { energy_residual_j: open * start.projectile_kinetic_j, ..start.clone() };
         let told = |last: f64, now: f64| open_balance(&sim, &sample(0.0), Some(&sample(last)), &sample(now)).unwrap();
         assert_eq!(told(0.0, 0.009), None);
         assert_eq!(told(0.02, 0.03), None);

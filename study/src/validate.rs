@@ -3,7 +3,7 @@
 //! | part | file |
 //! |---|---|
 //! | one yarn hit across, against Smith's relation; its critical velocity | `yarn.rs` |
-//! | Kevlar 49 pulled at six gauge lengths, and at three rates of strain | `strength.rs`, `rate.rs` |
+//! | Kevlar 49 yarn at six gauge lengths, and fabric at three rates of strain | `strength.rs`, `rate.rs` |
 //! | the pyramid behind the transverse wave of a sheet | `cone.rs` |
 //! | convergence in the spacing of absorbed energy and ballistic limit | `spacing.rs` |
 //! | ballistic limit against areal density, on Cunniff's axes and beside a measured ladder | `packs.rs` |

@@ -14,7 +14,7 @@ fn unread(arguments: &[&str]) -> Output {
 fn a_reader_that_has_gone_is_no_panic() {
     let out = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("unread");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/four_sides_40J.toml");
-    let run = ["run", scene, "--steps", "64", "--out", &out.to_string_lossy()];
+    let run = ["run", scene, "--steps", "64", "--until", "none", "--out", &out.to_string_lossy()];
     for arguments in
         [&run[..], &["fabrics"], &["fabrics", "kevlar_km2_s706"], &["scene", "sheet_3in_sphere"], &["--help"]]
     {

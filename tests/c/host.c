@@ -343,7 +343,8 @@ static void bad_scenes(void)
     REFUSED(scene.attachment.kind = 17, FK_UNKNOWN_CHOICE, "attachment.kind");
     REFUSED(scene.drive = 2, FK_UNKNOWN_CHOICE, "drive");
     REFUSED(scene.integrator.kind = UINT64_MAX, FK_UNKNOWN_CHOICE, "integrator.kind");
-    REFUSED(scene.sheet.nodes_x = (uint64_t)1 << 32, FK_OUT_OF_RANGE, "sheet.nodes_x");
+    REFUSED(scene.sheet.nodes_x = (uint64_t)1 << 31, FK_TOO_MANY_NODES, "sheet.nodes_x");
+    REFUSED(scene.sheet.nodes_x = (uint64_t)1 << 32, FK_TOO_MANY_NODES, "sheet.nodes_x");
     REFUSED(scene.yarn.modulus_sd = -1.0, FK_OUT_OF_RANGE, "yarn.modulus_sd");
     REFUSED(scene.yarn.damage_sd = -1.0, FK_OUT_OF_RANGE, "yarn.damage_sd");
     REFUSED(scene.time_step.fraction = 0.0, FK_NOT_POSITIVE, "time_step.fraction");

@@ -42,7 +42,7 @@ OUTPUTS = [
     "contact.force_mean", "contact.torque_mean", "contact.force_peak", "contact.impulse", "contact.angular_impulse",
     "contact.work", "support.impulse", "support.attachment_impulse", "state.position", "state.velocity",
     "state.orientation", "state.angular_velocity", "energy.kinetic", "energy.strain", "energy.dissipated",
-    "energy.contact_loss", "energy.viscous", "energy.friction", "energy.ply_loss", "energy.residual", "interface.residual", "interface.gap", "fabric.max_deflection", "fabric.max_stretch",
+    "energy.contact_loss", "energy.viscous", "energy.friction", "energy.ply_loss", "energy.support_work", "energy.residual", "interface.residual", "interface.gap", "fabric.max_deflection", "fabric.max_stretch",
     "fabric.failed_segments", "fabric.worst_penetration", "fabric.ply_penetration",
     "ply.failed_segments", "ply.kinetic", "ply.strain", "ply.dissipated", "momentum.residual", "step.fraction", "contact.unconverged",
     "contact.beyond_fine",

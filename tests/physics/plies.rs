@@ -557,7 +557,9 @@ fn what_a_stack_cannot_be_is_refused_by_name() {
     x[3 * 60 + 2] = 1.5e-4;
     let rest = vec![0.0; x.len()];
     let error = sim.set_motion(&x, &rest).unwrap_err();
-    assert_eq!((error.code, error.field, error.value), (Code::PliesOverlap, "positions", 181.0));
+    assert_eq!((error.code, error.field), (Code::PliesOverlap, "positions"));
+    // Of a gap of 0.1 mm the node below takes 0.15.
+    assert!((error.value + 5e-5).abs() < 1e-15, "{error:?}");
 }
 
 /// The scene's own fabric in the last plies, but for what `change` makes of it.

@@ -35,6 +35,7 @@ fn one_fixed_node_takes_the_normal_velocity() {
             assert!(length(add(contact.impulse, support.total)) < 1e-13 * mass * into);
             close(contact.loss, lost, 1e-13);
             close(contact.work, lost, 1e-13);
+            close(sim.energy().unwrap().support_work, lost, 1e-13);
             assert!(sim.energy().unwrap().residual.abs() < 1e-13 * lost);
             assert!(length(sim.momentum_residual().unwrap()) < 1e-14 * mass * into);
             assert_eq!((sim.counters().contacts, sim.counters().unconverged), (1, 0));
@@ -42,6 +43,31 @@ fn one_fixed_node_takes_the_normal_velocity() {
             sim.advance(3000).unwrap();
             assert!(sim.counters().worst_penetration < 1e-12 * scene.projectile.radius);
         }
+    }
+}
+
+/// Five times five nodes, the sides held: the sphere meets the middle one, and the supports get nothing of its work. The same from the side
+/// of a held one: all of the work goes there. A saved state holds it, and the digest knows it.
+#[test]
+fn work_on_supports_is_told_apart_from_work_on_the_fabric() {
+    let sheet = small_sheet(5, 0.0);
+    for (node, normal, on_supports) in [(12, [0.0, 0.0, 1.0], false), (2, [0.0, 0.6, 0.8], true)] {
+        let scene = sphere_at(&sheet, node, normal, [0.0, 0.0, 50.0]);
+        let (mass, m) = (scene.projectile.mass, scene.sheet.node_mass);
+        let (mut buffers, mut others) = (Buffers::of(&scene), Buffers::of(&scene));
+        let (mut sim, mut other) = (buffers.sim(&scene), others.sim(&scene));
+        sim.step().unwrap();
+        let into = 50.0 * normal[2];
+        // With restitution zero a node at rest takes M m/(M + m) of V, the support all that goes into it.
+        let given = if on_supports { mass * into } else { mass * m / (mass + m) * into };
+        let work = given * (into - 0.5 * given / mass);
+        let energy = sim.energy().unwrap();
+        close(energy.contact_work, work, 1e-13);
+        close(energy.support_work, if on_supports { work } else { 0.0 }, 1e-13);
+        let mut image = vec![0; sim.snapshot_bytes()];
+        sim.save(&mut image).unwrap();
+        other.load(&image).unwrap();
+        assert_eq!((other.energy().unwrap(), other.digest()), (energy, sim.digest()));
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::balances::angular_momentum;
 use crate::stability::growth;
+use fabric::yarn::Viscosity;
 use fabric::{AttachmentKind, Code, Integrator, Scene, StepAfterFailure, TimeStep};
 use fabric_tests::reference::{cross, length, sub};
 use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder, velocities, without_projectile};
@@ -31,6 +32,20 @@ fn courant(scene: &Scene, dt: f64) -> f64 {
     let sheet = &scene.sheet;
     let stiffness = scene.yarn.modulus_mean * sheet.yarn_area / (sheet.spacing / (1.0 + sheet.pre_strain[0]));
     dt * (stiffness / sheet.node_mass).sqrt()
+}
+
+/// (M16) The force of a segment of stretch U whose ends move apart at the rate r: b_1 mu c h r U^2 + b_2 mu (h r)^2 U^3, the second part
+/// while it is stretched. In units of m, h and dt: mu c h = sqrt(2 kk), mu h^2 = 1.
+#[test]
+fn the_viscous_force_is_that_of_the_formula() {
+    let (b1, b2, kk) = (0.06, 1.5, 0.08_f64);
+    let viscosity = Viscosity::of([b1, b2, 0.0], kk, 0.06);
+    for (u, r) in [(1.0001, 1e-6), (1.02, 1e-3), (1.02, 1e-2), (1.02, -1e-5), (1.05, 0.02)] {
+        let (twice_strain, rate) = (u * u - 1.0, 2.0 * u * r);
+        let force = viscosity.stress(kk, twice_strain, rate) * u;
+        let quadratic = if r > 0.0 { b2 * r * r * u.powi(3) } else { 0.0 };
+        close(force, b1 * (2.0 * kk).sqrt() * r * u * u + quadratic, 1e-12);
+    }
 }
 
 /// One free node between four, displaced by little along `axis`. Its scheme is x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n +

@@ -19,9 +19,10 @@ fn said(scene: &Scene, memory: &mut [CacheLine]) -> Expected {
     if scene.sheet.nodes_x.max(scene.sheet.nodes_y) > NODES {
         return early.unwrap_or(Expected::Accepted);
     }
+    let checked = scene.check_start();
     match Sim::new(scene, memory) {
         Ok(mut sim) => {
-            assert!(early.is_none());
+            assert!(early.is_none() && checked.is_ok());
             // Whatever comes of it is told, and nothing panics.
             let advanced = sim.advance(3);
             assert_eq!(advanced.err(), sim.failure());
@@ -31,6 +32,7 @@ fn said(scene: &Scene, memory: &mut [CacheLine]) -> Expected {
         Err(error) => {
             assert!(memory.iter().all(|&line| line == SEVENS), "memory was written");
             assert!(error.text().starts_with(error.field));
+            assert!(checked.is_err_and(|checked| (checked.code, checked.field) == (error.code, error.field)));
             let refused = Expected::Refused(error.code, error.field);
             assert!(early.is_none_or(|early| early == refused));
             refused

@@ -1,7 +1,7 @@
 //! Scenes made of arbitrary numbers: refused without a write, or run without a panic and without silence about a lost state.
 
 use fabric::fields::FIELDS;
-use fabric::{CacheLine, Drive, Layout, Motion, Path, Scene, Sim};
+use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Scene, Sim};
 use fabric_tests::options::{self, Mix};
 use fabric_tests::small_sheet;
 use proptest::prelude::*;
@@ -51,10 +51,17 @@ fn config() -> ProptestConfig {
 /// Starts and steps a scene, if it is accepted. Whether it was.
 fn refused_or_run(mix: &Mix, scene: &Scene) -> Result<bool, TestCaseError> {
     let mut memory = vec![CacheLine([7.5; 8]); 5600];
+    let checked = scene.check_start();
     let mut sim = match Sim::new(scene, &mut memory) {
-        Ok(sim) => sim,
+        Ok(sim) => {
+            prop_assert_eq!(checked, Ok(()));
+            sim
+        }
         Err(error) => {
             prop_assert!(!error.text().is_empty());
+            // What is wrong may be no number, which equals nothing.
+            let same = checked.is_err_and(|checked| (checked.code, checked.field) == (error.code, error.field));
+            prop_assert!(error.code == Code::ShortBuffer || same);
             prop_assert!(memory.iter().all(|&line| line == CacheLine([7.5; 8])));
             return Ok(false);
         }

@@ -7,8 +7,8 @@ use fabric::{
 };
 use fabric_tests::{Buffers, positions, small_sheet, without_projectile};
 
-/// Asserts that a scene is refused with this code and field, by check, layout and constructor alike where they look, and
-/// that the constructor leaves its memory as it was.
+/// Asserts that a scene is refused with this code and field, by checks and constructor alike where they look, and that the
+/// constructor leaves its memory as it was.
 #[track_caller]
 fn refused(scene: &Scene, code: Code, field: &str) -> Error {
     // Enough for every scene below; the pattern would show any write.
@@ -19,8 +19,127 @@ fn refused(scene: &Scene, code: Code, field: &str) -> Error {
     if let Err(earlier) = scene.check() {
         assert_eq!((earlier.code, earlier.field), (code, field));
     }
+    assert_eq!(scene.check_start(), Err(error));
     assert!(error.text().contains(field));
     error
+}
+
+/// Scenes of a billion nodes and more: what init would say of them takes it minutes, or more memory than there is. What is checked in
+/// some milliseconds is what it would say, the more so where a part of the segments shows it.
+#[test]
+fn a_check_of_any_scene_takes_milliseconds() {
+    fn large(s: &mut Scene) {
+        (s.sheet.nodes_x, s.sheet.nodes_y, s.yarn.stochastic) = (65_000, 65_000, true);
+    }
+    /// A body wider than the sheet, whose lower edge comes as near as it may.
+    fn over_all(s: &mut Scene) {
+        (s.projectile.shape, s.projectile.size, s.projectile.mass) = (Shape::Box, [100.0, 100.0, 1.0], 1e3);
+        (s.projectile.orientation, s.projectile.velocity) = ([0.999_999_5, 0.001, 0.0, 0.0], [0.0, 0.0, 1e-3]);
+        s.projectile.position = [0.0, 0.0, -0.601];
+    }
+    type Case = (fn(&mut Scene), Result<(), (Code, &'static str)>);
+    let cases: [Case; 10] = [
+        (large, Ok(())),
+        (|s| (s.sheet.nodes_x, s.sheet.nodes_y) = (65_536, 65_536), Err((Code::TooManyNodes, "sheet.nodes_x"))),
+        (|s| (s.sheet.nodes_x, s.sheet.nodes_y) = (1 << 20, 4000), Ok(())),
+        (|s| (large(s), s.yarn.draw = fabric::Draw::Yarn).1, Ok(())),
+        (|s| (large(s), s.yarn.strength_draw = StrengthDraw::Weibull).1, Ok(())),
+        (|s| (large(s), s.yarn.damage_sd = 1e5).1, Ok(())), // half of the draws are refused
+        (|s| (large(s), s.time_step = TimeStep::seconds(2.7e-8)).1, Err((Code::StepTooLarge, "time_step.seconds"))),
+        (
+            |s| {
+                large(s);
+                (s.attachment.kind, s.sheet.pre_strain, s.yarn.draw) =
+                    (AttachmentKind::FourSides, [0.02, 0.0], fabric::Draw::Yarn);
+                (s.yarn.strength_draw, s.yarn.weibull_shape) = (StrengthDraw::Weibull, 2.0);
+            },
+            Err((Code::OutOfRange, "sheet.pre_strain")),
+        ),
+        (|s| (large(s), over_all(s)).1, Ok(())),
+        (
+            |s| {
+                large(s);
+                over_all(s);
+                (s.attachment.kind, s.drive) = (AttachmentKind::FourCorners, Drive::Prescribed);
+                s.attachment.disc_inset = 1.0;
+                (s.projectile.size, s.sheet.grading.largest) = ([20.0, 20.0, 1.0], 2);
+                s.sheet.grading.half_width = [100.0; 2];
+            },
+            Ok(()),
+        ),
+    ];
+    for (k, (change, expected)) in cases.into_iter().enumerate() {
+        let mut scene = base();
+        change(&mut scene);
+        let start = std::time::Instant::now();
+        let found = scene.check_start();
+        let took = start.elapsed();
+        println!("case {k}: {:.2} ms, {found:?}", 1e3 * took.as_secs_f64());
+        assert_eq!(found.map_err(|error| (error.code, error.field)), expected, "case {k}");
+        // On a busy machine, too: a thousandth of what the draws take.
+        assert!(took.as_secs_f64() < 0.5, "case {k}: {took:?}");
+    }
+}
+
+/// Where a limit follows from another field, that one is named, too: a limit of 0 alone would help nobody.
+#[test]
+fn a_refusal_names_the_field_that_its_limit_follows_from() {
+    type Change = fn(&mut Scene);
+    let cases: [(Change, &str); 6] = [
+        (|s| s.back.plies = 2, "back.plies: out of range; it is 2: see stack.plies"),
+        (|s| s.sheet.spacing_y = 0.1, "sheet.spacing_y: out of range; it is 1e-1: see sheet.spacing"),
+        (|s| s.projectile.mass = 1e-9, "projectile.mass: projectile lighter than a node: see sheet.node_mass"),
+        (|s| s.yarn.damage_a = 2.0, "yarn.damage_a: out of range; it is 2: see yarn.damage_b"),
+        (
+            |s| (s.yarn.rate_modulus, s.yarn.rate_reference, s.yarn.rate_limit) = (0.1, 30.0, 1.0),
+            "yarn.rate_limit: out of range; it is 1: see yarn.rate_reference",
+        ),
+        (
+            |s| (s.attachment.kind, s.sheet.pre_strain) = (AttachmentKind::Free, [0.01, 0.0]),
+            "sheet.pre_strain: pre-tension without equilibrium: an edge that is not held, or segments drawn one by one: see attachment.kind",
+        ),
+    ];
+    for (change, text) in cases {
+        let mut scene = base();
+        change(&mut scene);
+        assert_eq!(scene.check().unwrap_err().text().as_str(), text);
+    }
+}
+
+/// The correlation of drawn strength is read for the back fabric alone, too: it is checked, and an image of another one does not fit.
+#[test]
+fn the_correlation_of_a_drawn_back_fabric_counts() {
+    let mut scene = base();
+    (scene.stack.plies, scene.back.plies, scene.back.node_mass) = (2, 1, scene.sheet.node_mass);
+    scene.back.weibull_shape = 10.0;
+    let of = |correlation: f64| {
+        let mut scene = scene;
+        scene.yarn.weibull_correlation = correlation;
+        (scene.check().map_err(|error| error.field), fabric::snapshot::fingerprint(&scene, 1e-8))
+    };
+    assert_eq!(of(f64::NAN).0, Err("yarn.weibull_correlation"));
+    assert!(of(0.0).0.is_ok() && of(0.0).1 != of(0.5).1);
+}
+
+/// A part of the segments tells a step that is too large or too small, never one that may be right.
+#[test]
+fn a_check_of_many_segments_refuses_nothing_that_init_takes() {
+    let mut scene = base();
+    (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.yarn.modulus_sd) = (201, 201, 4e10);
+    let limits = scene.step_limits().unwrap();
+    let (fastest, memory) = (0.0254 / 35.0 / limits.dt, vec![CacheLine::ZERO; Layout::of(&scene).unwrap().lines()]);
+    for (velocity, taken) in [(0.999, true), (1.001, false)] {
+        scene.projectile.velocity[2] = velocity * fastest;
+        assert_eq!(Sim::new(&scene, &mut memory.clone()).is_ok(), taken);
+        assert!(scene.check_start().is_ok() || !taken);
+    }
+    scene.projectile.velocity[2] = 2.0 * fastest;
+    assert!(scene.check_start().is_err_and(|error| error.code == Code::ProjectileTooFast));
+    scene.projectile.velocity[2] = 50.0;
+    for (fraction, refused) in [(0.999, false), (1.3, true)] {
+        scene.time_step = TimeStep::seconds(fraction * limits.step_max);
+        assert_eq!(scene.check_start().is_err_and(|error| error.code == Code::StepTooLarge), refused);
+    }
 }
 
 fn base() -> Scene {
@@ -527,7 +646,17 @@ fn motions_set_by_hand_are_checked() {
         }
     }
     // Node 0 is fixed; node 40 is the middle of 9 x 9, and 3 mm below the plane it is inside the sphere.
-    call_refused(&mut sim, Code::OutOfRange, "velocities", |s| s.set_motion(&x, &with(&v, 1, 1e-9)));
+    // What is told is the number in SI units, not that of the node.
+    let told = |sim: &mut Sim<'_>, code, field, x: &[f64], v: &[f64], value: f64| {
+        let error = sim.set_motion(x, v).unwrap_err();
+        assert_eq!((error.code, error.field), (code, field));
+        assert!((error.value / value - 1.0).abs() < 1e-9, "{error:?}");
+    };
+    told(&mut sim, Code::OutOfRange, "velocities", &x, &with(&v, 1, 1e-9), 1e-9);
+    told(&mut sim, Code::OutOfRange, "positions", &with(&x, 3 * 40, 1e40), &v, 1e40);
+    // The sphere's centre is its radius and 1 nm before the plane.
+    let deep = scene.projectile.position[2].abs() - 3e-3 - scene.projectile.radius;
+    told(&mut sim, Code::InitialOverlap, "positions", &with(&x, 3 * 40 + 2, -3e-3), &v, deep);
     call_refused(&mut sim, Code::InitialOverlap, "positions", |s| s.set_motion(&with(&x, 3 * 40 + 2, -3e-3), &v));
     sim.step().unwrap();
     call_refused(&mut sim, Code::AlreadyStarted, "", |s| s.set_motion(&x, &v));

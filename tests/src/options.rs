@@ -8,12 +8,15 @@ use fabric::{
 };
 use std::collections::BTreeSet;
 
+/// Sets something of a new simulation.
+type Start = fn(&mut Sim<'_>) -> Result<(), Error>;
+
 /// An option: its name, what it changes of a scene, and what a host then does before the first step.
 pub struct Choice {
     /// Name.
     pub name: &'static str,
     scene: fn(&mut Scene),
-    start: Option<fn(&mut Sim<'_>) -> Result<(), Error>>,
+    start: Option<Start>,
 }
 
 const fn of(name: &'static str, scene: fn(&mut Scene)) -> Choice {

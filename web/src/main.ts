@@ -352,7 +352,7 @@ function update(): void {
   const pin = native[nameOf(choices) ?? ""];
   values.time.textContent = `${microseconds(frame.row)}, step ${row.step.toLocaleString("en")}`;
   values.velocity.textContent = `${row.velocity_z_m_per_s.toFixed(3)} m/s`;
-  values.absorbed.textContent = `${row.contact_work_j.toFixed(4)} J of ${start.toFixed(2)} J`;
+  values.absorbed.textContent = `${row.contact_work_j.toFixed(4)} J of ${start.toFixed(2)} J${row.support_work_j > 0 ? `, ${row.support_work_j.toFixed(4)} J of it by held nodes` : ""}`;
   values.peak.textContent = `${frame.peakForce.toFixed(1)} N`;
   values.failed.textContent = failed.toLocaleString("en");
   const open = row.energy_residual_j / Math.max(start, 1e-12);

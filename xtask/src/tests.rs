@@ -103,6 +103,10 @@ fn documentation() -> Outcome {
 fn package() -> Outcome {
     cargo(&["package", "--quiet", "--package", "fabric-kernel", "--allow-dirty"])?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
+    if let Some(missing) = ["LICENSE-MIT", "LICENSE-APACHE"].iter().find(|name| !packed.with_file_name(name).is_file())
+    {
+        return Err(format!("the package of the kernel has no {missing}"));
+    }
     let folder = target().join("package/docs");
     let (packed, folder) = (packed.to_string_lossy(), folder.to_string_lossy());
     let features = ["--no-deps", "--features", "micro,implicit"];
@@ -263,7 +267,16 @@ fn studies() -> Outcome {
     study(&["validate", "--quick", "--out", &folder("validate")])?;
     report("validate", &folder("validate"))?;
     // The first steps of a stack, which has a picture of its own.
-    study(&["run", "study/scenes/pack_of_62_plies.toml", "--steps", "64", "--out", &folder("run of plies")])?;
+    study(&[
+        "run",
+        "study/scenes/pack_of_62_plies.toml",
+        "--steps",
+        "64",
+        "--until",
+        "none",
+        "--out",
+        &folder("run of plies"),
+    ])?;
     report("run", &folder("run of plies"))?;
     let sheets = ["--sample", "512", "--movie", "--vtk"];
     study(&[&["run", "study/scenes/four_sides_40J.toml", "--out", &folder("run")], &sheets[..]].concat())?;

@@ -37,7 +37,7 @@ pub fn run(options: &Options) -> Outcome {
 fn movie(path: &Path) -> Outcome {
     let folder = target().join("movie");
     let (scene, out) = ("study/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
-    command(study(), &["run", scene, "--movie", "--steps", "17000", "--out", &out])?;
+    command(study(), &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
     command(python()?, &["-m", "reports", "run", &out])?;
     let copied = std::fs::copy(folder.join("movie.gif"), path);
     copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))

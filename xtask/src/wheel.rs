@@ -1,7 +1,7 @@
 //! `cargo xtask wheel`: the Python package as wheels, and its tests in an environment that has nothing else.
 
 use crate::platforms::{compiler_for, own};
-use crate::tools::{Outcome, emptied, finish, found, python_with, run as command, target, top};
+use crate::tools::{Outcome, emptied, finish, found, output, python_with, run as command, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -51,8 +51,35 @@ fn build(folder: &Path, other: Option<[&str; 2]>) -> Outcome {
         maturin = own().lent_to(maturin);
         maturin.args(["build", "--quiet", "--interpreter"]).arg(&python).arg("--target-dir").arg(target());
     }
+    maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
     maturin.arg("--out").arg(folder).current_dir(top().join("python"));
     finish(&mut maturin)
+}
+
+/// The folders of this machine whose names a panic's place would show, and what stands for them.
+fn folders() -> [(PathBuf, &'static str); 2] {
+    let home = || PathBuf::from(std::env::var_os("HOME").unwrap_or_default()).join(".cargo");
+    [(top(), "fabric"), (std::env::var_os("CARGO_HOME").map_or_else(home, PathBuf::from), "cargo")]
+}
+
+/// Flags of the compiler, the user's own included, between separators as cargo wants them.
+fn flags() -> String {
+    let own = std::env::var("RUSTFLAGS").unwrap_or_default();
+    let renamed = folders().map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()));
+    own.split_whitespace().map(str::to_string).chain(renamed).collect::<Vec<_>>().join("\x1f")
+}
+
+/// Refuses a module that names a folder of this machine.
+fn names_no_folder(python: &Path) -> Outcome {
+    let file = output(python, &["-c", "import fabric_kernel._kernel as k; print(k.__file__)"])?;
+    let module = std::fs::read(file.trim()).map_err(|error| format!("{}: {error}", file.trim()))?;
+    for (folder, _) in folders() {
+        let name = folder.to_string_lossy().into_owned();
+        if module.windows(name.len()).any(|part| part == name.as_bytes()) {
+            return Err(format!("the wheel names the folder {name}"));
+        }
+    }
+    Ok(())
 }
 
 /// Installs the wheel in an empty environment and runs the tests there, those with a Dask cluster included.
@@ -65,6 +92,7 @@ pub fn test() -> Outcome {
     let python = venv.join("bin/python");
     let with_tests = format!("{}[test]", wheel.display());
     command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", &with_tests])?;
+    names_no_folder(&python)?;
     command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
 }
 

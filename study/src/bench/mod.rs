@@ -19,6 +19,7 @@ mod ports;
 mod programs;
 mod rows;
 mod sheets;
+mod worst;
 
 pub use sheets::throw;
 
@@ -74,6 +75,7 @@ enum Group {
     Rest(u32),
     Contact(u32),
     Ledger(u32),
+    Worst,
     Memory,
     Fmu,
     States,
@@ -95,6 +97,7 @@ impl Group {
             Group::Rest(size) => format!("rest {size}"),
             Group::Contact(size) => format!("contact {size}"),
             Group::Ledger(size) => format!("ledger {size}"),
+            Group::Worst => "worst".to_string(),
             Group::Memory => "memory".to_string(),
             Group::Fmu => "fmu".to_string(),
             Group::States => "states".to_string(),
@@ -109,6 +112,7 @@ impl Group {
     fn pieces(&self, rounds: usize) -> usize {
         match self {
             Group::Ports | Group::Memory | Group::Preset(..) | Group::Answer(..) | Group::V50 => 1,
+            Group::Worst => worst::SCENES as usize,
             Group::Instructions => 2 * InstructionSet::ALL.into_iter().filter(|set| set.available()).count(),
             Group::Fmu => 4 * rounds,
             Group::Rest(_) => 3 * rounds.min(3),
@@ -140,7 +144,7 @@ fn groups(options: &Options) -> Vec<Group> {
     groups.extend([105, 350].map(Group::Rest));
     groups.extend([105, 350, 700].map(Group::Contact));
     groups.extend([105, 350].map(Group::Ledger));
-    groups.extend([Group::Memory, Group::Fmu, Group::States, Group::Instructions]);
+    groups.extend([Group::Worst, Group::Memory, Group::Fmu, Group::States, Group::Instructions]);
     let [(small, sphere), (large, cylinder)] = PRESETS;
     groups.extend([Group::Preset(small, sphere), Group::Preset(large, cylinder)]);
     if !options.quick {
@@ -257,6 +261,7 @@ fn measure(
         Group::Rest(size) => parts::rest(size, effort, progress, report)?,
         Group::Contact(size) => parts::contact(size, effort, progress, report)?,
         Group::Ledger(size) => parts::ledger(size, effort, progress, report)?,
+        Group::Worst => worst::measure(progress, report)?,
         Group::Memory => {
             parts::memory(report)?;
             progress.add(1, || "memory".to_string());

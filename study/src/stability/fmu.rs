@@ -107,6 +107,7 @@ fn outputs(sim: &mut Sim<'_>) -> Result<Map<String, Value>> {
         "energy.viscous": energy.viscous,
         "energy.friction": energy.friction,
         "energy.ply_loss": energy.ply_loss,
+        "energy.support_work": energy.support_work,
         "energy.residual": energy.residual,
         "momentum.residual": math::length(sim.momentum_residual()?),
         "step.fraction": limits.dt / limits.dt_crit,

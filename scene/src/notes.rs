@@ -1,0 +1,67 @@
+//! What a report of a shot must say of its scene: every report takes it from here.
+
+use fabric::math::sqrt;
+use fabric::{Scene, Shape};
+
+/// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of a flat face were seen to
+/// break within 6 us from 0.31 of it on (docs/tables/edges.md).
+const NAMED_FROM: f64 = 0.25;
+
+/// A sentence on the sharp edges of a projectile with flat faces that flies as the scene says, but at this speed, m/s; none if it is slow.
+pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
+    let part = speed / breaking_velocity(scene);
+    if part < NAMED_FROM || scene.projectile.shape == Shape::Sphere || is_nose_first(scene) {
+        return None;
+    }
+    Some(format!(
+        "the projectile has flat faces, whose edges are sharp, as the model has no radius for them: at {speed:.0} m/s, {part:.2} of the velocity \
+         at which a yarn that is hit across breaks at once, bars at an edge may break within microseconds, in packs of many plies, too, \
+         and at which velocity they do depends on the node spacing and the place of the hit (docs/validation.md, \"Spacing\")"
+    ))
+}
+
+/// Velocity of Smith's relation for the critical strain of a yarn along x, m/s: c sqrt(2 e sqrt(e (1 + e)) - e^2).
+fn breaking_velocity(scene: &Scene) -> f64 {
+    let [h_x, h_y] = scene.spacings();
+    let (sheet, e) = (&scene.sheet, scene.yarn.critical_stretch - 1.0);
+    // A node has the mass of both its yarns.
+    let c = sqrt(scene.yarn.modulus_mean * sheet.yarn_area * (h_x + h_y) / sheet.node_mass);
+    c * sqrt(2.0 * e * sqrt(e * (1.0 + e)) - e * e)
+}
+
+/// Whether a hemisphere is ahead: at +z of the body.
+fn is_nose_first(scene: &Scene) -> bool {
+    let body = &scene.projectile;
+    let [w, x, y, z] = body.orientation;
+    let axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z];
+    let ahead: f64 = axis.iter().zip(body.velocity).map(|(axis, v)| axis * v).sum();
+    body.shape == Shape::HemisphericalCylinder && ahead > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kevlar KM2 S706: e = 0.0355 and c = 7666 m/s, so 7666 sqrt(2 x 0.0355 x 0.191731 - 0.00126025) = 852 m/s.
+    #[test]
+    fn a_flat_face_is_named_from_a_quarter_of_the_breaking_velocity_on() {
+        let mut scene = crate::parse("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"").unwrap();
+        assert!((breaking_velocity(&scene) - 852.0).abs() < 0.1, "{}", breaking_velocity(&scene));
+        assert_eq!(sharp_edges(&scene, 212.0), None);
+        assert!(sharp_edges(&scene, 366.0).unwrap().contains("at 366 m/s, 0.43 of the velocity"));
+        scene.projectile.shape = Shape::Sphere;
+        assert_eq!(sharp_edges(&scene, 366.0), None);
+    }
+
+    #[test]
+    fn a_bullet_has_an_edge_where_its_tail_is_ahead() {
+        let mut scene = crate::parse("preset = \"sheet_10in_cylinder\"\n[fabric]\nname = \"kevlar_km2_s706\"").unwrap();
+        (scene.projectile.shape, scene.projectile.velocity) = (Shape::HemisphericalCylinder, [0.0, 0.0, 1.0]);
+        for (orientation, nose_first) in
+            [([1.0, 0.0, 0.0, 0.0], true), ([0.0, 1.0, 0.0, 0.0], false), ([0.96, 0.0, 0.28, 0.0], true)]
+        {
+            scene.projectile.orientation = orientation;
+            assert_eq!(sharp_edges(&scene, 366.0).is_none(), nose_first, "{orientation:?}");
+        }
+    }
+}
