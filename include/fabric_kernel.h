@@ -824,7 +824,7 @@ typedef struct fk_counters {
     uint64_t most_candidates;
     // Places for candidate nodes: `contact_capacity`, or every node modelled.
     uint64_t candidate_capacity;
-    // Deepest penetration met, m: rounding in a sound run; also that of fixed nodes in a prescribed body, which passes through them.
+    // Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does; also that of fixed nodes in a prescribed body, which passes through them.
     double worst_penetration;
     // Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     uint64_t iterations;

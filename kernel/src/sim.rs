@@ -84,7 +84,7 @@ pub struct Counters {
     pub most_candidates: u64,
     /// Places for candidate nodes: `contact_capacity`, or every node modelled.
     pub candidate_capacity: u64,
-    /// Deepest penetration met, m: rounding in a sound run; also that of fixed nodes in a prescribed body, which passes through them.
+    /// Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does; also that of fixed nodes in a prescribed body, which passes through them.
     pub worst_penetration: f64,
     /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
     pub iterations: u64,

@@ -78,6 +78,21 @@ class Scenes(unittest.TestCase):
             self.assertEqual(counts[0], counts[1])
             self.assertEqual(counts[0] > 0, beside)
 
+    def test_an_open_energy_balance_is_told_once_and_when_it_opens(self):
+        mass, speed = 4e-5, 60.0
+        for version in (2, 3):
+            host = Host(version, {
+                **SMALL, "sheet.crimp": [0.006, 0.006], "projectile.mass": mass, "projectile.start.velocity[3]": speed,
+            })  # fmt: skip
+            opened = False
+            for k in range(40):
+                host.run(k, k + 1, 2e-5)
+                opened |= abs(host.get("energy.residual")) > 0.01 * 0.5 * mass * speed**2
+                told = [text for _, _, text in host.log if text.startswith("energy.residual: more than 1 % of the impact energy")]
+                self.assertEqual(len(told), int(opened), (k, host.log))
+            self.assertTrue(opened)
+            host.close()
+
     def test_a_model_of_a_scene_starts_as_that_scene(self):
         wanted = tomllib.loads(SCENE.read_text())
         for version in (2, 3):
