@@ -1,7 +1,8 @@
 //! `cargo xtask wheel`: the Python package as wheels, and its tests in an environment that has nothing else.
 
 use crate::platforms::{compiler_for, own};
-use crate::tools::{Outcome, emptied, finish, found, output, python_with, run as command, target, top};
+use crate::tools::{Outcome, emptied, finish, found, python_with, run as command, target, top};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -69,14 +70,19 @@ fn flags() -> String {
     own.split_whitespace().map(str::to_string).chain(renamed).collect::<Vec<_>>().join("\x1f")
 }
 
-/// Refuses a module that names a folder of this machine.
-fn names_no_folder(python: &Path) -> Outcome {
-    let file = output(python, &["-c", "import fabric_kernel._kernel as k; print(k.__file__)"])?;
-    let module = std::fs::read(file.trim()).map_err(|error| format!("{}: {error}", file.trim()))?;
-    for (folder, _) in folders() {
-        let name = folder.to_string_lossy().into_owned();
-        if module.windows(name.len()).any(|part| part == name.as_bytes()) {
-            return Err(format!("the wheel names the folder {name}"));
+/// Refuses a wheel of which a file names a folder of this machine.
+fn names_no_folder(wheel: &Path) -> Outcome {
+    let said = |error: &dyn std::fmt::Display| format!("{}: {error}", wheel.display());
+    let file = std::fs::File::open(wheel).map_err(|error| said(&error))?;
+    let mut archive = zip::ZipArchive::new(file).map_err(|error| said(&error))?;
+    for k in 0..archive.len() {
+        let (mut bytes, mut part) = (Vec::new(), archive.by_index(k).map_err(|error| said(&error))?);
+        part.read_to_end(&mut bytes).map_err(|error| said(&error))?;
+        for (folder, _) in folders() {
+            let name = folder.to_string_lossy().into_owned();
+            if bytes.windows(name.len()).any(|text| text == name.as_bytes()) {
+                return Err(said(&format!("a file names the folder {name}: {:?}", part.name())));
+            }
         }
     }
     Ok(())
@@ -87,12 +93,12 @@ pub fn test() -> Outcome {
     let top_folder = emptied(target().join("wheel-test"))?;
     build(&top_folder, None)?;
     let wheel = only_file(&top_folder)?;
+    names_no_folder(&wheel)?;
     let venv = top_folder.join("venv");
     command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
     let python = venv.join("bin/python");
     let with_tests = format!("{}[test]", wheel.display());
     command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", &with_tests])?;
-    names_no_folder(&python)?;
     command(&python, &["-m", "unittest", "discover", "--start-directory", "python/tests"])
 }
 
