@@ -37,6 +37,7 @@ mod blocks;
 mod body;
 #[cfg(feature = "micro")]
 pub mod calibrate;
+pub mod candidate;
 mod check;
 pub mod contact;
 mod direction;

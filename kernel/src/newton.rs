@@ -10,7 +10,7 @@
 //! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353;
 //! R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
 
-use crate::contact::{Candidate, Solved};
+use crate::candidate::{Candidate, Solved};
 use crate::friction::{self, Tangential};
 use crate::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::math;

@@ -21,7 +21,8 @@
 //! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions; J. J. Moreau as in `contact.rs`.
 
 use crate::blocks::Blocks;
-use crate::contact::{Candidate, MAX_SWEEPS, Solved};
+use crate::candidate::{Candidate, Solved};
+use crate::contact::MAX_SWEEPS;
 use crate::friction::{self, Tangential};
 use crate::lanes::{self, Job, Lane};
 use crate::layout::{CANDIDATE_REALS, COLUMN_REALS, TOUCH_REALS};
@@ -50,6 +51,11 @@ const GROWTH: f64 = 1.1;
 /// A candidate whose gap grows by more than so many times the fastest approach, of a candidate or of two nodes of a column, is left out, unless
 /// more comes of it.
 const OUT_OF_REACH: f64 = 2.0;
+/// Sweeps after which a solve is given up in which fixed nodes take an impulse. They do not give way, and neighbours under a wide body leave
+/// nearly all of an error in a sweep.
+const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
+/// Impulses found after which it is given up earlier.
+const UPDATES_ON_SUPPORTS: usize = 16_000_000;
 /// No candidate.
 const NONE: u32 = u32::MAX;
 
@@ -477,6 +483,8 @@ struct Joint<'s, 'a> {
     arm: f64,
     /// The most by which a node without a candidate that is taken up is moved along z, m/s.
     widest: f64,
+    /// Whether a fixed node has taken an impulse.
+    supported: bool,
     /// Sweeps done.
     sweeps: u32,
     velocity: Vector,
@@ -493,13 +501,26 @@ impl<'s, 'a> Joint<'s, 'a> {
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
         let [tolerance, arm, widest] = [0.0; 3];
-        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, sweeps: 0, velocity, rate }
+        Joint {
+            system,
+            inertia,
+            give,
+            tolerance,
+            turns,
+            mass,
+            arm,
+            widest,
+            supported: false,
+            sweeps: 0,
+            velocity,
+            rate,
+        }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
     fn begin(&mut self, count: usize) -> f64 {
         let body = &self.system.state.body;
-        (self.velocity, self.rate, self.sweeps) = (body.velocity, body.angular_velocity, 0);
+        (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
         // First of all: a candidate has its ply, and so its mass, from its link.
         link(self.system, count);
         let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
@@ -602,13 +623,16 @@ impl<'s, 'a> Joint<'s, 'a> {
 
     /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
     fn settle(&mut self, count: usize) -> bool {
-        let mut converged = false;
-        while self.sweeps < MAX_SWEEPS && !converged {
+        let (mut most, mut converged) = (MAX_SWEEPS, false);
+        while self.sweeps < most && !converged {
             converged = true;
             for c in 0..count {
                 converged &= self.visit(c);
             }
             self.sweeps += 1;
+            if self.supported {
+                most = MAX_SWEEPS.max(MAX_SWEEPS_ON_SUPPORTS.min((UPDATES_ON_SUPPORTS / count.max(1)) as u32));
+            }
         }
         converged
     }
@@ -807,6 +831,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
         let trial = candidate.impulse - self.body_rate(&candidate) / give;
         let impulse = math::max(trial, 0.0);
+        self.supported |= impulse > 0.0;
         let change = impulse - candidate.impulse;
         self.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
         if self.turns {

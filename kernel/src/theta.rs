@@ -13,7 +13,8 @@
 
 use crate::blocks::Blocks;
 use crate::body;
-use crate::contact::{self, Candidate, Found, Gathered};
+use crate::candidate::{Candidate, Found};
+use crate::contact::{self, Gathered};
 use crate::error::Failure;
 use crate::grading::Net;
 use crate::math;

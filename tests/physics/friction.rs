@@ -1,7 +1,8 @@
 //! Friction between yarn and projectile against closed forms: the impulse of one contact, a block that comes to rest, a sphere that is made to
 //! roll, and what friction must never do: add energy, momentum or turning, or depend on the order of the nodes.
 
-use fabric::contact::{Candidate, solve_with_friction};
+use fabric::candidate::Candidate;
+use fabric::contact::solve_with_friction;
 use fabric::friction::Tangential;
 use fabric::layout::CANDIDATE_REALS;
 use fabric::pose::Vector;
