@@ -48,7 +48,7 @@ const OTHERS: [Need; 13] = [
     need("digests on a Cortex-M7", || any(&["arm-none-eabi-gcc"]), "gcc-arm-none-eabi"),
     need("digests on a Cortex-M7", || any(&["qemu-system-arm"]), "qemu-system-arm"),
     need("digests on WebAssembly, web page", || all(&["node", "npm"]), "nodejs npm"),
-    need("test of the web page", || any(&crate::web::BROWSERS), "chromium"),
+    need("test of the web page", || any(&BROWSERS), "chromium"),
 ];
 
 /// Platforms that are built for, besides this one and macOS.
@@ -59,6 +59,9 @@ const TRIPLES: [&str; 5] = [
     "wasm32-unknown-unknown",
     "x86_64-pc-windows-gnu",
 ];
+
+/// Names of the browser.
+pub const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// Names of Wine; Debian does not put it in the path.
 pub const WINE: [&str; 3] = ["wine64", "wine", "/usr/lib/wine/wine64"];

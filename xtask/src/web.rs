@@ -1,6 +1,7 @@
 //! `cargo xtask web`: the kernel for WebAssembly through the C interface, in one page without anything loaded from elsewhere
 //! (web/, docs/web.md); and the page's test in a browser.
 
+use crate::needs::BROWSERS;
 use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run as command, target, top};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,9 +16,6 @@ pub struct Options {
     #[arg(long)]
     pictures: bool,
 }
-
-/// Names of the browser.
-pub const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// Runs the command.
 pub fn run(options: &Options) -> Outcome {
