@@ -161,12 +161,12 @@ export function assignments(choices: Choices): Assignment[] {
     { key: "sheet.nodes_x", value: [choices.nodes] },
     { key: "sheet.nodes_y", value: [choices.nodes] },
     { key: "attachment.kind", value: choices.attachment },
-    // As large beside the sheet as the paper's.
-    { key: "attachment.disc_inset", value: [rounded(0.1 * side)] },
-    { key: "attachment.disc_radius", value: [rounded(0.075 * side)] },
-    { key: "projectile.shape", value: choices.shape },
-    { key: "projectile.mass", value: [rounded(1e-3 * choices.mass)] },
   ];
+  if (choices.attachment === "four_corners") {
+    // As large beside the sheet as the paper's.
+    all.push({ key: "attachment.disc_inset", value: [rounded(0.1 * side)] }, { key: "attachment.disc_radius", value: [rounded(0.075 * side)] });
+  }
+  all.push({ key: "projectile.shape", value: choices.shape }, { key: "projectile.mass", value: [rounded(1e-3 * choices.mass)] });
   if (choices.shape === "disc_sector") {
     const sector: [string, number][] = [
       ["inner_radius", 1e-3 * choices.bore], ["outer_radius", 1e-3 * choices.radius], ["angle", (choices.angle * Math.PI) / 180], ["thickness", 1e-3 * choices.length],
