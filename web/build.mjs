@@ -39,8 +39,9 @@ function parameters(file) {
   const found = {};
   for (const line of printed.split("\n")) {
     const group = line.match(/^\[(.+)\]$/);
-    const value = line.match(/^([\w.]+) = (.+)$/);
-    if (group) table = `${group[1]}.`;
+    const value = line.match(/^"?([\w.]+)"? = (.+)$/);
+    // What the scene does not read stands in a table of its own, by its whole name.
+    if (group) table = group[1] === "unread" ? "" : `${group[1]}.`;
     else if (value) found[table + value[1]] = value[2];
   }
   return found;
