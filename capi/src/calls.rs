@@ -718,7 +718,7 @@ mod tests {
 
     #[test]
     fn the_header_says_the_kernels_limits() {
-        assert_eq!(FK_MAX_BANDS, fabric::layout::MAX_BANDS);
+        assert_eq!(FK_MAX_BANDS, fabric::MAX_BANDS);
     }
 
     #[test]

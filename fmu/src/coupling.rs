@@ -8,9 +8,9 @@
 //! Reference: docs/model.md, "Prescribed projectile"; M. Arnold, in: Co-simulation (2010).
 
 use crate::parameters::Parameters;
-use fabric::path::exponential;
+use fabric::Solid;
+use fabric::exponential;
 use fabric::pose::{self, Vector};
-use fabric::shape::Solid;
 use fabric::{Motion, Path, Sim, math};
 
 /// Part of the node spacing beyond which the pose is refused: nodes would be jumped over.

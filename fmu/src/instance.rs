@@ -10,10 +10,10 @@ use crate::memory::Block;
 use crate::parameters::Parameters;
 use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
 use core::fmt::Write;
-use fabric::error::{Code, number};
-use fabric::outcome::TEST_INTERVAL;
-use fabric::projectile::{Body, Inertia};
-use fabric::shape::Solid;
+use fabric::Solid;
+use fabric::TEST_INTERVAL;
+use fabric::{Body, Inertia};
+use fabric::{Code, number};
 use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Ply, Sim, math};
 use fabric::{Outcome, OutcomeSet};
 

@@ -10,9 +10,9 @@ use crate::parameters::Parameters;
 use crate::starts::NAME;
 use crate::table::EVENTS;
 use crate::token;
+use fabric::Hash;
 use fabric::Sim;
 use fabric::fields::SLOTS;
-use fabric::snapshot::Hash;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"FABRFMUS");
 /// Version of the bytes' meaning.

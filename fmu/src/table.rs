@@ -7,11 +7,11 @@
 //! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
 //! table's reference; in FMI 2.0 its elements have that reference and the following ones, row by row.
 
+use fabric::MAX_PLIES;
 use fabric::Outcome;
 use fabric::fields::{
     ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
 };
-use fabric::scene::MAX_PLIES;
 
 /// Names a variable in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ pub fn hash(name: &str, mut starts: Parameters) -> u64 {
         |bytes: &[u8]| bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
     take(name.as_bytes());
     take(fabric::VERSION.as_bytes());
-    take(&fabric::snapshot::FORMAT.to_le_bytes());
+    take(&fabric::FORMAT.to_le_bytes());
     for variable in &VARIABLES {
         take(variable.name.as_bytes());
         take(&variable.reference.to_le_bytes());

@@ -5,7 +5,7 @@
 //! and after are equal. A state that is restored gives the bytes it was saved with.
 
 use crate::bytes::Bytes;
-use fabric::snapshot::Hash;
+use fabric::Hash;
 use fabric_fmu::calls::{Handle, Text};
 use fabric_fmu::fmi2::*;
 use fabric_fmu::fmi3::*;

@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use crate::small;
-use fabric::snapshot::Hash;
+use fabric::Hash;
 use fabric::{CacheLine, Code, Drive, Layout, Motion, Path, Sim};
 
 /// Words of an image's header.

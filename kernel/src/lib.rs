@@ -32,80 +32,73 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod bands;
-mod blocks;
-mod body;
-#[cfg(feature = "micro")]
-pub mod calibrate;
-pub mod candidate;
-mod check;
-pub mod contact;
-mod direction;
-mod draw;
-pub mod energy;
-pub mod error;
-#[cfg(feature = "micro")]
-pub mod fibril;
-pub mod fields;
-pub mod friction;
-pub mod grading;
-pub mod lanes;
-pub mod layout;
-mod marks;
-pub mod math;
-mod model;
-mod newton;
-pub mod outcome;
-pub mod path;
-mod pieces;
-pub mod places;
-pub mod planes;
-pub mod polyhedron;
-pub mod pose;
-pub mod prism;
-pub mod projectile;
-pub mod random;
-mod ranges;
-mod rate;
-mod readout;
-mod relaxation;
-mod rows;
-pub mod scene;
-pub mod shape;
-pub mod sim;
-pub mod snapshot;
-mod stack;
-mod start;
-pub mod state;
-mod step;
-pub mod sweep;
-pub mod symmetry;
-mod system;
-pub mod textile;
-#[cfg(feature = "implicit")]
-mod theta;
-pub mod toe;
-mod viscosity;
-pub mod watch;
-mod waves;
-pub mod weave;
-pub mod yarn;
+// The rooms, from the ground up. A file imports from its own room and from those before it, never from one behind it.
 
-pub use bands::Bands;
-pub use energy::{Energy, Ply};
-pub use error::{Code, Error, Failure};
-pub use lanes::{CacheLine, InstructionSet};
-pub use layout::Layout;
-pub use path::Path;
-pub use projectile::Motion;
-pub use scene::{
+/// Floor 1: what everything stands on. Mathematics, errors, random numbers, hash, lanes of vector instructions, planes and ranges.
+mod ground;
+
+/// Floor 2: what is simulated. The parts of a scene, and the table of all its parameters.
+mod scene;
+
+/// Floor 3: the law of a yarn. Stress and damage, toe, rate; fibrils, and the law that is fitted to them.
+mod yarn;
+
+/// Floor 3: the rigid projectile. Pose, shapes and their gaps, inertia, a prescribed path.
+mod body;
+
+/// Floor 4: the sheet. Places, weave, directions, draws, grading, mirror planes, data sheets, checks, and the sweep over its bars.
+mod sheet;
+
+/// Floor 5: the caller's memory. What is in it and where, and the system that all steps work on.
+mod memory;
+
+/// Floor 6: impulses. Between nodes and projectile, between plies, and their friction.
+mod contact;
+
+/// Floor 7: one time step. Motion, viscosity, the explicit and the theta rule, steps in blocks, bands; read-outs, energy, outcomes.
+mod step;
+
+/// Floor 8: a simulation. Its start, its calls, its image.
+mod sim;
+
+pub use body::path::{Path, exponential};
+pub use body::projectile::{Body, Inertia, Motion};
+pub use body::shape::Solid;
+pub use body::{pose, prism};
+pub use ground::error::{Code, Error, Failure, number};
+pub use ground::hash::Hash;
+pub use ground::lanes::{CacheLine, InstructionSet};
+pub use ground::math;
+pub use memory::layout::{Layout, MAX_BANDS};
+pub use memory::watch::{Latch, Outcome, OutcomeSet};
+pub use scene::fields;
+pub use scene::parts::{
     Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
-    Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack, StepAfterFailure, StepCheck,
-    StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
+    MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack,
+    StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
-pub use sim::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
-pub use textile::{TEXTILE_VISCOSITY, Textile, Threads};
-pub use watch::{Latch, Outcome, OutcomeSet};
+pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
+pub use sim::simulation::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
+pub use sim::snapshot::FORMAT;
+pub use step::bands::Bands;
+pub use step::energy::{Energy, Ply};
+pub use step::outcome::TEST_INTERVAL;
+#[cfg(feature = "micro")]
+pub use yarn::{calibrate, fibril};
+
+/// The files of the kernel, for its tests, studies and fuzzing. A host does not need them, and nothing here is promised to stay.
+#[cfg(feature = "internals")]
+pub mod internals {
+    pub use crate::body::*;
+    pub use crate::contact::*;
+    pub use crate::ground::*;
+    pub use crate::memory::*;
+    pub use crate::scene::*;
+    pub use crate::sheet::*;
+    pub use crate::sim::*;
+    pub use crate::step::*;
+    pub use crate::yarn::*;
+}
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -1,9 +1,9 @@
 //! Scenes: a preset, a file or a dictionary, and whatever differs from it.
 
 use crate::{errors, parameters};
+use fabric::Solid;
 use fabric::fields::{FIELDS, field};
 use fabric::pose::{Pose, Vector, into_body, normalised};
-use fabric::shape::Solid;
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
 use fabric_scene::{PRESETS, UNREAD, short};

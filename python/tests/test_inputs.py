@@ -30,7 +30,7 @@ def number(bits):
 
 def read():
     """Codes by their number, the changes that make each sound scene, and the cases."""
-    source = (pathlib.Path(__file__).parents[2] / "kernel/src/error.rs").read_text()
+    source = (pathlib.Path(__file__).parents[2] / "kernel/src/ground/error.rs").read_text()
     codes = {0: ""}
     for line in source.splitlines():
         name, equals, value = line.strip().rstrip(",").partition(" = -")

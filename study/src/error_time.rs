@@ -40,7 +40,7 @@ use crate::machine;
 use crate::table::{Cell, Table};
 use crate::{Result, report, say};
 use clap::Args;
-use fabric::scene::STEP_MAX_FRACTION;
+use fabric::internals::parts::STEP_MAX_FRACTION;
 use fabric::{Integrator, IntegratorKind, Scene, StepCheck, TimeStep};
 use std::path::PathBuf;
 

@@ -1,9 +1,9 @@
 //! One impact from start to end, and what is read off it.
 
 use crate::Result;
+use fabric::Solid;
 use fabric::math::length;
-use fabric::projectile::{Body, Inertia};
-use fabric::shape::Solid;
+use fabric::{Body, Inertia};
 use fabric::{Counters, Energy, Motion, Outcome, OutcomeSet, Scene, Sim};
 use serde::Serialize;
 

@@ -7,8 +7,8 @@
 use crate::Result;
 use crate::event::mask_of;
 use crate::memory::Buffers;
-use fabric::random::splitmix64;
-use fabric::shape::Solid;
+use fabric::Solid;
+use fabric::internals::random::splitmix64;
 use fabric::{Outcome, Scene};
 use rayon::prelude::*;
 

@@ -5,7 +5,7 @@
 //! 255, which is 0 only where the segment has failed. Of a stack each of these has all plies, in their order.
 
 use crate::Result;
-use fabric::shape::Solid;
+use fabric::Solid;
 use fabric::{Motion, Scene, Shape, Sim};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -126,7 +126,7 @@ pub fn describe(folder: &Path, file: String, name: String, scene: &Scene) -> Res
     };
     let layout = fabric::Layout::of(scene)?;
     let held = |row: usize| {
-        let runs = fabric::weave::fixed_runs(scene, row);
+        let runs = fabric::internals::weave::fixed_runs(scene, row);
         runs.map(|run| [row, run[0] as usize, run[1] as usize]).into_iter().filter(|run| run[2] > run[1])
     };
     Ok(Picture {

@@ -42,7 +42,7 @@ pub struct Options {
     vtk: bool,
     /// Threads that step the sheet, a band of rows each; the bits do not depend on them. Pays from some 200 x 200 nodes on,
     /// on cores that are free.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::layout::MAX_BANDS)))]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(fabric::MAX_BANDS)))]
     threads: u32,
 }
 
@@ -426,7 +426,7 @@ fn projectile(body: &fabric::Projectile) -> String {
         fabric::Shape::Box => format!("box, {} mm", body.size.map(millimetres).join(" x ")),
         fabric::Shape::Polyhedron => format!("polyhedron of {} faces", body.faces.in_use().len()),
         fabric::Shape::DiscSector => {
-            let fabric::scene::Sector { inner_radius, outer_radius, angle, thickness } = body.sector;
+            let fabric::internals::parts::Sector { inner_radius, outer_radius, angle, thickness } = body.sector;
             let [inner, outer, thickness] = [inner_radius, outer_radius, thickness].map(millimetres);
             let degrees = report::shortest(angle.to_degrees());
             format!("disc sector, radii {inner} and {outer} mm, {degrees} degrees, {thickness} mm thick")
@@ -474,7 +474,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
     found.extend(fabric_scene::notes::sharp_edges(scene, fabric::math::length(scene.projectile.velocity)));
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
-        let fixed: u32 = fabric::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
+        let fixed: u32 = fabric::internals::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
         (fixed as usize) < nx
     };
     if !(0..ny).any(free) {

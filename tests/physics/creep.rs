@@ -2,7 +2,7 @@
 //!
 //! FABRIC_SHOTS=4000 cargo test -p fabric-tests --test physics -- --ignored --nocapture worst_gain
 
-use fabric::random::splitmix64;
+use fabric::internals::random::splitmix64;
 use fabric::{AttachmentKind, Scene, Shape};
 use fabric_tests::{Buffers, small_sheet};
 use rayon::prelude::*;

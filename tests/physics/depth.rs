@@ -1,15 +1,15 @@
 //! How deep nodes get into a body without friction: a search over random scenes.
 
+use fabric::internals::shape::Solid;
 use fabric::{
     AttachmentKind, Drive, Faces, Grading, Projectile, Scene, Shape, StepAfterFailure, TimeStep, pose, prism,
-    shape::Solid,
 };
 use fabric_tests::reference::length;
 use fabric_tests::{Buffers, small_sheet};
 
 /// Numbers from 0 to 1 without visible order.
 fn number(k: u64) -> f64 {
-    (fabric::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64
+    (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// A body of any shape, size, mass, attitude, velocity and spin just before a sheet that is held in any way.

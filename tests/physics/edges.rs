@@ -1,7 +1,7 @@
 //! Edges of the body: nodes that it gets past within a step feel nothing, and nodes that it meets are caught none the less.
 
 use crate::contact::gap;
-use fabric::shape::Solid;
+use fabric::Solid;
 use fabric::{AttachmentKind, ContactLaw, Drive, Faces, Integrator, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::{Buffers, positions, small_sheet};
 
@@ -111,7 +111,7 @@ fn a_body_that_is_kept_from_flying_off_meets_the_node() {
 
 /// Numbers from -1 to 1 without visible order.
 fn number(k: u64) -> f64 {
-    2.0 * (fabric::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    2.0 * (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
 }
 
 /// Bodies of every shape with edges, flush and askew, slow and fast across the sheet: none is entered if it does not turn,

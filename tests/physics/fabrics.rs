@@ -135,7 +135,7 @@ fn segments_of_each_direction_break_at_their_energy() {
         let mut scene = unlike(without_projectile(small_sheet(3, 0.0)));
         scene.sheet.crimp = [0.01, 0.02];
         scene.time_step = TimeStep::fraction(1e-3);
-        let axis = [fabric::planes::Axis::Horizontal, fabric::planes::Axis::Vertical][k];
+        let axis = [fabric::internals::planes::Axis::Horizontal, fabric::internals::planes::Axis::Vertical][k];
         let (law, segment) = (scene.damage_law(axis), scene.mean_segment(axis));
         assert_eq!(law.critical_stretch, [1.03, 1.025][k]);
         close(segment.damage_rate, [230.6011, 150.0][k], 1e-9);

@@ -1,14 +1,14 @@
 //! Friction between yarn and projectile against closed forms: the impulse of one contact, a block that comes to rest, a sphere that is made to
 //! roll, and what friction must never do: add energy, momentum or turning, or depend on the order of the nodes.
 
-use fabric::candidate::Candidate;
-use fabric::contact::solve_with_friction;
-use fabric::friction::Tangential;
-use fabric::layout::CANDIDATE_REALS;
+use fabric::Solid;
+use fabric::internals::candidate::Candidate;
+use fabric::internals::friction::Tangential;
+use fabric::internals::layout::CANDIDATE_REALS;
+use fabric::internals::solve::solve_with_friction;
 use fabric::pose::Vector;
-use fabric::projectile::{Body, Inertia, Motion};
-use fabric::shape::Solid;
 use fabric::{AttachmentKind, Code, Drive, Integrator, Scene, Shape, StepAfterFailure, Symmetry, TimeStep};
+use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, add, cross, dot, length, moments, rest_positions, scale, sub, turn, turn_back};
 use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder};
 use proptest::prelude::*;
@@ -391,7 +391,7 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
             ..Candidate::read(slot)
         }
         .write(slot);
-        let mut place = [0.0; fabric::layout::TANGENTIAL_REALS];
+        let mut place = [0.0; fabric::internals::layout::TANGENTIAL_REALS];
         Tangential::at(&r, &n, &v, &crowd.body).write(&mut place);
         tangential.push(place);
     }

@@ -1,8 +1,8 @@
 //! Torque-free rotation against the closed forms.
 
 use fabric::Scene;
-use fabric::projectile::{Body, Inertia, Motion};
-use fabric::shape::Solid;
+use fabric::Solid;
+use fabric::{Body, Inertia, Motion};
 use fabric_tests::reference::{V3, length, moments, sub, turn, turn_back};
 use fabric_tests::{Buffers, tilted_cylinder};
 

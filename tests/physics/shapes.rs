@@ -3,8 +3,8 @@
 
 use crate::balances::{angular_momentum, half_step_momentum, work_energy_identity};
 use crate::contact::{checked_run, gap};
+use fabric::Solid;
 use fabric::pose::into_body;
-use fabric::shape::Solid;
 use fabric::{AttachmentKind, Drive, Faces, Projectile, Scene, Shape, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, cross, length, moments, nose, scale, sub, turn, turn_back};
 use fabric_tests::{Buffers, close, positions, small_sheet, velocities};

@@ -11,7 +11,7 @@ const GAPS: [f64; 5] = [0.0, 1e-16, -1e-16, 1e-12, -1e-12];
 
 /// Numbers from -1 to 1 without visible order.
 fn number(k: u64) -> f64 {
-    2.0 * (fabric::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    2.0 * (fabric::internals::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
 }
 
 fn spacing() -> f64 {

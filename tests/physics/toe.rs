@@ -2,7 +2,7 @@
 //! bits where nothing has been slack, refusals.
 
 use crate::symmetry::{modelled_nodes, with_wave};
-use fabric::yarn::Segment;
+use fabric::internals::law::Segment;
 use fabric::{AttachmentKind, Code, Integrator, Scene, Sim, StepAfterFailure, Symmetry, TimeStep};
 use fabric_tests::reference::{V3, add, fixed_nodes, forces, length, scale, segment_ends, sub};
 use fabric_tests::{
@@ -63,7 +63,7 @@ fn forces_and_energies_are_those_of_the_formulas() {
     let v: Vec<f64> = (0..fixed.len()).flat_map(push).collect();
     sim.set_motion(&at_rest.iter().flatten().copied().collect::<Vec<_>>(), &v).unwrap();
     let moduli: Vec<Segment> = (0..scene.segments()).map(|number| scene.draw_segment(number).unwrap()).collect();
-    let law = scene.damage_law(fabric::planes::Axis::Horizontal);
+    let law = scene.damage_law(fabric::internals::planes::Axis::Horizontal);
     let volume = scene.lumped_area() * scene.sheet.spacing;
     // alpha when the segment was marked.
     let mut marks: Vec<Option<f64>> = vec![None; moduli.len()];
@@ -73,7 +73,7 @@ fn forces_and_energies_are_those_of_the_formulas() {
     for n in 1..700 {
         let (x, alpha) = (positions(&sim), damage(&sim));
         let (e_before, e) = (strains(&scene, &x_before), strains(&scene, &x));
-        if n % fabric::toe::MARK_INTERVAL == 0 && sim.counters().failed_segments > 0 {
+        if n % fabric::internals::toe::MARK_INTERVAL == 0 && sim.counters().failed_segments > 0 {
             for (k, mark) in marks.iter_mut().enumerate() {
                 if mark.is_none() && e_before[k] < 0.0 && e[k] < 0.0 {
                     *mark = Some(alpha[k]);
@@ -289,7 +289,7 @@ fn refusals() {
         (error.code, error.field, error.limit)
     };
     let out = |limit: f64| (Code::OutOfRange, "slack_toe", limit);
-    let critical = 0.5 * scene.damage_law(fabric::planes::Axis::Horizontal).critical_twice_strain();
+    let critical = 0.5 * scene.damage_law(fabric::internals::planes::Axis::Horizontal).critical_twice_strain();
     assert_eq!(refused(with_toe(scene, 0.004)), out(0.005));
     assert_eq!(refused(with_toe(scene, -0.01)), out(0.0));
     assert_eq!(refused(with_toe(scene, critical + 1e-9)), out(critical));

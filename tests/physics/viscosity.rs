@@ -3,7 +3,7 @@
 
 use crate::balances::angular_momentum;
 use crate::stability::growth;
-use fabric::yarn::Viscosity;
+use fabric::internals::law::Viscosity;
 use fabric::{AttachmentKind, Code, Integrator, Scene, StepAfterFailure, TimeStep};
 use fabric_tests::reference::{cross, length, sub};
 use fabric_tests::{Buffers, close, positions, small_sheet, tilted_cylinder, velocities, without_projectile};

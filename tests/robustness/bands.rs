@@ -2,10 +2,8 @@
 //! band out of turn is refused and changes nothing.
 
 use crate::golden;
-use fabric::{
-    AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry,
-    layout::MAX_BANDS,
-};
+use fabric::internals::layout::MAX_BANDS;
+use fabric::{AttachmentKind, Bands, CacheLine, Code, Error, InstructionSet, Scene, Sim, StepAfterFailure, Symmetry};
 use fabric_tests::{Buffers, small_sheet};
 use std::sync::Barrier;
 

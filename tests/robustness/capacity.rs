@@ -51,7 +51,7 @@ fn every_free_node_of_the_sheet_finds_a_place_under_the_body() {
             let mut free = 0;
             for (node, point) in points.iter_mut().enumerate() {
                 let (i, j) = (node % sim.layout().nodes_x, (node / sim.layout().nodes_x));
-                let held = fabric::weave::fixed_runs(&scene, j);
+                let held = fabric::internals::weave::fixed_runs(&scene, j);
                 if !held.iter().any(|[first, end]| (*first as usize..*end as usize).contains(&i)) {
                     *point = point.map(|x| 0.01 * x);
                     free += 1;

@@ -1,8 +1,8 @@
 //! Every code, failure, outcome and status comes out of a call, in Rust and in C. The matches have no arm for "others": a new
 //! one does not compile before it is produced here.
 
+use fabric::Hash;
 use fabric::fields::{FIELDS, slot_of};
-use fabric::snapshot::Hash;
 use fabric::{
     CacheLine, Code, Drive, Error, Failure, Integrator, Motion, Outcome, Path, Scene, Sim, Stack, Status, Symmetry,
 };
@@ -97,7 +97,7 @@ fn forged_image() -> Vec<u8> {
 
 /// Where a code that no build with every feature gives is produced: the test and the file it is in.
 const NOT_BUILT: (&str, &str) =
-    ("fn a_build_without_the_theta_rule_refuses_it()", include_str!("../../kernel/src/check.rs"));
+    ("fn a_build_without_the_theta_rule_refuses_it()", include_str!("../../kernel/src/sheet/check.rs"));
 
 /// The error of a call on a simulation of 9 x 9, or of another scene.
 fn called(scene: &Scene, call: impl FnOnce(&mut Sim<'_>) -> Result<(), Error>) -> Option<Code> {

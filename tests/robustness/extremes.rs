@@ -1,6 +1,6 @@
 //! Legal scenes at the edge of what the model is for.
 
-use fabric::shape::Solid;
+use fabric::Solid;
 use fabric::{Outcome, Scene};
 use fabric_tests::{Buffers, close, small_sheet};
 

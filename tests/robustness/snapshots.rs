@@ -1,6 +1,6 @@
 //! Images that are cut, altered, foreign or forged are refused, and the simulation stays as it was.
 
-use fabric::snapshot::Hash;
+use fabric::Hash;
 use fabric::{Code, Drive, Scene, Sim};
 use fabric_tests::{Buffers, between_supports, small_sheet};
 

@@ -1,7 +1,7 @@
 //! Scenes of many options each, so that every pair of options that goes together is in one of them.
 
 use crate::{Buffers, small_sheet};
-use fabric::random::splitmix64;
+use fabric::internals::random::splitmix64;
 use fabric::{
     AttachmentKind, Draw, Drive, Error, Grading, Integrator, Motion, Path, RotationRule, Scene, Shape, Sim, Stack,
     StepAfterFailure, StrengthDraw, Weft,

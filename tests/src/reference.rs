@@ -169,7 +169,7 @@ pub fn moments(scene: &Scene) -> V3 {
             [b + c, c + a, a + b].map(|sum| m * sum / 12.0)
         }
         fabric::Shape::Polyhedron => body.moments,
-        fabric::Shape::DiscSector => fabric::shape::Solid::of(body).inertia(m),
+        fabric::Shape::DiscSector => fabric::Solid::of(body).inertia(m),
     }
 }
 

@@ -3,8 +3,8 @@
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
 use crate::tools::{Outcome, emptied, read, target, top};
+use fabric::MAX_NODES_PER_SIDE;
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
-use fabric::scene::MAX_NODES_PER_SIDE;
 use fabric::{Code, Scene};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -142,8 +142,8 @@ fn constant(name: &str) -> String {
 
 /// The constants of the statuses, with the comments of the codes.
 fn statuses() -> Result<String, String> {
-    let source = read(top().join("kernel/src/error.rs"))?;
-    let (_, list) = source.split_once("pub enum Code {\n").ok_or("kernel/src/error.rs has no Code")?;
+    let source = read(top().join("kernel/src/ground/error.rs"))?;
+    let (_, list) = source.split_once("pub enum Code {\n").ok_or("kernel/src/ground/error.rs has no Code")?;
     let (mut text, mut comment) = (String::new(), Vec::new());
     let mut codes = Code::ALL.iter();
     for line in list.lines().take_while(|line| *line != "}").map(str::trim) {

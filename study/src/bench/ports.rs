@@ -3,7 +3,7 @@
 use super::rows::Report;
 use crate::machine::Clock;
 use fabric::InstructionSet;
-use fabric::lanes::{Job, Lane, dispatch};
+use fabric::internals::lanes::{Job, Lane, dispatch};
 use std::hint::black_box;
 
 /// Additions and maxima that the law needs per node-step: two segments of 7 additions and a maximum each, 3 axes of 3

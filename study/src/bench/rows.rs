@@ -1,7 +1,9 @@
 //! What is measured: rows of time per node-step, and single figures.
 
-use super::sheets::SINGLE_STEPS;
 use serde::Serialize;
+
+/// Ends the name of a case that is stepped one step at a time although it could be stepped in blocks.
+pub const SINGLE_STEPS: &str = ", single steps";
 
 /// Time per node-step of one case, done one way.
 #[derive(Clone, Serialize)]

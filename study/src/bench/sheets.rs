@@ -1,6 +1,6 @@
 //! The cases that are stepped, and how one is timed: every way to step it in turn, from the same image, round by round.
 
-use super::rows::Row;
+use super::rows::{Row, SINGLE_STEPS};
 use crate::machine::{Clock, Wall};
 use crate::memory::Buffers;
 use crate::progress::Progress;
@@ -36,9 +36,6 @@ pub struct Way {
     /// Whether a sheet beyond the caches takes one step at a time, too, on one thread.
     pub single_steps: bool,
 }
-
-/// Ends the name of a case that is stepped one step at a time although it could be stepped in blocks.
-pub const SINGLE_STEPS: &str = ", single steps";
 
 impl Way {
     /// The name of a case that is stepped this way.

@@ -14,7 +14,7 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, report};
-use fabric::scene::{STEP_DEFAULT_FRACTION, STEP_MAX_FRACTION};
+use fabric::internals::parts::{STEP_DEFAULT_FRACTION, STEP_MAX_FRACTION};
 use fabric::{
     AttachmentKind, Failure, Integrator, Outcome, OutcomeSet, Scene, Sim, StepAfterFailure, Symmetry, TimeStep,
 };

@@ -20,7 +20,7 @@
 use super::{Cell, Effort, Table};
 use crate::memory::Buffers;
 use crate::{Result, say};
-use fabric::scene::STEP_DEFAULT_FRACTION;
+use fabric::internals::parts::STEP_DEFAULT_FRACTION;
 use fabric::{AttachmentKind, Drive, Scene, Shape, Sim, TimeStep};
 use rayon::prelude::*;
 use std::path::Path;

@@ -10,7 +10,7 @@ use super::{Cell, Effort, Table};
 use crate::memory::Buffers;
 use crate::{Result, say};
 use fabric::Sim;
-use fabric::scene::STEP_DEFAULT_FRACTION;
+use fabric::internals::parts::STEP_DEFAULT_FRACTION;
 use std::path::Path;
 
 /// Steps at which the sheets are compared, as long as nothing has failed.

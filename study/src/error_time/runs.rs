@@ -9,7 +9,7 @@ use super::impact::{CASES, Case, Setting};
 use super::{Cell, Effort, Table, impact};
 use crate::progress::Progress;
 use crate::{Result, report};
-use fabric::scene::STEP_DEFAULT_FRACTION;
+use fabric::internals::parts::STEP_DEFAULT_FRACTION;
 use rayon::prelude::*;
 use std::path::Path;
 

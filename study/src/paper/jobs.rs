@@ -6,8 +6,8 @@ use crate::machine::Clock;
 use crate::memory::Buffers;
 use crate::progress::Progress;
 use crate::{Result, event, picture, say};
+use fabric::Hash;
 use fabric::fields::FIELDS;
-use fabric::snapshot::Hash;
 use fabric::{AttachmentKind, Outcome, OutcomeSet, Scene, Sim, Symmetry};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -283,7 +283,10 @@ fn failed_places(sim: &Sim<'_>) -> Result<Vec<[f64; 2]>> {
 fn middle(number: usize, scene: &Scene, [nx, ny]: [usize; 2]) -> [f64; 2] {
     let in_row = if scene.symmetry.mirror_x { nx } else { nx - 1 };
     let place = |i: usize, j: usize| {
-        [fabric::places::rest_offset(i, scene.sheet.nodes_x), fabric::places::rest_offset(j, scene.sheet.nodes_y)]
+        [
+            fabric::internals::places::rest_offset(i, scene.sheet.nodes_x),
+            fabric::internals::places::rest_offset(j, scene.sheet.nodes_y),
+        ]
     };
     if number < in_row * ny {
         let [x, y] = place(number % in_row, number / in_row);
@@ -349,7 +352,7 @@ fn with_images(places: &[[f64; 2]], symmetry: Symmetry) -> Vec<[f64; 2]> {
 /// Number of groups whose members are joined by distances of at most [`PLACE`].
 fn count_groups(places: &[[f64; 2]]) -> u64 {
     let mut labels = vec![0; places.len()];
-    let mut groups = fabric::outcome::Components::new(&mut labels);
+    let mut groups = fabric::internals::outcome::Components::new(&mut labels);
     for (k, a) in places.iter().enumerate() {
         for (l, b) in places.iter().enumerate().take(k) {
             if (a[0] - b[0]).hypot(a[1] - b[1]) <= PLACE {
@@ -421,9 +424,9 @@ impl Connection {
         let mut corners = [0; 4];
         let kind = sim.scene().attachment.kind;
         for j in 0..sim.scene().sheet.nodes_y as usize {
-            for (run, columns) in fabric::weave::fixed_runs(sim.scene(), j).iter().enumerate() {
+            for (run, columns) in fabric::internals::weave::fixed_runs(sim.scene(), j).iter().enumerate() {
                 if columns[1] > columns[0] && kind == AttachmentKind::FourCorners {
-                    let corner = fabric::weave::attachment_of(kind, layout.y.nodes, layout.upper, j, run);
+                    let corner = fabric::internals::weave::attachment_of(kind, layout.y.nodes, layout.upper, j, run);
                     corners[corner] = j * layout.nodes_x + columns[0] as usize;
                 }
             }
@@ -435,7 +438,7 @@ impl Connection {
     fn find_torn(&mut self, sim: &Sim<'_>, torn: &mut [Option<f64>; 4]) -> Result<()> {
         let (nx, ny) = (sim.layout().nodes_x, sim.layout().nodes_y);
         sim.copy_damage(&mut self.damage)?;
-        let mut components = fabric::outcome::Components::new(&mut self.labels);
+        let mut components = fabric::internals::outcome::Components::new(&mut self.labels);
         for (number, _) in self.damage.iter().enumerate().filter(|(_, alpha)| **alpha > 0.0) {
             let (a, b) = ends(number, nx, ny);
             components.join(a, b);

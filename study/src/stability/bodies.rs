@@ -6,9 +6,9 @@ use super::{Answer, Balances, Case, fmu, steps};
 use crate::Result;
 use crate::event::Summary;
 use crate::memory::Buffers;
+use fabric::Solid;
 use fabric::pose::into_body;
 use fabric::pose::{Vector, quaternion, rotate};
-use fabric::shape::Solid;
 use fabric::{Failure, Outcome, Scene, Shape, Sim};
 
 /// A sphere's gap to the nodes is kept to rounding.

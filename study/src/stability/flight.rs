@@ -4,10 +4,10 @@ use super::{Answer, Balances, Case, fmu};
 use crate::Result;
 use crate::event::{Summary, mask_of};
 use crate::memory::Buffers;
+use fabric::Solid;
 use fabric::math::length;
 use fabric::pose::into_body;
 use fabric::pose::{Vector, components, normalised};
-use fabric::shape::Solid;
 use fabric::{Fabric, Failure, Outcome, Scene, Sim, StepCheck, TimeStep, math};
 
 /// What a run ended with, for its check.

@@ -10,9 +10,9 @@ use super::flight::{changed, short};
 use super::{Answer, Case};
 use crate::Result;
 use crate::memory::Buffers;
+use fabric::Solid;
+use fabric::internals::random::splitmix64;
 use fabric::pose::{components, normalised};
-use fabric::random::splitmix64;
-use fabric::shape::Solid;
 use fabric::{AttachmentKind, Code, Drive, Outcome, Scene, Shape, Sim, math};
 
 /// Seeds of the study.

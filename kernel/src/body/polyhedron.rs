@@ -1,0 +1,394 @@
+//! Convex polyhedra by half-spaces: {x : n_k.x <= b_k for all k}.
+//!
+//! Method: gap phi = max_k (n_k.x - b_k), the lowest k on a tie. As the greatest of planes of slope 1 it is convex and
+//! 1-Lipschitz, and it is zero on the surface and nowhere else; over the faces and inside it is the true distance, beyond
+//! edges and corners it is smaller. The vertices, wanted for extents only, are the points where three planes meet and that
+//! lie outside none.
+//! Limits: at most 16 faces; planes that meet at less than a millionth count as parallel.
+
+use crate::body::pose::Vector;
+use crate::ground::error::{Code, Error, positive};
+use crate::ground::math;
+use crate::scene::parts::{Faces, MAX_FACES};
+
+/// Gap of a point: signed distance (negative inside) and outward unit normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Signed distance, m.
+    pub distance: f64,
+    /// Gradient of the distance, outward.
+    pub normal: Vector,
+}
+
+/// Largest number of vertices: Euler's formula, 2 F - 4.
+pub const MAX_VERTICES: usize = 2 * MAX_FACES - 4;
+
+/// A product of directions below this counts as zero.
+const PARALLEL: f64 = 1e-6;
+/// Points nearer than this part of their distance from the centre of mass are one.
+const SAME: f64 = 1e-9;
+
+/// Outward unit normal and distance from the centre of mass, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Face {
+    normal: Vector,
+    distance: f64,
+}
+
+impl Face {
+    /// The plane with its normal at unit length. An exactly unit normal changes no bit.
+    fn of([x, y, z, distance]: [f64; 4]) -> Face {
+        let squared = x * x + y * y + z * z;
+        let scale = if squared == 1.0 { 1.0 } else { 1.0 / math::sqrt(squared) };
+        Face { normal: Vector::new(x, y, z) * scale, distance: distance * scale }
+    }
+
+    fn gap(&self, p: &Vector) -> f64 {
+        self.normal.dot(p) - self.distance
+    }
+}
+
+/// The half-spaces that a polyhedron is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct HalfSpaces {
+    faces: [Face; MAX_FACES],
+    count: usize,
+}
+
+impl HalfSpaces {
+    /// None: a place for [`HalfSpaces::set`].
+    pub(crate) const NONE: HalfSpaces =
+        HalfSpaces { faces: [Face { normal: Vector::new(0.0, 0.0, 0.0), distance: 0.0 }; MAX_FACES], count: 0 };
+
+    /// Takes these planes, where it is: a copy would take half a kilobyte of stack.
+    pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>) {
+        self.count = 0;
+        for (face, plane) in self.faces.iter_mut().zip(planes) {
+            *face = Face::of(plane);
+            self.count += 1;
+        }
+    }
+
+    fn faces(&self) -> &[Face] {
+        self.faces.get(..self.count).unwrap_or(&self.faces)
+    }
+
+    /// Calls `each` with every point, m, in which three planes meet and that lies outside none, with its distance from the
+    /// centre of mass, and with the three. A vertex of more than three faces comes more than once.
+    fn for_each_corner(&self, mut each: impl FnMut(Vector, f64, [usize; 3])) {
+        for i in 0..self.count {
+            for j in i + 1..self.count {
+                for k in j + 1..self.count {
+                    let Some(corner) = self.meeting_point(i, j, k) else { continue };
+                    let length = math::length([corner.x, corner.y, corner.z]);
+                    let near = SAME * length;
+                    if !self.faces().iter().any(|face| face.gap(&corner) > near) {
+                        each(corner, length, [i, j, k]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The point on three faces' planes; None if two of them, or all three, are nearly parallel to one line.
+    fn meeting_point(&self, i: usize, j: usize, k: usize) -> Option<Vector> {
+        let (a, b, c) = (self.faces.get(i)?, self.faces.get(j)?, self.faces.get(k)?);
+        let (bc, ca, ab) = (b.normal.cross(&c.normal), c.normal.cross(&a.normal), a.normal.cross(&b.normal));
+        let volume = a.normal.dot(&bc);
+        let parallel = (-PARALLEL..=PARALLEL).contains(&volume);
+        (!parallel).then(|| (bc * a.distance + ca * b.distance + ab * c.distance) / volume)
+    }
+
+    /// Greatest distance of a corner from the line through the centre of mass along a unit direction, m.
+    pub(crate) fn reach_across(&self, direction: &Vector) -> f64 {
+        let mut greatest = 0.0;
+        self.for_each_corner(|corner, _, _| {
+            let across = direction.cross(&corner);
+            greatest = math::max(math::length([across.x, across.y, across.z]), greatest);
+        });
+        greatest
+    }
+
+    /// Whether some direction leads away for ever. If any does, so does one along which two planes meet.
+    fn is_unbounded(&self) -> bool {
+        let mut any_edge = false;
+        for (i, a) in self.faces().iter().enumerate() {
+            for b in self.faces().iter().skip(i + 1) {
+                let along = a.normal.cross(&b.normal);
+                let length = math::length([along.x, along.y, along.z]);
+                if length <= PARALLEL {
+                    continue;
+                }
+                any_edge = true;
+                let along = along / length;
+                let free = |way: &Vector| self.faces().iter().all(|face| face.normal.dot(way) <= PARALLEL);
+                if free(&along) || free(&-along) {
+                    return true;
+                }
+            }
+        }
+        !any_edge
+    }
+
+    /// Number of its vertices, or one more than there may be. A vertex is kept by three of its planes, so that it takes little stack.
+    fn count_vertices(&self) -> usize {
+        let (mut kept, mut count) = ([[0_u8; 3]; MAX_VERTICES], 0);
+        self.for_each_corner(|corner, length, planes| {
+            let mut vertices = kept.iter().take(count).map(|planes| planes.map(usize::from));
+            let known = vertices
+                .any(|[i, j, k]| self.meeting_point(i, j, k).is_some_and(|other| are_one(&corner, &other, length)));
+            if known || count > MAX_VERTICES {
+                return;
+            }
+            if let Some(place) = kept.get_mut(count) {
+                *place = planes.map(|plane| plane as u8);
+            }
+            count += 1;
+        });
+        count
+    }
+}
+
+/// Whether two points are one. `length`: distance of the first from the centre of mass, m.
+fn are_one(a: &Vector, b: &Vector, length: f64) -> bool {
+    let apart = a - b;
+    math::length([apart.x, apart.y, apart.z]) <= SAME * length
+}
+
+/// A polyhedron with its vertices and its inertia per mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyhedron {
+    half_spaces: HalfSpaces,
+    vertices: [Vector; MAX_VERTICES],
+    /// Vertices found; more than there are places only if the faces are refused.
+    vertex_count: usize,
+    reach: f64,
+    gyration: [f64; 3],
+}
+
+impl Polyhedron {
+    /// The polyhedron of these faces. `gyration`: principal moments of inertia over the mass, m^2.
+    pub fn new(faces: &Faces, gyration: [f64; 3]) -> Polyhedron {
+        let mut body = Polyhedron::NOTHING;
+        body.set(faces.in_use().iter().copied(), gyration);
+        body
+    }
+
+    /// No faces: a place for [`Polyhedron::set`].
+    pub(crate) const NOTHING: Polyhedron = Polyhedron {
+        half_spaces: HalfSpaces::NONE,
+        vertices: [Vector::new(0.0, 0.0, 0.0); MAX_VERTICES],
+        vertex_count: 0,
+        reach: 0.0,
+        gyration: [0.0; 3],
+    };
+
+    /// Makes a polyhedron of nothing, where it is: a copy would take a kilobyte of stack.
+    pub(crate) fn set(&mut self, planes: impl Iterator<Item = [f64; 4]>, gyration: [f64; 3]) {
+        self.half_spaces.set(planes);
+        self.gyration = gyration;
+        self.find_vertices();
+    }
+
+    fn faces(&self) -> &[Face] {
+        self.half_spaces.faces()
+    }
+
+    /// The vertices, m.
+    pub fn vertices(&self) -> &[Vector] {
+        self.vertices.get(..self.vertex_count).unwrap_or(&self.vertices)
+    }
+
+    /// The two ends of every edge, m: vertices that lie on two faces together.
+    pub fn edges(&self) -> impl Iterator<Item = [Vector; 2]> {
+        let near = SAME * self.reach;
+        let on_both = move |a: &Vector, b: &Vector| {
+            self.faces().iter().filter(|face| face.gap(a) > -near && face.gap(b) > -near).count() >= 2
+        };
+        let pairs = self.vertices().iter().enumerate();
+        let pairs = pairs.flat_map(move |(k, a)| self.vertices().iter().skip(k + 1).map(move |b| [*a, *b]));
+        pairs.filter(move |[a, b]| on_both(a, b))
+    }
+
+    /// Keeps every corner once.
+    fn find_vertices(&mut self) {
+        let (vertices, count, reach) = (&mut self.vertices, &mut self.vertex_count, &mut self.reach);
+        self.half_spaces.for_each_corner(|corner, length, _| {
+            if vertices.get(..*count).unwrap_or(vertices).iter().any(|other| are_one(&corner, other, length)) {
+                return;
+            }
+            if let Some(place) = vertices.get_mut(*count) {
+                *place = corner;
+            }
+            *count += 1;
+            *reach = math::max(length, *reach);
+        });
+    }
+
+    /// Least distance of a face's plane from the centre of mass, m: a sphere of this radius about it fits inside.
+    pub fn least_distance(&self) -> f64 {
+        self.faces().iter().map(|face| face.distance).reduce(|a, b| math::min(b, a)).unwrap_or(0.0)
+    }
+
+    /// Distance of the farthest vertex from the centre of mass, m.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Whether the plane through the centre of mass with this unit normal mirrors every face onto a face, and is across a
+    /// principal axis.
+    pub fn is_mirrored_by(&self, normal: &Vector) -> bool {
+        let turned = normal.component_mul(&Vector::from(self.gyration)).cross(normal);
+        let largest = self.gyration.iter().fold(0.0, |a, &b| math::max(b, a));
+        let close = |v: &Vector, scale: f64| math::length([v.x, v.y, v.z]) <= SAME * scale;
+        close(&turned, largest)
+            && self.faces().iter().all(|face| {
+                let image = face.normal - normal * (2.0 * face.normal.dot(normal));
+                let same = |other: &Face| {
+                    let farther = other.distance - face.distance;
+                    close(&(other.normal - image), 1.0) && close(&Vector::new(farther, 0.0, 0.0), face.distance)
+                };
+                self.faces().iter().any(same)
+            })
+    }
+
+    /// Principal moments of inertia over the mass, m^2.
+    pub fn gyration(&self) -> [f64; 3] {
+        self.gyration
+    }
+
+    /// How far the body reaches along a unit direction, m.
+    pub fn support(&self, direction: &Vector) -> f64 {
+        self.vertices().iter().fold(0.0, |farthest, vertex| {
+            let along = vertex.dot(direction);
+            math::max(along, farthest)
+        })
+    }
+
+    /// Whether a point in the body's frame lies higher than `height` above two faces, m.
+    pub(crate) fn is_before_an_edge(&self, p: &Vector, height: f64) -> bool {
+        self.faces().iter().filter(|face| face.gap(p) >= height).nth(1).is_some()
+    }
+
+    /// Gap of a point in the body's frame.
+    pub fn gap(&self, p: &Vector) -> Gap {
+        let mut gap = Gap { distance: f64::NEG_INFINITY, normal: Vector::zeros() };
+        for face in self.faces() {
+            let distance = face.gap(p);
+            if distance > gap.distance {
+                gap = Gap { distance, normal: face.normal };
+            }
+        }
+        gap
+    }
+}
+
+/// Refuses planes without a unit normal, not about the centre of mass, nearer to it than the node spacing, or that enclose
+/// nothing. There are at most [`MAX_FACES`].
+#[inline(never)] // The half-spaces must not add to the stack of what is checked next.
+pub(crate) fn check<P: Iterator<Item = [f64; 4]>>(planes: impl Fn() -> P, spacing: f64) -> Result<(), Error> {
+    const FIELD: &str = "projectile.faces.planes";
+    for [x, y, z, distance] in planes() {
+        let off = math::length([x, y, z]) - 1.0;
+        if !(-1e-6..=1e-6).contains(&off) {
+            return Err(Error::new(Code::BadNormal, FIELD, off + 1.0, 1.0));
+        }
+        positive(FIELD, distance)?;
+        if distance < spacing {
+            return Err(Error::new(Code::ProjectileTooSmall, FIELD, distance, spacing));
+        }
+    }
+    let mut half_spaces = HalfSpaces::NONE;
+    half_spaces.set(planes());
+    if half_spaces.is_unbounded() {
+        return Err(Error::plain(Code::UnboundedFaces, FIELD));
+    }
+    // Only planes that meet almost, but not quite, in one point give more.
+    let vertices = half_spaces.count_vertices();
+    if !(4..=MAX_VERTICES).contains(&vertices) {
+        return Err(Error::new(Code::UnboundedFaces, FIELD, vertices as f64, MAX_VERTICES as f64));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    impl Polyhedron {
+        /// Distance from the centre of mass at which a ray leaves: the nearest plane that it meets from inside.
+        pub(crate) fn exit(&self, ray: &Vector) -> f64 {
+            let met = self.faces().iter().filter(|face| face.normal.dot(ray) > 0.0);
+            met.map(|face| face.distance / face.normal.dot(ray)).fold(f64::INFINITY, f64::min)
+        }
+    }
+
+    fn octahedron() -> Vec<[f64; 4]> {
+        let n = math::sqrt(1.0 / 3.0);
+        let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        [n, -n].into_iter().flat_map(|x| signs.map(|[y, z]| [x, n * y, n * z, 0.01])).collect()
+    }
+
+    fn counts(planes: &[[f64; 4]]) -> (usize, usize) {
+        let body = Polyhedron::new(&Faces::of(planes), [0.0; 3]);
+        (body.vertices().len(), body.edges().count())
+    }
+
+    #[test]
+    fn vertices_and_edges_of_regular_bodies() {
+        let cube: Vec<[f64; 4]> = (0..3)
+            .flat_map(|k| {
+                [1.0, -1.0].map(|sign| {
+                    let mut plane = [0.0, 0.0, 0.0, 0.01];
+                    plane[k] = sign;
+                    plane
+                })
+            })
+            .collect();
+        assert_eq!(counts(&cube), (8, 12));
+        // Four faces meet at each vertex of an octahedron; two planes that only touch at a vertex make no edge.
+        assert_eq!(counts(&octahedron()), (6, 12));
+        let body = Polyhedron::new(&Faces::of(&octahedron()), [0.0; 3]);
+        assert!((body.reach() - 0.01 * math::sqrt(3.0)).abs() < 1e-16);
+        assert!((body.half_spaces.reach_across(&Vector::new(0.0, 0.0, 1.0)) - body.reach()).abs() < 1e-16);
+        assert_eq!(body.least_distance(), 0.01);
+        // A plane that cuts nothing off adds nothing.
+        let idle = [&cube[..], &[[0.6, 0.8, 0.0, 0.03]]].concat();
+        assert_eq!(counts(&idle), (8, 12));
+        // Octahedron and cube together: a truncated cube, 14 faces; at 0.75 of the corner distance a cuboctahedron.
+        let both = |cut: f64| {
+            let cut = octahedron().into_iter().map(move |[x, y, z, _]| [x, y, z, cut * 0.01 * math::sqrt(3.0)]);
+            cube.iter().copied().chain(cut).collect::<Vec<_>>()
+        };
+        assert_eq!(counts(&both(0.8)), (24, 36));
+        assert_eq!(counts(&both(2.0 / 3.0)), (12, 24));
+        for planes in [cube.clone(), octahedron(), idle, both(0.8), both(2.0 / 3.0)] {
+            let body = Polyhedron::new(&Faces::of(&planes), [0.0; 3]);
+            assert_eq!(body.half_spaces.count_vertices(), body.vertices().len());
+        }
+    }
+
+    #[test]
+    fn bodies_without_an_end_are_found() {
+        let unbounded = |planes: &[[f64; 4]]| Polyhedron::new(&Faces::of(planes), [0.0; 3]).half_spaces.is_unbounded();
+        let all = octahedron();
+        assert!(!unbounded(&all));
+        // A tube along z, a tube closed at one end, a slab, faces that all look one way.
+        let tube = [[1.0, 0.0, 0.0, 0.01], [-1.0, 0.0, 0.0, 0.01], [0.0, 1.0, 0.0, 0.01], [0.0, -1.0, 0.0, 0.01]];
+        assert!(unbounded(&tube));
+        assert!(unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01]]].concat()));
+        assert!(!unbounded(&[&tube[..], &[[0.0, 0.0, 1.0, 0.01], [0.0, 0.0, -1.0, 0.01]]].concat()));
+        assert!(unbounded(&[tube[0], tube[1], tube[0], tube[1]]));
+        assert!(unbounded(&all[..4]));
+        // Without one of its faces an octahedron is still closed by the others; without two that meet, it is not.
+        assert!(!unbounded(&all[1..]));
+        assert!(unbounded(&all[2..]));
+    }
+
+    #[test]
+    fn a_normal_off_by_a_rounding_is_put_right_with_its_distance() {
+        let face = Face::of([0.6 * 1.0000001, 0.8 * 1.0000001, 0.0, 0.01 * 1.0000001]);
+        assert!((face.normal.norm() - 1.0).abs() < 1e-15 && (face.distance - 0.01).abs() < 1e-17);
+    }
+}

@@ -1,0 +1,172 @@
+//! Coulomb friction of the nodes on the projectile: two tangential impulses beside the normal one of a contact.
+//!
+//! Method: at a contact with the normal impulse lambda the tangential impulse p on the node satisfies |p| <= mu lambda, and with
+//! the slip s = (v - V - w x r) less its normal part at the end of the step p = -mu lambda s/|s| where s is not 0. Solved in the
+//! sweeps of `contact.rs`: p <- the nearest point to p - s/W of the disc |p| <= mu lambda, with the largest inverse mass W of the
+//! contact along its tangents. So the cone is exact, and a node that is alone on a body that does not turn is solved at once.
+//! The impulses act on node and body at the place of the node at t_n: linear and angular momentum are exact.
+//! Limits: one coefficient for rest and sliding; velocity Verlet. Where nodes are coupled by the body alone (fixed nodes) the impulses
+//! need not be unique; the solution found is that of the node order.
+//! Reference: G. De Saxce, Z.-Q. Feng, Math. Comput. Modelling 28 (1998) 225; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235.
+
+use crate::body::pose::{self, Vector};
+use crate::body::projectile::{Body, Inertia};
+use crate::ground::math;
+use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
+use crate::scene::parts::Symmetry;
+
+/// The tangential part of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangential {
+    /// Two unit vectors at right angles to the normal and to each other, sheet's frame.
+    pub tangents: [Vector; 2],
+    /// r x t of each in body axes, m: the arms of the impulses.
+    pub arms: [Vector; 2],
+    /// t.v at t_{n-1/2}, m/s.
+    pub speed_before: [f64; 2],
+    /// t.v with the node's velocity v in this step before any impulse, m/s.
+    pub speed: [f64; 2],
+    /// 1/W, kg, 0 if nothing gives way.
+    pub effective_mass: f64,
+    /// Impulses on the node, N s.
+    pub impulse: [f64; 2],
+}
+
+impl Tangential {
+    /// Of a node at `r` from the body's centre, m, with this normal and velocity, m/s, sheet's frame.
+    pub fn at(r: &Vector, normal: &Vector, velocity: &Vector, body: &Body) -> Tangential {
+        // The axis that is farthest from the normal; on a mirror plane that across it, so that rounding keeps the symmetry.
+        let [x, y, z] = [normal.x, normal.y, normal.z].map(math::abs);
+        let axis = if x <= y && x <= z {
+            Vector::x()
+        } else if y <= z {
+            Vector::y()
+        } else {
+            Vector::z()
+        };
+        let across = axis.cross(normal);
+        let first = across * (1.0 / math::length([across.x, across.y, across.z]));
+        let tangents = [first, normal.cross(&first)];
+        let speed_before = tangents.map(|t| t.dot(velocity));
+        Tangential {
+            tangents,
+            arms: tangents.map(|t| pose::into_body(&body.orientation, &r.cross(&t))),
+            speed_before,
+            speed: speed_before,
+            effective_mass: 0.0,
+            impulse: [0.0; 2],
+        }
+    }
+
+    /// From its place in the scratch block.
+    pub fn read(slot: &[f64; TANGENTIAL_REALS]) -> Tangential {
+        let [tx, ty, tz, sx, sy, sz, ax, ay, az, bx, by, bz, t0, s0, t1, s1, effective_mass, p, q] = *slot;
+        Tangential {
+            tangents: [Vector::new(tx, ty, tz), Vector::new(sx, sy, sz)],
+            arms: [Vector::new(ax, ay, az), Vector::new(bx, by, bz)],
+            speed_before: [t0, s0],
+            speed: [t1, s1],
+            effective_mass,
+            impulse: [p, q],
+        }
+    }
+
+    /// Into its place in the scratch block.
+    pub fn write(&self, slot: &mut [f64; TANGENTIAL_REALS]) {
+        let ([t, s], [a, b]) = (self.tangents, self.arms);
+        let ([t0, s0], [t1, s1], [p, q]) = (self.speed_before, self.speed, self.impulse);
+        *slot = [t.x, t.y, t.z, s.x, s.y, s.z, a.x, a.y, a.z, b.x, b.y, b.z, t0, s0, t1, s1, self.effective_mass, p, q];
+    }
+
+    /// The same with the node's velocity v in this step, m/s.
+    pub fn with_velocity(&self, v: &Vector) -> Tangential {
+        Tangential { speed: self.along(v), ..*self }
+    }
+
+    /// Begins without impulse on a node of this inverse mass, 1/kg, that appears so often in the whole sheet.
+    #[inline]
+    pub fn begin(&mut self, inertia: &Inertia, own: f64, symmetry: Symmetry, images: f64) {
+        let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
+        let ([t0, t1], [a0, a1]) = (self.tangents, self.arms);
+        // What an impulse along the second tangent changes of the speed along the first.
+        let give = |t: &Vector, a: &Vector, t_of: &Vector, a_of: &Vector| {
+            let turning = a.dot(&a_of.component_mul(&twist_mask).component_mul(&inertia.inverse_moments));
+            images * (inertia.inverse_mass * t.dot(&t_of.component_mul(&push_mask)) + turning)
+        };
+        let [g00, g01, g11] = [give(&t0, &a0, &t0, &a0), give(&t0, &a0, &t1, &a1), give(&t1, &a1, &t1, &a1)];
+        let give = own + largest_eigenvalue(g00, g01, g11);
+        (self.effective_mass, self.impulse) = (if give > 0.0 { 1.0 / give } else { 0.0 }, [0.0; 2]);
+    }
+
+    /// The parts of a velocity along the tangents.
+    pub fn along(&self, v: &Vector) -> [f64; 2] {
+        self.tangents.map(|t| t.dot(v))
+    }
+
+    /// Impulses times speeds, J.
+    pub fn work(&self, [s, t]: [f64; 2]) -> f64 {
+        let [p, q] = self.impulse;
+        p * s + q * t
+    }
+
+    /// Slip along each tangent before any impulse on the node, while the body has these rates, m/s.
+    pub fn slip(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
+        let [p, q] = self.surface_speed(velocity, rate);
+        [self.speed[0] - p, self.speed[1] - q]
+    }
+
+    /// Speed of the body's surface along each tangent, m/s.
+    pub fn surface_speed(&self, velocity: &Vector, rate: &Vector) -> [f64; 2] {
+        let ([t, s], [a, b]) = (self.tangents, self.arms);
+        [t.dot(velocity) + a.dot(rate), s.dot(velocity) + b.dot(rate)]
+    }
+
+    /// An impulse with these parts along the tangents as a vector, sheet's frame, N s.
+    pub fn push(&self, [p, q]: [f64; 2]) -> Vector {
+        self.tangents[0] * p + self.tangents[1] * q
+    }
+
+    /// Its moment about the body's centre, body axes, N m s.
+    pub fn twist(&self, [p, q]: [f64; 2]) -> Vector {
+        self.arms[0] * p + self.arms[1] * q
+    }
+
+    /// (M21) The next impulses, of a node that now slips so, m/s, and whose friction is at most this, N s.
+    pub fn next(&self, [s, t]: [f64; 2], most: f64) -> [f64; 2] {
+        let trial = [self.impulse[0] - s * self.effective_mass, self.impulse[1] - t * self.effective_mass];
+        limited(trial, most)
+    }
+}
+
+/// The nearest impulse of no more than this size, N s.
+pub(crate) fn limited(impulse: [f64; 2], most: f64) -> [f64; 2] {
+    let size = math::length([impulse[0], impulse[1], 0.0]);
+    if size > most { impulse.map(|p| p * (most / size)) } else { impulse }
+}
+
+/// How much is left of impulses that were given up on, so that they add no energy. With the kinetic energy taken up by the relative speeds
+/// before, b, and half the work of the impulses on what they change, a/2, a part x of the impulses adds x b + x^2 a/2 and no more.
+pub(crate) fn part_without_gain(before: f64, change: f64) -> f64 {
+    if before + 0.5 * change <= 0.0 {
+        1.0
+    } else if before < 0.0 {
+        -2.0 * before / change * (1.0 - 8.0 * f64::EPSILON)
+    } else {
+        0.0
+    }
+}
+
+/// Leaves a part of a candidate's impulses.
+pub(crate) fn scale(slot: &mut [f64; CANDIDATE_REALS], place: Option<&mut [f64; TANGENTIAL_REALS]>, part: f64) {
+    if let Some([.., p, q]) = place {
+        (*p, *q) = (*p * part, *q * part);
+    }
+    let [.., impulse] = slot;
+    *impulse *= part;
+}
+
+/// Largest eigenvalue of a symmetric 2 x 2 matrix [[a, b], [b, c]].
+fn largest_eigenvalue(a: f64, b: f64, c: f64) -> f64 {
+    let half = 0.5 * (a - c);
+    0.5 * (a + c) + math::length([half, b, 0.0])
+}

@@ -1,0 +1,342 @@
+//! Contact for solves that sweeps do not finish: the candidates are coupled by the six rates of the body alone, which Newton's method finds.
+//!
+//! Method: while the body changes its rates by d, each candidate answers by itself: lambda = max(0, lambda_0 - rho g(d)), with the gap rate g and the
+//! impulse lambda_0 so far, and its friction by the nearest point of its disc. For a free node rho is its mass and the answer the exact one. A fixed
+//! node does not give way; there rho is large, and this is a step of the method of multipliers, which is taken again from the impulses found
+//! until none changes. The rates of each step solve six equations that are piecewise smooth: semismooth Newton, a way that does not bring the
+//! equations nearer to 0 is halved. So the work is some passes over the candidates, however they lie. Without friction each step is one of
+//! the convex dual problem and never adds energy; a step whose equations are not solved is not taken.
+//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then what is left over is told.
+//! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353;
+//! R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
+
+use crate::body::pose::Vector;
+use crate::body::projectile::Inertia;
+use crate::contact::candidate::{Candidate, Solved};
+use crate::contact::friction::{self, Tangential};
+use crate::ground::math;
+use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
+use crate::scene::parts::Symmetry;
+
+/// Passes over the candidates after which no step is begun; one in hand takes up to five more.
+pub const MAX_PASSES: u32 = 95;
+/// rho of a fixed node over the mass by which the body gives way to it: at first, and at least.
+pub(crate) const STIFF: f64 = 1e4;
+const SOFTEST: f64 = 10.0;
+/// Where contacts fail their laws by more than so many times what sweeps may leave, a step with the friction that the impulses so far allow may
+/// help where another finds no way.
+const FAR: f64 = 1e8;
+/// What is left of equations counts no more below this part of what sweeps may leave.
+const SLIGHT: f64 = 0.01;
+/// Equations count as solved when the first part of them is left, or the second if Newton's method finds no way on.
+const SOLVED: [f64; 2] = [1e-8, 1e-6];
+/// A step of Newton's method ends where this part of the equations along it is left, or where longer ones by this part of it are too long. If one so
+/// much shorter is too long there is no way on.
+const HALF: f64 = 0.5;
+const CLOSE: f64 = 0.1;
+const SHORTEST: f64 = 1e-6;
+/// A solve is finished when contacts fail their laws by no more than so many times what sweeps may leave, with friction before and after a step: of a node that
+/// slides with a great impulse one more sweep would turn the friction by little only.
+const FINISHED: f64 = 100.0;
+
+/// The changes of the body's six rates: velocity, m/s, and angular velocity in body axes, rad/s.
+type Six = [f64; 6];
+
+/// Candidates whose impulses are sought, from those that they have.
+pub(crate) struct Newton<'c> {
+    pub candidates: &'c mut [[f64; CANDIDATE_REALS]],
+    /// One for each candidate; none without friction.
+    pub tangential: &'c mut [[f64; TANGENTIAL_REALS]],
+    pub coefficient: f64,
+    pub inertia: &'c Inertia,
+    /// Mass of a free node, kg.
+    pub node_mass: f64,
+    pub symmetry: Symmetry,
+    /// rho of a fixed node over the mass by which the body gives way to it.
+    pub stiff: f64,
+}
+
+/// One direction of a candidate as the body sees it.
+struct Way {
+    /// What the body's six rates add to its speed.
+    of_body: Six,
+    /// What a unit impulse takes of the six rates.
+    to_body: Six,
+}
+
+/// The six equations at some change of the rates, and their derivative.
+struct Equations {
+    left: Six,
+    slope: [Six; 6],
+}
+
+impl Newton<'_> {
+    /// Goes on from a solve that was given up. `settled`: what sweeps may leave, m/s.
+    #[inline(never)] // It must not add to the stack of a solve that converges.
+    pub fn finish(&mut self, given_up: Solved, settled: f64) -> Solved {
+        let mut solved = given_up;
+        let (mut passes, mut before, mut was_near) = (0, f64::INFINITY, false);
+        loop {
+            solved.residual = self.residual(&solved);
+            passes += 1;
+            let is_near = solved.residual <= FINISHED * settled;
+            solved.converged = is_near && (was_near || self.tangential.is_empty());
+            if solved.converged || passes >= MAX_PASSES {
+                break;
+            }
+            // The rounding of gap rates enters the impulses so many times over.
+            if solved.residual > 0.5 * before {
+                self.stiff = math::max(0.1 * self.stiff, SOFTEST);
+            }
+            (before, was_near) = (solved.residual, is_near);
+            let mut found = self.root(&solved, false, settled, &mut passes).map(|change| (change, false));
+            if found.is_none() && solved.residual > FAR * settled {
+                found = self.root(&solved, true, settled, &mut passes).map(|change| (change, true));
+            }
+            let Some((change, frozen)) = found else { break };
+            self.take(&mut solved, frozen, &change);
+            passes += 1;
+        }
+        solved.sweeps += passes;
+        solved
+    }
+
+    /// By how much the contacts fail the laws of contact and friction, m/s: what one more sweep would change of the fastest.
+    #[inline(never)]
+    pub fn residual(&self, solved: &Solved) -> f64 {
+        let mut worst = 0.0;
+        for (k, slot) in self.candidates.iter().enumerate() {
+            let c = Candidate::read(slot);
+            if c.effective_mass == 0.0 {
+                continue;
+            }
+            let (own, rate) = self.rate(&c, solved);
+            let impulse = math::max(c.impulse - rate * c.effective_mass, 0.0);
+            worst = math::max(math::abs(impulse - c.impulse) / c.effective_mass, worst);
+            if let Some(t) = self.tangential.get(k).map(Tangential::read)
+                && t.effective_mass > 0.0
+            {
+                let [p, q] = t.impulse;
+                let [s0, s1] = t.slip(&solved.velocity, &solved.angular_velocity);
+                let next = t.next([s0 + p * own, s1 + q * own], self.coefficient * c.impulse);
+                let change = math::length([next[0] - p, next[1] - q, 0.0]);
+                worst = math::max(change / t.effective_mass, worst);
+            }
+        }
+        worst
+    }
+
+    /// 1/m of a candidate's node, 1/kg, 0 if it is fixed, and how fast its gap grows, m/s.
+    fn rate(&self, c: &Candidate, solved: &Solved) -> (f64, f64) {
+        let own = if c.is_fixed() { 0.0 } else { 1.0 / self.node_mass };
+        (own, c.gap_rate(&solved.velocity, &solved.angular_velocity) + c.impulse * own)
+    }
+
+    fn way(&self, direction: &Vector, arm: &Vector, images: f64) -> Way {
+        let push = direction.component_mul(&self.symmetry.force_mask()) * (images * self.inertia.inverse_mass);
+        let twist =
+            arm.component_mul(&self.symmetry.torque_mask()).component_mul(&self.inertia.inverse_moments) * images;
+        let six = |v: &Vector, w: &Vector| [v.x, v.y, v.z, w.x, w.y, w.z];
+        Way { of_body: six(direction, arm), to_body: six(&push, &twist) }
+    }
+
+    /// The change of the rates that solves the six equations, if Newton's method finds it. `frozen`: with the friction that the impulses so far allow.
+    fn root(&self, solved: &Solved, frozen: bool, settled: f64, passes: &mut u32) -> Option<Six> {
+        let mut change = [0.0; 6];
+        let mut at = Equations { left: change, slope: [[0.0; 6]; 6] };
+        self.set_equations(&mut at, solved, frozen, &change);
+        *passes += 1;
+        let first = self.product(&at.left, &at.left);
+        let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
+        // Rounding is left.
+        let rounding = SLIGHT * settled;
+        let solved_below = math::max(solved_below, self.inertia.mass * (rounding * rounding));
+        loop {
+            let size = self.product(&at.left, &at.left);
+            if size <= solved_below {
+                return Some(change);
+            }
+            let found = solution(&at).and_then(|step| self.way_on(solved, frozen, (&change, &step), &mut at, passes));
+            let Some(next) = found else { return (size <= enough_below).then_some(change) };
+            change = next;
+        }
+    }
+
+    /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about the least of what the equations without
+    /// friction are the gradient of, which is convex. `at`: the equations there.
+    #[inline(never)] // It must not add to the stack of the search for the root.
+    fn way_on(
+        &self,
+        solved: &Solved,
+        frozen: bool,
+        (change, step): (&Six, &Six),
+        at: &mut Equations,
+        passes: &mut u32,
+    ) -> Option<Six> {
+        let (size, along) = (self.product(&at.left, &at.left), self.product(&at.left, step));
+        // Parts of the step that are too short and too long.
+        let (mut part, mut low, mut high) = (1.0, 0.0, 1.0);
+        while *passes < MAX_PASSES {
+            let next = combined(change, -part, step);
+            self.set_equations(at, solved, frozen, &next);
+            *passes += 1;
+            let rest = self.product(&at.left, step);
+            let nearer = part == 1.0 && (rest > 0.0 || self.product(&at.left, &at.left) < size);
+            // A kink ends a step, too.
+            let at_kink = rest > 0.0 && high - low <= CLOSE * high;
+            if nearer || at_kink || math::abs(rest) <= HALF * along {
+                return Some(next);
+            }
+            [low, high] = if rest > 0.0 { [part, high] } else { [low, part] };
+            if high < SHORTEST {
+                return None;
+            }
+            part = if low > 0.0 { 0.5 * (low + high) } else { 0.1 * high };
+        }
+        None
+    }
+
+    /// The product of two changes of the rates in which their squares are twice the kinetic energy, J.
+    fn product(&self, one: &Six, other: &Six) -> f64 {
+        let Inertia { inverse_mass, inverse_moments, mass, moments, .. } = self.inertia;
+        let [a, b, c, d, e, f] = core::array::from_fn(|k| one[k] * other[k]);
+        let mut sum = 0.0;
+        if *inverse_mass > 0.0 {
+            sum += mass * (a + b + c);
+        }
+        if *inverse_moments != Vector::zeros() {
+            sum += moments.x * d + moments.y * e + moments.z * f;
+        }
+        sum
+    }
+
+    /// The equations where the body changes its rates by this: the change, and what the answers of the candidates take of the rates.
+    #[inline(never)]
+    fn set_equations(&self, at: &mut Equations, solved: &Solved, frozen: bool, change: &Six) {
+        at.left = *change;
+        at.slope = [[0.0; 6]; 6];
+        for (k, row) in at.slope.iter_mut().enumerate() {
+            row[k] = 1.0;
+        }
+        for (k, slot) in self.candidates.iter().enumerate() {
+            self.answer(k, slot, solved, frozen, change, |way, given, slope| at.add(way, given, slope));
+        }
+    }
+
+    /// Leaves the candidates the impulses with which they answer this change of the body's rates, and the body the rates that follow.
+    #[inline(never)]
+    fn take(&mut self, solved: &mut Solved, frozen: bool, change: &Six) {
+        let mut sum = [0.0; 6];
+        for k in 0..self.candidates.len() {
+            let Some(slot) = &self.candidates.get(k).copied() else { return };
+            let [normal, p, q] =
+                self.answer(k, slot, solved, frozen, change, |way, given, _| sum = combined(&sum, given, &way.to_body));
+            if let Some([.., impulse]) = self.candidates.get_mut(k) {
+                *impulse = normal;
+            }
+            let Some(mut t) = self.tangential.get(k).map(Tangential::read) else { continue };
+            // With frozen friction the normal impulse may now allow less.
+            t.impulse = friction::limited([p, q], self.coefficient * normal);
+            if frozen {
+                let images = Candidate::read(slot).images();
+                for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
+                    sum = combined(&sum, given, &self.way(&t.tangents[d], &t.arms[d], images).to_body);
+                }
+            }
+            if let Some(place) = self.tangential.get_mut(k) {
+                t.write(place);
+            }
+        }
+        let [a, b, c, d, e, f] = sum;
+        solved.velocity -= Vector::new(a, b, c);
+        solved.angular_velocity -= Vector::new(d, e, f);
+    }
+
+    /// The impulses with which a candidate answers a change of the body's rates. `each` is told, for each of its directions, what more is given, and
+    /// the derivative of that by the rates.
+    #[inline(always)]
+    fn answer(
+        &self,
+        k: usize,
+        slot: &[f64; CANDIDATE_REALS],
+        solved: &Solved,
+        frozen: bool,
+        change: &Six,
+        mut each: impl FnMut(&Way, f64, &Six),
+    ) -> [f64; 3] {
+        let c = Candidate::read(slot);
+        let (own, rate) = self.rate(&c, solved);
+        let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.node_mass };
+        let normal = self.way(&c.normal, &c.arm, c.images());
+        let trial = c.impulse - rho * (rate - dot(&normal.of_body, change));
+        let impulse = math::max(trial, 0.0);
+        let slope = if trial > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
+        each(&normal, impulse - c.impulse, &slope);
+        let Some(t) = self.tangential.get(k).map(Tangential::read) else { return [impulse, 0.0, 0.0] };
+        let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.node_mass };
+        let ways = [0, 1].map(|d| self.way(&t.tangents[d], &t.arms[d], c.images()));
+        let slip = t.slip(&solved.velocity, &solved.angular_velocity);
+        let trial = [0, 1].map(|d| t.impulse[d] - rho * (slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change)));
+        let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.coefficient) };
+        let (most, size) = (self.coefficient * most, math::length([trial[0], trial[1], 0.0]));
+        let next = friction::limited(trial, most);
+        // Of a node that slides: the disc grows with the normal impulse, and the direction turns.
+        let slides = size > most;
+        let turns = if slides { rho * (most / size) } else { rho };
+        let along = if slides { trial.map(|p| p / size) } else { [0.0; 2] };
+        let radial: Six = core::array::from_fn(|l| along[0] * ways[0].of_body[l] + along[1] * ways[1].of_body[l]);
+        for d in 0..2 {
+            let slope_of = |l: usize| turns * (ways[d].of_body[l] - along[d] * radial[l]) + grows * along[d] * slope[l];
+            each(&ways[d], next[d] - t.impulse[d], &core::array::from_fn(slope_of));
+        }
+        [impulse, next[0], next[1]]
+    }
+}
+
+impl Equations {
+    #[inline(always)]
+    fn add(&mut self, way: &Way, given: f64, slope: &Six) {
+        for k in 0..6 {
+            self.left[k] += way.to_body[k] * given;
+            for (sum, part) in self.slope[k].iter_mut().zip(slope) {
+                *sum += way.to_body[k] * part;
+            }
+        }
+    }
+}
+
+fn dot(a: &Six, b: &Six) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+}
+
+/// a + part b.
+fn combined(a: &Six, part: f64, b: &Six) -> Six {
+    core::array::from_fn(|k| a[k] + part * b[k])
+}
+
+/// What `slope` takes to `left`, by elimination in order: without friction no pivot is less than 1. None if there is one close to 0.
+#[inline(never)] // As `way_on`.
+fn solution(at: &Equations) -> Option<Six> {
+    let (mut rows, mut right) = (at.slope, at.left);
+    for k in 0..6 {
+        let (pivot, of_pivot) = (rows[k], right[k]);
+        if pivot[k].is_nan() || math::abs(pivot[k]) <= f64::EPSILON {
+            return None;
+        }
+        for i in k + 1..6 {
+            let factor = rows[i][k] / pivot[k];
+            for l in k..6 {
+                rows[i][l] -= factor * pivot[l];
+            }
+            right[i] -= factor * of_pivot;
+        }
+    }
+    for k in (0..6).rev() {
+        let mut rest = right[k];
+        for l in k + 1..6 {
+            rest -= rows[k][l] * right[l];
+        }
+        right[k] = rest / rows[k][k];
+    }
+    Some(right)
+}

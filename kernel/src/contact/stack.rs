@@ -1,0 +1,1158 @@
+//! Separate plies that push on each other: unilateral impulses between facing nodes, restitution zero, without friction between them.
+//!
+//! Method: node (i, j) of a ply faces node (i, j) of the next one, and impulses along the sheet's normal z keep their order. The
+//! nodes of one place in all plies are a column. Masses are those of the fabrics, over that of a node of the front one. Their velocities
+//! after contact are the nearest ones to those before (least sum of m dv^2) with which no facing pair ends nearer than 0, or nearer than
+//! it was if it was through each other. That is an isotonic regression of the velocities with the gaps over dt added up, solved exactly by
+//! pooling neighbours that press on each other.
+//! So momentum is kept, no energy is ever added (no relative motion at all would be allowed, too), and the order of nodes does not matter.
+//! With the projectile: at given rates of the body a candidate is a spring of one-sided force on its node, because the node gives way along the sheet
+//! and the body a little, and the regression is that of nodes with such springs: each pool moves by the root of a sum of straight pieces. So a column
+//! is solved for its nodes and candidates at once, and the columns follow each other as the nodes of a single sheet do (`contact.rs`). Every such
+//! step is an exact one of the common dual problem, with a body that gives way by no less than it does: the solve may stop at any time
+//! without adding energy. Candidates out of reach are left out; if more comes of the impulses than that allows, all are solved again from the start.
+//! Friction (`friction.rs`): behind each solve of a column the tangential impulses of its candidates follow, their nodes with their own mass, which gives
+//! way by no less than the pool's. Impulses that would add energy are all scaled back.
+//! Limits: candidates that share a column are soft by a millionth of a node's give, so that they share an impulse in one way only. Nodes face nodes along z. The moment of an impulse between nodes that are displaced along the sheet is not kept: it is that
+//! offset times the impulse. A pair that is more than a spacing apart along the sheet does not touch; so plies may pass through each other at
+//! a hole, and `ply_penetration` tells how deep pairs were that came to face each other again. All plies of a column are free or all are
+//! fixed. Velocity Verlet, no mirror planes. Columns are not shared out among bands.
+//! Reference: R. E. Barlow, D. J. Bartholomew, J. M. Bremner, H. D. Brunk, Statistical Inference under Order Restrictions (1972), pool
+//! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions; J. J. Moreau as in `contact.rs`.
+
+use crate::body::pose::Vector;
+use crate::body::projectile::Inertia;
+use crate::contact::candidate::{Candidate, Solved};
+use crate::contact::friction::{self, Tangential};
+use crate::contact::solve::MAX_SWEEPS;
+use crate::ground::lanes::{self, Job, Lane};
+use crate::ground::math;
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::memory::blocks::Blocks;
+use crate::memory::layout::{CANDIDATE_REALS, COLUMN_REALS, TOUCH_REALS};
+use crate::memory::system::System;
+use crate::scene::parts::Symmetry;
+
+/// Least give of a candidate besides its column's, over that of a node: candidates of one column that point along z share their impulse
+/// by it.
+const EVEN: f64 = 1e-6;
+/// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
+const MAX_NEWTON: u32 = 60;
+/// Gap rates and slips count as settled below this, in parts of the fastest before contact and of the speeds that they are differences of.
+const SETTLED: [f64; 2] = [1e-12, 4e-15];
+/// A gap rate that does not count if no velocity changes any more, spacings a pass.
+const HARMLESS: f64 = 1e-9;
+/// The same with friction where several candidates share a column, and changes that do not count there: some of them stick and some slide, and
+/// which they are may change in every sweep.
+const ROUGH: f64 = 1e-7;
+/// Sweeps before impulses along the surface that go back and forth take shorter ways, and by how much those grow that go on.
+const PATIENCE: u32 = 4;
+const GROWTH: f64 = 1.1;
+/// A candidate whose gap grows by more than so many times the fastest approach, of a candidate or of two nodes of a column, is left out, unless
+/// more comes of it.
+const OUT_OF_REACH: f64 = 2.0;
+/// Sweeps after which a solve is given up in which fixed nodes take an impulse. They do not give way, and neighbours under a wide body leave
+/// nearly all of an error in a sweep.
+const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
+/// Impulses found after which it is given up earlier.
+const UPDATES_ON_SUPPORTS: usize = 16_000_000;
+/// No candidate.
+const NONE: u32 = u32::MAX;
+
+// Numbers of a node in a column.
+/// Velocity along z, spacings a pass: before, then after.
+const SPEED: usize = 0;
+/// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
+const ROOM: usize = 1;
+/// Of a candidate: the velocity along z at which the projectile's impulse on it ends; after: that impulse along z, in masses of a node and
+/// spacings a pass. Of another node: its velocity before.
+const RELEASE: usize = 2;
+/// Of a candidate: n_z^2 over what it gives way besides, over that of a node; with the sign of n_z. 0 of another node.
+const GRIP: usize = 3;
+/// The rooms up to it, added up.
+const OFFSET: usize = 4;
+/// Its mass.
+const MASS: usize = 5;
+// From place 6 on: the numbers of the n-th pool, among them its velocity.
+const MEAN: usize = 8;
+
+// What the plies do to a candidate.
+/// Velocity along z that impulses give its node, m/s.
+const LIFT: usize = 0;
+// Place 1: what it gives way besides its column along z, 1/kg.
+/// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
+const STALE: usize = 2;
+/// Velocity along z without impulses, spacings a pass, while its column is solved.
+const FREE: usize = 3;
+/// In the same place, once its column is solved: its normal impulse before that, N s.
+const LAST: usize = 3;
+/// Softness of the contact, 1/kg; 0 if no other candidate shares the column.
+const SOFT: usize = 4;
+// Place 5: 1/m of its node, 1/kg.
+
+/// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
+#[derive(Clone, Copy)]
+struct Pool {
+    /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each with its grip.
+    sum: f64,
+    /// Masses, and grips of the pressed candidates.
+    weight: f64,
+    /// The common velocity, sum over weight.
+    mean: f64,
+    /// As long as it lies between these no other candidates are pressed.
+    limits: [f64; 2],
+    nodes: f64,
+}
+
+impl Pool {
+    /// Of one node, which is alone.
+    fn of(node: &[f64; COLUMN_REALS]) -> Pool {
+        let speed = node[SPEED] + node[OFFSET];
+        let mut pool = Pool { sum: 0.0, weight: 0.0, mean: speed, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
+        pool.add(node, speed);
+        pool.mean = if node[GRIP] == 0.0 { speed } else { pool.sum / pool.weight };
+        pool
+    }
+
+    /// Adds a node, whose candidate is pressed if it is at this velocity.
+    fn add(&mut self, node: &[f64; COLUMN_REALS], speed: f64) {
+        let mass = node[MASS];
+        (self.sum, self.weight, self.nodes) =
+            (self.sum + mass * (node[SPEED] + node[OFFSET]), self.weight + mass, self.nodes + 1.0);
+        let grip = node[GRIP];
+        if grip == 0.0 {
+            return;
+        }
+        let (release, [low, high]) = (node[RELEASE] + node[OFFSET], self.limits);
+        self.limits = if speed < release { [low, math::min(release, high)] } else { [math::max(release, low), high] };
+        if is_pressed(grip, release - speed) {
+            (self.sum, self.weight) = (self.sum + math::abs(grip) * release, self.weight + math::abs(grip));
+        }
+    }
+
+    /// This one and the one behind it together.
+    fn with(&self, behind: &Pool) -> Pool {
+        let ([a, b], [c, d]) = (self.limits, behind.limits);
+        let (sum, weight) = (self.sum + behind.sum, self.weight + behind.weight);
+        let nodes = self.nodes + behind.nodes;
+        Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes }
+    }
+
+    /// Whether just those candidates are pressed that it takes for pressed.
+    fn is_settled(&self) -> bool {
+        self.limits[0] <= self.mean && self.mean <= self.limits[1]
+    }
+
+    /// The pool of these nodes, whose velocity is sought from that of this one: Newton steps on a straight piece each, kept between velocities
+    /// that are known to be too small and too great.
+    #[cold]
+    #[inline(never)]
+    fn settled(&self, nodes: &[[f64; COLUMN_REALS]]) -> Pool {
+        let (mut pool, mut speed, [mut low, mut high]) = (*self, self.mean, [-f64::INFINITY, f64::INFINITY]);
+        for _ in 0..MAX_NEWTON {
+            pool = Pool { sum: 0.0, weight: 0.0, mean: 0.0, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
+            nodes.iter().for_each(|node| pool.add(node, speed));
+            pool.mean = pool.sum / pool.weight;
+            if pool.is_settled() || pool.mean == speed {
+                break;
+            }
+            [low, high] = if pool.mean < speed { [low, speed] } else { [speed, high] };
+            speed = if low < pool.mean && pool.mean < high { pool.mean } else { 0.5 * (low + high) };
+        }
+        pool
+    }
+
+    fn read(place: &[f64; COLUMN_REALS]) -> Pool {
+        let [.., sum, weight, mean, low, high, nodes] = *place;
+        Pool { sum, weight, mean, limits: [low, high], nodes }
+    }
+
+    fn write(&self, place: &mut [f64; COLUMN_REALS]) {
+        let [.., sum, weight, mean, low, high, nodes] = place;
+        (*sum, *weight, *mean, [*low, *high], *nodes) = (self.sum, self.weight, self.mean, self.limits, self.nodes);
+    }
+}
+
+/// Whether a candidate of this grip is pressed that moves by so much less than at its release.
+fn is_pressed(grip: f64, less: f64) -> bool {
+    if grip > 0.0 { less > 0.0 } else { less < 0.0 }
+}
+
+/// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and finds what the projectile gives
+/// its candidates meanwhile.
+fn project(column: &mut [[f64; COLUMN_REALS]]) {
+    // Pool n stands at place n, which is never behind the nodes read so far.
+    let (mut pools, mut first, mut offset) = (0, 0, 0.0);
+    for k in 0..column.len() {
+        let Some(node) = column.get_mut(k) else { return };
+        if node[ROOM] == f64::INFINITY {
+            (first, offset) = (pools, 0.0);
+        } else {
+            offset += node[ROOM];
+        }
+        node[OFFSET] = offset;
+        let mut pool = Pool::of(node);
+        while pools > first {
+            let Some(below) = column.get(pools - 1) else { return };
+            if below[MEAN] <= pool.mean {
+                break;
+            }
+            pool = Pool::read(below).with(&pool);
+            if !pool.is_settled() {
+                let start = (k + 1).saturating_sub(pool.nodes as usize);
+                pool = pool.settled(column.get(start..=k).unwrap_or(&[]));
+            }
+            pools -= 1;
+        }
+        let Some(place) = column.get_mut(pools) else { return };
+        pool.write(place);
+        pools += 1;
+    }
+    let mut start = 0;
+    for pool in 0..pools {
+        let Some(place) = column.get(pool) else { return };
+        let pool = Pool::read(place);
+        let end = start + pool.nodes as usize;
+        let Some(nodes) = column.get_mut(start..end) else { return };
+        move_together(nodes, &pool);
+        start = end;
+    }
+}
+
+/// Moves the nodes of a pool.
+fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
+    if let [node] = nodes
+        && pool.weight == node[MASS]
+    {
+        // Alone, and pressed by nothing.
+        if node[GRIP] != 0.0 {
+            node[RELEASE] = 0.0;
+        }
+        return;
+    }
+    // What the rounding of the common velocity has left: the grips would make much of it.
+    let mut rest = 0.0;
+    if nodes.iter().any(|node| node[GRIP] != 0.0) {
+        for node in nodes.iter() {
+            let speed = pool.mean - node[OFFSET];
+            let less = node[RELEASE] - speed;
+            rest += node[MASS] * (node[SPEED] - speed);
+            if is_pressed(node[GRIP], less) {
+                rest += math::abs(node[GRIP]) * less;
+            }
+        }
+        rest /= pool.weight;
+    }
+    for node in nodes {
+        node[SPEED] = pool.mean - node[OFFSET];
+        if node[GRIP] != 0.0 {
+            let less = node[RELEASE] - node[SPEED];
+            node[RELEASE] = if is_pressed(node[GRIP], less) { math::abs(node[GRIP]) * (less - rest) } else { 0.0 };
+        }
+    }
+}
+
+/// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing ones are through each
+/// other at the pass's start, spacings, 0 if none is; and whether any press on each other before the projectile does.
+fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
+    let (lane, gap) = (i % CHUNK, system.model.gap);
+    let rise = system.directions.front.vertical.rest.spacing;
+    let shares = [1.0, system.model.back_share];
+    let [mut at, next] = system.layout.stacked(i, row);
+    let System { directions, blocks: Blocks { hot, column, .. }, .. } = system;
+    let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
+    let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
+    for (ply, place) in column.iter_mut().enumerate() {
+        let Some(chunk) = hot.get(at) else { break };
+        at += next;
+        let [x, y, z, v] = [chunk[0][lane], chunk[1][lane], chunk[2][lane], chunk[5][lane]];
+        let room = match below {
+            Some([x_below, y_below, z_below, v_below])
+                if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>
+            {
+                let start = gap + (z - z_below) - (v - v_below);
+                deepest = math::max(-start, deepest);
+                math::max(start, 0.0)
+            }
+            _ => f64::INFINITY,
+        };
+        (offset, speed_below) =
+            if room == f64::INFINITY { (0.0, -f64::INFINITY) } else { (offset + room, speed_below) };
+        let speed = v + offset;
+        presses |= speed_below > speed;
+        speed_below = speed;
+        (place[SPEED], place[ROOM], place[RELEASE], place[GRIP]) = (v, room, v, 0.0);
+        place[MASS] = shares[usize::from(directions.is_back(ply))];
+        below = Some([x, y, z, v]);
+    }
+    (deepest, presses)
+}
+
+/// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
+#[inline(never)] // It must not add to the stack of a single sheet.
+pub(crate) fn part(system: &mut System<'_>, count: usize) {
+    // The balances of contact take the velocities that nodes have at the end of the pass.
+    let [before, rubbed_before] = half_work(system, count);
+    for row in 0..system.layout.y.modelled() {
+        for ply in 1..system.layout.plies {
+            part_rows(system, ply, row);
+        }
+    }
+    let [after, rubbed_after] = half_work(system, count);
+    system.state.sums.loss -= after - before;
+    system.state.sums.friction -= rubbed_after - rubbed_before;
+}
+
+/// Half of what the projectile's impulses do with the present velocities of their nodes, along the normals and along the surface, J.
+fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
+    let (mut work, mut rubbed) = (0.0, 0.0);
+    for c in 0..count {
+        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+            break;
+        };
+        let candidate = Candidate::read(slot);
+        if candidate.impulse > 0.0 && !candidate.is_fixed() {
+            let (i, j) = system.layout.column_and_row(node as usize);
+            let velocity = system.velocity(i, j);
+            work += 0.5 * candidate.impulse * candidate.normal.dot(&velocity);
+            if let Some(t) = system.blocks.tangential.get(c).map(Tangential::read) {
+                rubbed += 0.5 * t.work(t.along(&velocity));
+            }
+        }
+    }
+    [work, rubbed]
+}
+
+/// Parts the columns of one row in which this ply presses on the one before it.
+fn part_rows(system: &mut System<'_>, ply: usize, row: usize) {
+    let (rows, chunks) = (system.layout.y.modelled(), system.layout.chunks);
+    let [below, above] = [ply - 1, ply].map(|ply| {
+        let [first, end] = system.awake_of(ply);
+        let j = ply * rows + row;
+        (j, first <= j && j < end)
+    });
+    if !below.1 && !above.1 {
+        return;
+    }
+    let mut from = 0;
+    loop {
+        let pressed = Pressed {
+            below: planes::row(system.blocks.hot, chunks, below.0),
+            above: planes::row(system.blocks.hot, chunks, above.0),
+            gap: system.model.gap,
+            from,
+        };
+        let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
+        from = chunk + 1;
+        for i in chunk * CHUNK..(from * CHUNK).min(system.layout.nodes_x) {
+            if !system.is_fixed(i, row) {
+                part_column(system, i, row);
+            }
+        }
+    }
+}
+
+/// The first chunk of a row, from number `from` on, in which a node ends below the one that it faces below and comes nearer to it.
+struct Pressed<'a> {
+    below: &'a [Chunk<HOT_PLANES>],
+    above: &'a [Chunk<HOT_PLANES>],
+    gap: f64,
+    from: usize,
+}
+
+impl Job for Pressed<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Option<usize> {
+        let (gap, zero) = (L::splat(self.gap), L::splat(0.0));
+        let [below, above] = [self.below, self.above].map(|row| row.get(self.from..).unwrap_or(&[]));
+        for (c, (below, above)) in (self.from..).zip(below.iter().zip(above)) {
+            let at = |chunk: &Chunk<HOT_PLANES>, plane: usize, g: usize| L::load(&L::groups(&chunk[plane])[g]);
+            let end = |g: usize| at(above, 2, g).sub(at(below, 2, g)).add(gap);
+            // One test for all of the chunk, and velocities are looked at only where it finds something.
+            let lowest = (0..CHUNK / L::WIDTH).fold(zero, |lowest, g| end(g).min(lowest));
+            if !zero.any_above(lowest) {
+                continue;
+            }
+            let least = (0..CHUNK / L::WIDTH)
+                .fold(zero, |least, g| end(g).max(at(above, 5, g).sub(at(below, 5, g))).min(least));
+            if zero.any_above(least) {
+                return Some(c);
+            }
+        }
+        None
+    }
+}
+
+/// Parts one column of free nodes.
+fn part_column(system: &mut System<'_>, i: usize, row: usize) {
+    let (rows, chunks, layout) = (system.layout.y.modelled(), system.layout.chunks, system.layout);
+    let (deepest, presses) = load(system, i, row);
+    let sums = &mut system.state.sums;
+    sums.ply_penetration = math::max(deepest * system.scene.sheet.spacing, sums.ply_penetration);
+    if !presses {
+        return;
+    }
+    project(system.blocks.column);
+    let (mut lost, mut viscous) = (0.0, 0.0);
+    for ply in 0..layout.plies {
+        let j = ply * rows + row;
+        let Blocks { hot, column, before, pushes, .. } = &mut system.blocks;
+        let [speed, mass] = column.get(ply).map_or([0.0, 1.0], |place| [place[SPEED], place[MASS]]);
+        let (Some(chunk), Some(before)) =
+            (planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
+        else {
+            return;
+        };
+        let lane = i % CHUNK;
+        let push = speed - chunk[5][lane];
+        if push == 0.0 {
+            continue;
+        }
+        chunk[5][lane] = speed;
+        chunk[2][lane] += push;
+        lost -= mass * (push * (0.5 * (before[lane] + speed)));
+        if layout.viscous {
+            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
+            viscous -= mass * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
+        }
+        system.wake(j);
+    }
+    system.state.sums.ply_loss += lost * system.model.unit_energy;
+    system.state.sums.viscous += viscous * system.model.unit_energy;
+}
+
+/// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together with the columns.
+#[inline(never)] // It must not add to the stack of a single sheet's solve.
+pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
+    let mut joint = Joint::at(system);
+    let reach = joint.begin(count);
+    joint.take_up(count, reach);
+    let mut converged = joint.settle(count);
+    if joint.moved() > 0.9 * reach {
+        // Once more from the start, with all of them.
+        joint.begin(count);
+        joint.take_up(count, f64::INFINITY);
+        converged = joint.settle(count);
+    }
+    let residual = if converged { 0.0 } else { joint.residual(count) };
+    let Joint { velocity, rate, sweeps, .. } = joint;
+    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
+    if system.layout.friction { without_gain(system, count, solved) } else { solved }
+}
+
+/// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
+fn link(system: &mut System<'_>, count: usize) {
+    let Blocks { last, links, candidates, candidate_nodes, .. } = &mut system.blocks;
+    // At least 1, so that no division by zero has to be compiled in.
+    let places = (last.len() as u32).max(1);
+    for &node in candidate_nodes.iter().take(count) {
+        if let Some(last) = last.get_mut((node % places) as usize) {
+            *last = NONE;
+        }
+    }
+    for (c, (&node, slot)) in candidate_nodes.iter().zip(candidates.iter()).take(count).enumerate() {
+        let (ply, place) = (node / places, (node % places) as usize);
+        let Some(last) = last.get_mut(place) else { return };
+        let fixed = Candidate::read(slot).is_fixed();
+        let before = if fixed { NONE } else { core::mem::replace(last, c as u32) };
+        if let Some([_, ply_and_leads]) = links.get_mut(before as usize) {
+            *ply_and_leads &= !1;
+        }
+        if let Some(link) = links.get_mut(c) {
+            *link = [before, 2 * ply + 1];
+        }
+    }
+}
+
+/// Gauss-Seidel over the columns with candidates. Each is solved for all its nodes and candidates at once, with a body that gives way to
+/// several of them a little more than it does, so that they never go too far.
+struct Joint<'s, 'a> {
+    system: &'s mut System<'a>,
+    inertia: Inertia,
+    /// 1/m of a node of the front fabric, 1/kg.
+    give: f64,
+    /// A gap rate or a slip that does not count, m/s.
+    tolerance: f64,
+    /// Whether the body turns, now or by contact.
+    turns: bool,
+    /// Masses of the nodes of a column.
+    mass: f64,
+    /// Longest arm of a candidate, m.
+    arm: f64,
+    /// The most by which a node without a candidate that is taken up is moved along z, m/s.
+    widest: f64,
+    /// Whether a fixed node has taken an impulse.
+    supported: bool,
+    /// Sweeps done.
+    sweeps: u32,
+    velocity: Vector,
+    rate: Vector,
+}
+
+impl<'s, 'a> Joint<'s, 'a> {
+    /// With the rates of the body before contact.
+    fn at(system: &'s mut System<'a>) -> Joint<'s, 'a> {
+        let (inertia, body) = (system.model.inertia, system.state.body);
+        let give = 1.0 / system.model.node_mass;
+        let turns = body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
+        let scene = &system.scene;
+        let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
+        let (velocity, rate) = (body.velocity, body.angular_velocity);
+        let [tolerance, arm, widest] = [0.0; 3];
+        Joint {
+            system,
+            inertia,
+            give,
+            tolerance,
+            turns,
+            mass,
+            arm,
+            widest,
+            supported: false,
+            sweeps: 0,
+            velocity,
+            rate,
+        }
+    }
+
+    /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
+    fn begin(&mut self, count: usize) -> f64 {
+        let body = &self.system.state.body;
+        (self.velocity, self.rate, self.supported, self.sweeps) = (body.velocity, body.angular_velocity, false, 0);
+        // First of all: a candidate has its ply, and so its mass, from its link.
+        link(self.system, count);
+        let (mut fastest, mut farthest, mut closing) = (0.0, 0.0, 0.0);
+        for c in 0..count {
+            let [speed, arm, rate] = self.start(c);
+            (fastest, farthest) = (math::max(speed, fastest), math::max(arm, farthest));
+            closing = math::max(-rate, closing);
+        }
+        // The speeds that a gap rate is the difference of.
+        let length = |v: &Vector| math::length([v.x, v.y, v.z]);
+        let moving = length(&self.velocity) + math::sqrt(farthest) * length(&self.rate);
+        let [relative, rounding] = SETTLED;
+        self.tolerance = math::max(relative * fastest, rounding * moving);
+        (self.arm, self.widest) = (math::sqrt(farthest), 0.0);
+        for c in 0..count {
+            if self.leads(c) && !self.candidate(c).is_fixed() {
+                self.widest = math::max(self.spread(c), self.widest);
+            }
+        }
+        OUT_OF_REACH * (closing + self.widest)
+    }
+
+    /// Begins with a candidate without impulse. Returns its gap rate or slip, whichever is faster, m/s, the square of its longest arm, m^2, and
+    /// its gap rate, m/s.
+    fn start(&mut self, c: usize) -> [f64; 3] {
+        if let Some([.., impulse]) = self.system.blocks.candidates.get_mut(c) {
+            *impulse = 0.0;
+        }
+        let candidate = self.candidate(c);
+        let rate = self.body_rate(&candidate);
+        let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
+        if let Some(touch) = self.system.blocks.touches.get_mut(c) {
+            touch[FREE] = rate;
+        }
+        if let Some(mut t) = self.tangential(c) {
+            let own = if candidate.is_fixed() { 0.0 } else { self.own_give(c) };
+            t.begin(&self.inertia, own, Symmetry::default(), 1.0);
+            for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
+                fastest = math::max(math::abs(slip), fastest);
+                farthest = math::max(arm.dot(&arm), farthest);
+            }
+            self.set_tangential(c, &t);
+            if let Some(pace) = self.system.blocks.paces.get_mut(c) {
+                *pace = [1.0, 0.0, 0.0];
+            }
+        }
+        [fastest, farthest, rate]
+    }
+
+    /// By how much the velocities along z differ in the column of a candidate, m/s: no node of it is moved by more before the body pushes one.
+    fn spread(&self, c: usize) -> f64 {
+        let (i, row) = place(self.system, c);
+        let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
+        let [at, next] = self.system.layout.stacked(i, row);
+        for ply in 0..self.system.layout.plies {
+            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
+            (low, high) = (math::min(speed, low), math::max(speed, high));
+        }
+        (high - low) * self.system.model.unit_speed
+    }
+
+    /// Takes up the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
+    /// to them; but the first one of a column leads it as before.
+    fn take_up(&mut self, count: usize, reach: f64) {
+        for c in 0..count {
+            if !self.leads(c) {
+                continue;
+            }
+            let first = self.candidate(c);
+            let (mut members, mut last, mut near, mut next) = (0.0, c, false, Some(c));
+            while let Some(k) = next {
+                next = self.behind(k);
+                members += 1.0;
+                if self.touch(k)[FREE] > reach {
+                    continue;
+                }
+                near = true;
+                if k != last {
+                    self.set_behind(last, k as u32);
+                    last = k;
+                }
+            }
+            self.set_behind(last, NONE);
+            if !near {
+                self.lead_no_more(c);
+                continue;
+            }
+            next = Some(c);
+            while let Some(k) = next {
+                let own = self.own_give(k);
+                let give = self.give_besides(&self.candidate(k), own, &first, members);
+                if let Some(touch) = self.system.blocks.touches.get_mut(k) {
+                    let soft = if members > 1.0 && !first.is_fixed() { EVEN * own } else { 0.0 };
+                    *touch = [0.0, give, 1.0, 0.0, soft, own];
+                }
+                next = self.behind(k);
+            }
+        }
+    }
+
+    /// Sweeps until nothing changes any more, or too often. Returns whether nothing does.
+    fn settle(&mut self, count: usize) -> bool {
+        let (mut most, mut converged) = (MAX_SWEEPS, false);
+        while self.sweeps < most && !converged {
+            converged = true;
+            for c in 0..count {
+                converged &= self.visit(c);
+            }
+            self.sweeps += 1;
+            if self.supported {
+                most = MAX_SWEEPS.max(MAX_SWEEPS_ON_SUPPORTS.min((UPDATES_ON_SUPPORTS / count.max(1)) as u32));
+            }
+        }
+        converged
+    }
+
+    /// By how much the candidates fail the laws of contact and friction at the most, m/s.
+    fn residual(&self, count: usize) -> f64 {
+        let errors = (0..count).filter(|&c| self.leads(c)).map(|c| self.error(c, f64::INFINITY));
+        errors.fold(0.0, math::max)
+    }
+
+    /// At the most by how much the gap rate of a candidate that was left out has changed, m/s.
+    fn moved(&self) -> f64 {
+        let body = &self.system.state.body;
+        let length = |v: Vector| math::length([v.x, v.y, v.z]);
+        length(self.velocity - body.velocity) + self.arm * length(self.rate - body.angular_velocity) + self.widest
+    }
+
+    /// What a candidate's node gives way by itself, 1/kg.
+    fn own_give(&self, c: usize) -> f64 {
+        self.give / self.share(c)
+    }
+
+    /// Mass of a candidate's node over that of one of the front fabric.
+    fn share(&self, c: usize) -> f64 {
+        self.system.mass_share(self.ply(c))
+    }
+
+    /// What one of so many candidates of a column gives way besides along z, 1/kg: its node along the sheet, and the body.
+    ///
+    /// A step of a column never goes too far if the body is taken to give way to each of n candidates n times as much as it does. That is
+    /// exact for one; several that point the same way would pass the impulse on between them for long. But a body that outweighs the column
+    /// need not give way to what they share, two times over, because the column's own nodes give way by more.
+    fn give_besides(&self, candidate: &Candidate, own: f64, first: &Candidate, members: f64) -> f64 {
+        let normal = &candidate.normal;
+        let (of_body, of_first) = (self.body_give(candidate, candidate), self.body_give(first, first));
+        let along = own * (normal.x * normal.x + normal.y * normal.y);
+        if candidate.is_fixed() {
+            return of_body;
+        }
+        let up = first.normal.z;
+        let outweighs = 2.0 * of_first * self.mass <= 0.5 * self.give * (up * up);
+        if members == 1.0 || !outweighs {
+            return math::max(along + members * of_body, EVEN * own);
+        }
+        let share = normal.z / up;
+        let rest = of_body - 2.0 * share * self.body_give(first, candidate) + share * share * of_first;
+        along + 2.0 * members * math::max(rest, 0.0) + EVEN * own
+    }
+
+    /// How much the body gives way to one candidate when another pushes, 1/kg.
+    fn body_give(&self, one: &Candidate, other: &Candidate) -> f64 {
+        let turning = one.arm.dot(&other.arm.component_mul(&self.inertia.inverse_moments));
+        one.normal.dot(&other.normal) * self.inertia.inverse_mass + turning
+    }
+
+    fn candidate(&self, c: usize) -> Candidate {
+        self.system.blocks.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read)
+    }
+
+    fn tangential(&self, c: usize) -> Option<Tangential> {
+        self.system.blocks.tangential.get(c).map(Tangential::read)
+    }
+
+    fn set_tangential(&mut self, c: usize, t: &Tangential) {
+        if let Some(place) = self.system.blocks.tangential.get_mut(c) {
+            t.write(place);
+        }
+    }
+
+    /// Whether a candidate leads its column.
+    fn leads(&self, c: usize) -> bool {
+        self.system.blocks.links.get(c).is_some_and(|link| link[1] % 2 != 0)
+    }
+
+    /// The ply of a candidate's node.
+    fn ply(&self, c: usize) -> usize {
+        self.system.blocks.links.get(c).map_or(0, |link| (link[1] / 2) as usize)
+    }
+
+    /// The candidate of the same column that is linked behind one.
+    fn behind(&self, c: usize) -> Option<usize> {
+        self.system.blocks.links.get(c).map(|link| link[0]).filter(|&next| next != NONE).map(|next| next as usize)
+    }
+
+    fn set_behind(&mut self, c: usize, next: u32) {
+        if let Some([behind, _]) = self.system.blocks.links.get_mut(c) {
+            *behind = next;
+        }
+    }
+
+    /// Takes the lead from a candidate: its column is not solved.
+    fn lead_no_more(&mut self, c: usize) {
+        if let Some([_, ply_and_leads]) = self.system.blocks.links.get_mut(c) {
+            *ply_and_leads &= !1;
+        }
+    }
+
+    fn touch(&self, c: usize) -> [f64; TOUCH_REALS] {
+        self.system.blocks.touches.get(c).copied().unwrap_or([0.0; TOUCH_REALS])
+    }
+
+    /// How fast a candidate's gap grows if its node feels no impulse, m/s.
+    fn body_rate(&self, candidate: &Candidate) -> f64 {
+        if self.turns {
+            candidate.gap_rate(&self.velocity, &self.rate)
+        } else {
+            candidate.approach - candidate.normal.dot(&self.velocity)
+        }
+    }
+
+    /// The velocity along the sheet that impulses give a candidate's node of this inverse mass, m/s.
+    fn along(&self, candidate: &Candidate, rubbing: Option<&Tangential>, own: f64) -> [f64; 2] {
+        if candidate.is_fixed() {
+            return [0.0; 2];
+        }
+        let mut push = candidate.normal * candidate.impulse;
+        if let Some(t) = rubbing {
+            push += t.push(t.impulse);
+        }
+        [push.x * own, push.y * own]
+    }
+
+    /// How fast its gap grows, but for what its node is moved along z, m/s.
+    fn rate_besides(&self, candidate: &Candidate, rubbing: Option<&Tangential>, [soft, own]: [f64; 2]) -> f64 {
+        let [x, y] = self.along(candidate, rubbing, own);
+        self.body_rate(candidate) + (candidate.normal.x * x + candidate.normal.y * y) + soft * candidate.impulse
+    }
+
+    /// The next impulses along the surface of a candidate whose node has this inverse mass and is moved by so much along z, m/s.
+    fn rubbed(&self, candidate: &Candidate, t: &Tangential, [lift, own]: [f64; 2]) -> [f64; 2] {
+        let [x, y] = self.along(candidate, Some(t), own);
+        let moved = t.along(&Vector::new(x, y, lift));
+        let [p, q] = t.slip(&self.velocity, &self.rate);
+        t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * candidate.impulse)
+    }
+
+    /// Solves the column that this candidate leads, if it does. Returns whether it was solved already.
+    fn visit(&mut self, c: usize) -> bool {
+        if !self.leads(c) {
+            return true;
+        }
+        let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.friction);
+        let unsettled = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
+        let error = self.error(c, unsettled);
+        if self.touch(c)[STALE] == 0.0 && error <= self.tolerance {
+            return true;
+        }
+        let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
+        if error > unsettled {
+            // Whatever has moved.
+            if let Some(touch) = self.system.blocks.touches.get_mut(c) {
+                touch[STALE] = 0.0;
+            }
+            return false;
+        }
+        let moved = self.rub(c);
+        let shared = self.touch(c)[SOFT] > 0.0;
+        let [harmless, still] = if friction && shared {
+            [ROUGH * unit_speed; 2]
+        } else {
+            // What candidates of one column pass on between them moves nothing.
+            [HARMLESS * unit_speed, self.tolerance]
+        };
+        error <= harmless && math::max(lifted, moved) <= still
+    }
+
+    /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes behind more than `enough` is not
+    /// looked at.
+    fn error(&self, leader: usize, enough: f64) -> f64 {
+        let (mut error, mut next) = (0.0, Some(leader));
+        while let Some(c) = next {
+            let (candidate, rubbing, [lift, .., soft, own]) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let rate = self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]) + candidate.normal.z * lift;
+            error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
+            if error > enough {
+                break;
+            }
+            if let Some(t) = &rubbing
+                && t.effective_mass > 0.0
+            {
+                let [p, q] = self.rubbed(&candidate, t, [lift, own]);
+                let change = math::max(math::abs(p - t.impulse[0]), math::abs(q - t.impulse[1]));
+                error = math::max(change / t.effective_mass, error);
+            }
+            next = self.behind(c);
+        }
+        error
+    }
+
+    /// The impulse on a fixed node. Returns how much it changes of the gap rate, m/s.
+    fn push_fixed(&mut self, c: usize) -> f64 {
+        let (candidate, [_, give, ..]) = (self.candidate(c), self.touch(c));
+        if give == 0.0 {
+            // A prescribed body: neither gives way.
+            return 0.0;
+        }
+        let trial = candidate.impulse - self.body_rate(&candidate) / give;
+        let impulse = math::max(trial, 0.0);
+        self.supported |= impulse > 0.0;
+        let change = impulse - candidate.impulse;
+        self.velocity -= candidate.normal * (change * self.inertia.inverse_mass);
+        if self.turns {
+            self.rate -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
+        }
+        if let Some([.., place]) = self.system.blocks.candidates.get_mut(c) {
+            *place = impulse;
+        }
+        give * math::abs(change)
+    }
+
+    /// The nodes of a column and its candidates' normal impulses. Returns the largest change of the candidates' velocities along z, m/s.
+    fn solve_column(&mut self, leader: usize) -> f64 {
+        let (unit_speed, unit_impulse) = (self.system.model.unit_speed, self.system.model.unit_impulse);
+        let (i, row) = place(self.system, leader);
+        load(self.system, i, row);
+        let mut next = Some(leader);
+        while let Some(c) = next {
+            let (candidate, rubbing, [_, give, .., soft, own]) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let rate = self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]);
+            let (up, ply) = (candidate.normal.z, self.ply(c));
+            let Blocks { column, touches, .. } = &mut self.system.blocks;
+            let (Some(node), Some(touch)) = (column.get_mut(ply), touches.get_mut(c)) else { break };
+            let free = node[SPEED];
+            touch[FREE] = free;
+            node[GRIP] = up * math::abs(up) * self.give / give;
+            if up != 0.0 {
+                node[RELEASE] = free + (give * candidate.impulse - rate) / (up * unit_speed);
+            }
+            if let Some(t) = &rubbing {
+                node[SPEED] += t.push(t.impulse).z / (unit_impulse * node[MASS]);
+            }
+            next = self.behind(c);
+        }
+        project(self.system.blocks.column);
+        for node in self.system.blocks.column.iter().filter(|node| node[GRIP] == 0.0) {
+            self.widest = math::max(math::abs(node[SPEED] - node[RELEASE]) * unit_speed, self.widest);
+        }
+        // All answer to the body as it is now.
+        let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
+        next = Some(leader);
+        while let Some(c) = next {
+            let (candidate, rubbing, [lift_before, give, _, free, soft, own]) =
+                (self.candidate(c), self.tangential(c), self.touch(c));
+            let (up, ply) = (candidate.normal.z, self.ply(c));
+            let Blocks { column, touches, .. } = &mut self.system.blocks;
+            let (Some(node), Some(touch)) = (column.get(ply), touches.get_mut(c)) else { break };
+            let lift = (node[SPEED] - free) * unit_speed;
+            (touch[LIFT], touch[LAST]) = (lift, candidate.impulse);
+            let impulse = if math::abs(node[GRIP]) > node[MASS] {
+                node[RELEASE] * unit_impulse / up
+            } else {
+                candidate.impulse - (self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]) + up * lift) / give
+            };
+            let impulse = math::max(impulse, 0.0);
+            moved = math::max(math::abs(lift - lift_before), moved);
+            let change = impulse - candidate.impulse;
+            if change != 0.0 {
+                velocity -= candidate.normal * (change * self.inertia.inverse_mass);
+                if self.turns {
+                    rate_of_body -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
+                }
+                if let Some([.., place]) = self.system.blocks.candidates.get_mut(c) {
+                    *place = impulse;
+                }
+            }
+            next = self.behind(c);
+        }
+        (self.velocity, self.rate) = (velocity, rate_of_body);
+        moved
+    }
+
+    /// What the plies of a column do to each other under the candidates' impulses: impulses times relative velocities before, with those
+    /// at which gaps would close; and the square of what all impulses change of the velocities along z. In units of m (h/dt)^2.
+    fn of_plies(&mut self, leader: usize) -> [f64; 2] {
+        let (i, row) = place(self.system, leader);
+        load(self.system, i, row);
+        self.system.blocks.column.iter_mut().for_each(|node| node[RELEASE] = 0.0);
+        let mut next = Some(leader);
+        while let Some(c) = next {
+            let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
+            let push = candidate.normal.z * candidate.impulse + rubbing.map_or(0.0, |t| t.push(t.impulse).z);
+            if let Some(node) = self.system.blocks.column.get_mut(ply) {
+                node[RELEASE] = push / self.system.model.unit_impulse;
+                node[SPEED] += node[RELEASE] / node[MASS];
+            }
+            next = self.behind(c);
+        }
+        project(self.system.blocks.column);
+        let Blocks { hot, column, .. } = &self.system.blocks;
+        let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
+        let [at, next] = self.system.layout.stacked(i, row);
+        for (ply, node) in column.iter().enumerate() {
+            let free = hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
+            let change = node[SPEED] - free;
+            if node[ROOM] != f64::INFINITY {
+                work += from_below * node[ROOM];
+            }
+            let push = node[MASS] * change;
+            work += free * (push - node[RELEASE]);
+            moved += push * change;
+            from_below -= push - node[RELEASE];
+        }
+        [work, moved]
+    }
+
+    /// The next impulses along the surface of a candidate, from these towards those that Coulomb's law asks for.
+    ///
+    /// A column that slides may go back and forth for ever: what friction pushes the node along the sheet, the normal impulse lets go of
+    /// several times over where the surface is nearly flat, and it limits friction. So after some sweeps a candidate whose way
+    /// turns back goes half as far, and farther again while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
+    fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
+        let way = [next[0] - p, next[1] - q];
+        let Some(pace) = self.system.blocks.paces.get_mut(c) else { return next };
+        let [part, last_p, last_q] = *pace;
+        let part = match self.sweeps {
+            0..PATIENCE => part,
+            _ if way[0] * last_p + way[1] * last_q < 0.0 => 0.5 * part,
+            _ => math::min(GROWTH * part, 1.0),
+        };
+        *pace = [part, way[0], way[1]];
+        if part == 1.0 {
+            return next;
+        }
+        let most = self.system.scene.contact.friction * candidate.impulse;
+        friction::limited([p + part * way[0], q + part * way[1]], most)
+    }
+
+    /// The impulses along the surface of a column's candidates, where there is friction. Returns the largest change of the velocities along the
+    /// sheet since the column was solved last, of fixed nodes of the slip, m/s.
+    fn rub(&mut self, leader: usize) -> f64 {
+        let (mut moved, mut next) = (0.0, Some(leader));
+        let mut stale = false;
+        while let Some(c) = next {
+            let (candidate, [lift, .., last, _, own]) = (self.candidate(c), self.touch(c));
+            let mut rubbing = self.tangential(c);
+            let before = self.along(&Candidate { impulse: last, ..candidate }, rubbing.as_ref(), own);
+            if let Some(t) = &mut rubbing {
+                let [p, q] = t.impulse;
+                let next = self.rubbed(&candidate, t, [lift, own]);
+                t.impulse = self.paced(c, &candidate, [p, q], next);
+                let change = [t.impulse[0] - p, t.impulse[1] - q];
+                self.velocity -= t.push(change) * self.inertia.inverse_mass;
+                self.rate -= t.twist(change).component_mul(&self.inertia.inverse_moments);
+                self.set_tangential(c, t);
+                let size = math::max(math::abs(change[0]), math::abs(change[1]));
+                stale |= size > self.tolerance * t.effective_mass;
+                if candidate.is_fixed() && t.effective_mass > 0.0 {
+                    moved = math::max(size / t.effective_mass, moved);
+                }
+            }
+            let after = self.along(&candidate, rubbing.as_ref(), own);
+            let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
+            moved = math::max(change, moved);
+            next = self.behind(c);
+        }
+        if let Some(touch) = self.system.blocks.touches.get_mut(leader) {
+            touch[STALE] = f64::from(u8::from(stale));
+        }
+        moved
+    }
+}
+
+/// The column and the row of a candidate's node in the sheet.
+fn place(system: &System<'_>, c: usize) -> (usize, usize) {
+    let node = system.blocks.candidate_nodes.get(c).copied().unwrap_or(0);
+    let (i, j) = system.layout.column_and_row(node as usize);
+    (i, system.layout.ply_and_row(j).1)
+}
+
+/// A place without a candidate.
+const NO_CANDIDATE: [f64; CANDIDATE_REALS] = [0.0; CANDIDATE_REALS];
+
+/// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
+/// of what it holds. The impulses between the plies are scaled with them here; those that part the plies in the end leave no more energy than
+/// these and what they would do against the gaps.
+#[inline(never)] // It must not add to the stack of the solve.
+fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
+    let (body, inertia, mass) = (system.state.body, system.model.inertia, system.model.node_mass);
+    let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
+    // Relative speeds before times impulses, of which those of open gaps are too great, and the impulses' work on what they change, J.
+    let (mut before, mut change) = (0.0, 0.0);
+    if inertia.inverse_mass > 0.0 {
+        change = inertia.mass * dv.dot(&dv) + dw.component_mul(&inertia.moments).dot(&dw);
+    }
+    // Of all candidates' columns.
+    link(system, count);
+    let (mut joint, mut between, mut lifted) = (Joint::at(system), 0.0, 0.0);
+    for c in 0..count {
+        let (candidate, Some(t)) = (joint.candidate(c), joint.tangential(c)) else { break };
+        let [p, q] = t.slip(&body.velocity, &body.angular_velocity);
+        let rate = candidate.gap_rate(&body.velocity, &body.angular_velocity);
+        before += candidate.impulse * rate + t.work([p, q]);
+        let share = joint.share(c);
+        let [x, y] = joint.along(&candidate, Some(&t), joint.give / share);
+        change += mass * share * (x * x + y * y);
+        if joint.leads(c) && !candidate.is_fixed() {
+            let [work, moved] = joint.of_plies(c);
+            (between, lifted) = (between + work, lifted + moved);
+        }
+    }
+    before += between * system.model.unit_energy;
+    change += lifted * system.model.unit_energy;
+    let part = friction::part_without_gain(before, change);
+    if part == 1.0 {
+        return solved;
+    }
+    for (slot, place) in system.blocks.candidates.iter_mut().zip(system.blocks.tangential.iter_mut()).take(count) {
+        friction::scale(slot, Some(place), part);
+    }
+    Solved { velocity: body.velocity + dv * part, angular_velocity: body.angular_velocity + dw * part, ..solved }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Numbers from -1 to 1 without visible order.
+    fn number(k: u64) -> f64 {
+        2.0 * (crate::ground::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    }
+
+    fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
+        let place = |&[speed, room]: &[f64; 2]| {
+            let mut node = [0.0; COLUMN_REALS];
+            (node[SPEED], node[ROOM], node[MASS]) = (speed, room, 1.0);
+            node
+        };
+        nodes.iter().map(place).collect()
+    }
+
+    fn speeds(column: &[[f64; COLUMN_REALS]]) -> Vec<f64> {
+        column.iter().map(|node| node[SPEED]).collect()
+    }
+
+    #[test]
+    fn a_falling_ply_takes_along_what_it_meets() {
+        let far = f64::INFINITY;
+        // One that comes from below takes along all that touches; one of them is a gap away that it does not reach.
+        let mut pushed = column(&[[1.0, far], [0.0, 0.0], [0.0, 0.0], [0.0, 0.5]]);
+        project(&mut pushed);
+        for (speed, expected) in speeds(&pushed).into_iter().zip([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]) {
+            assert!((speed - expected).abs() < 1e-15);
+        }
+        // Across a gap of 0.5: both end at one place.
+        let mut met = column(&[[1.0, far], [0.0, 0.5]]);
+        project(&mut met);
+        assert_eq!(speeds(&met), [0.75, 0.25]);
+        // Nodes that do not face each other pass.
+        let mut beside = column(&[[1.0, far], [0.0, far], [-1.0, 0.0]]);
+        project(&mut beside);
+        assert_eq!(speeds(&beside), [1.0, -0.5, -0.5]);
+        // Nodes that part are left alone.
+        let parting = [[-1.0, far], [0.0, 0.0], [2.0, 0.3]];
+        let mut apart = column(&parting);
+        project(&mut apart);
+        assert_eq!(speeds(&apart), [-1.0, 0.0, 2.0]);
+    }
+
+    /// Plies of unlike fabrics end at the velocity that their momentum gives them, and a gap closes from both sides by their masses.
+    #[test]
+    fn unlike_plies_share_their_momentum_by_their_masses() {
+        let weighed = |nodes: &[[f64; 2]], masses: &[f64]| {
+            let mut nodes = column(nodes);
+            nodes.iter_mut().zip(masses).for_each(|(node, mass)| node[MASS] = *mass);
+            nodes
+        };
+        let far = f64::INFINITY;
+        for mass in [0.01, 0.25, 1.0, 3.0, 100.0] {
+            let mut met = weighed(&[[1.0, far], [0.0, 0.0]], &[1.0, mass]);
+            project(&mut met);
+            for speed in speeds(&met) {
+                assert!((speed - 1.0 / (1.0 + mass)).abs() < 1e-15, "{mass}");
+            }
+            // The gap of 0.5 is used up, and each gives up speed by its mass.
+            let mut across = weighed(&[[1.0, far], [0.0, 0.5]], &[1.0, mass]);
+            project(&mut across);
+            let change = 0.5 / (1.0 + mass);
+            for (speed, expected) in speeds(&across).into_iter().zip([1.0 - mass * change, change]) {
+                assert!((speed - expected).abs() < 1e-15, "{mass}");
+            }
+            // Alone it keeps its velocity to the bit.
+            let mut alone = weighed(&[[0.1, far], [0.3, far]], &[1.0, mass]);
+            project(&mut alone);
+            assert_eq!(speeds(&alone), [0.1, 0.3]);
+        }
+    }
+
+    /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that pulls, none across a
+    /// pair that is not as near as it may be. And so momentum is kept, and energy is never added. Of one fabric and of two.
+    #[test]
+    fn columns_are_solved_exactly() {
+        for case in 0..4000 {
+            let draw = |k: u64| number(1000 * case + k);
+            let count = 2 + (case % 60);
+            let nodes: Vec<[f64; 2]> = (0..count)
+                .map(|k| {
+                    let room = if k == 0 || draw(3 * k) > 0.95 { f64::INFINITY } else { draw(3 * k + 1).max(0.0) };
+                    [draw(3 * k + 2), room]
+                })
+                .collect();
+            let mut solved = column(&nodes);
+            let (back, of_back) = (count / 2, if case % 2 == 0 { 1.0 } else { math::exp(4.6 * draw(999)) });
+            solved.iter_mut().skip(back as usize).for_each(|node| node[MASS] = of_back);
+            project(&mut solved);
+            let mut impulse = 0.0;
+            let (mut before, mut after) = (0.0, 0.0);
+            for (k, (node, [speed, room])) in solved.iter().zip(&nodes).enumerate() {
+                // The impulse between this node and the one below it: what those below have lost.
+                if k > 0 {
+                    let nearer = solved[k - 1][SPEED] - node[SPEED];
+                    let rounding = 1e-12 * of_back.max(1.0);
+                    assert!(nearer <= room + 1e-12 && impulse > -rounding, "{case} {k}");
+                    assert!(impulse < rounding || (nearer - room).abs() < 1e-12, "{case} {k}");
+                }
+                impulse += node[MASS] * (speed - node[SPEED]);
+                let mass = node[MASS];
+                (before, after) = (before + mass * speed * speed, after + mass * node[SPEED] * node[SPEED]);
+            }
+            assert!(impulse.abs() < 1e-12 * of_back.max(1.0) && after <= before * (1.0 + 1e-12), "{case}");
+        }
+    }
+}

@@ -1,0 +1,430 @@
+//! What can go wrong, in three kinds that are never mixed.
+//!
+//! - [`Error`]: the caller's request was refused; **nothing changed**. It names the code, the field and the value.
+//! - [`Failure`]: the computation cannot go on; said at once and latched until reset or load.
+//! - Outcomes (arrested, exited, ...) are physics, not errors: see [`crate::step::outcome`].
+
+use crate::ground::math;
+use core::ffi::CStr;
+use core::fmt::Write;
+
+/// Status numbers of the C interface. 0 is success, -1..-49 preconditions, -50..-99 numerical failures. Never reused.
+/// The constants of the C header, and their comments, are made from this list by `cargo xtask header`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(i32)]
+pub enum Code {
+    /// A pointer is null.
+    NullPointer = -1,
+    /// A buffer is shorter than the size query said.
+    ShortBuffer = -2,
+    /// A structure or an array does not lie at a multiple of what its numbers are aligned to.
+    Misaligned = -3,
+    /// The block was moved or copied, or never initialised: use save and load instead.
+    MovedBlock = -4,
+    /// A structure has a size that no version this library knows gave it.
+    StructSize = -5,
+    /// A number is NaN or infinite.
+    NotFinite = -6,
+    /// A number must be greater than zero.
+    NotPositive = -7,
+    /// A number lies outside its documented range.
+    OutOfRange = -8,
+    /// A choice (kind of attachment, shape, ...) has an unknown number.
+    UnknownChoice = -9,
+    /// A quaternion has length zero or is far from unit length.
+    BadQuaternion = -10,
+    /// The sheet has more nodes than memory can address.
+    TooManyNodes = -11,
+    /// The time step exceeds the largest allowed one; the fault's `limit` holds it.
+    StepTooLarge = -12,
+    /// The parameters give a step limit that is zero, subnormal or not finite, or a step with which no calculation stays within
+    /// the numbers: nodes of over 1e90 kg (N s, J at one spacing a step), or over a thousand times dt_crit.
+    StepLimitUnusable = -13,
+    /// A damage rate below 3 would make the yarn stiffer beyond the critical stretch than the step limit assumes.
+    DamageRateTooSmall = -14,
+    /// The projectile is lighter than one node of the sheet.
+    ProjectileTooLight = -15,
+    /// The projectile is smaller than the node spacing: nodes would not see it.
+    ProjectileTooSmall = -16,
+    /// The projectile would cross more than one node spacing in a step, or turn more than half a radian: take a smaller step.
+    /// Yarn that is soft or heavy allows steps so large that a usual speed is too fast for them. The fault's `limit` holds the
+    /// largest step, s, with which the motion is accepted.
+    ProjectileTooFast = -17,
+    /// A node lies inside the projectile at the start.
+    InitialOverlap = -18,
+    /// The corner discs overlap one another.
+    DiscsOverlap = -19,
+    /// A corner disc reaches under the projectile.
+    DiscTouchesProjectile = -20,
+    /// An array does not have the length asked for.
+    WrongLength = -21,
+    /// The call does not fit the way the projectile is driven (free or prescribed).
+    WrongDrive = -22,
+    /// A path does not start where the simulation is, or has no steps.
+    BadPath = -23,
+    /// The call is only allowed before the first step.
+    AlreadyStarted = -24,
+    /// The bytes are not a snapshot image, or are truncated or altered.
+    ImageMalformed = -25,
+    /// The image was made with another scene or another version.
+    ImageOfAnotherScene = -26,
+    /// The image has a correct checksum but holds values no simulation can have.
+    ImageInvalid = -27,
+    /// A normal is not of unit length (to 1e-6).
+    BadNormal = -28,
+    /// The faces of a polyhedron do not enclose a body.
+    UnboundedFaces = -29,
+    /// Moments of inertia that no body has: one is greater than the other two together.
+    ImpossibleMoments = -30,
+    /// Mirror planes with something they would change: a hit, a motion or a load off the planes.
+    NotSymmetric = -31,
+    /// The scene asks for something this build was made without.
+    NotBuilt = -32,
+    /// A band that was called already in this pass, or a call that does not go with bands in use or without them.
+    BandOutOfTurn = -33,
+    /// The theta rule cannot be stepped in bands.
+    NotInBands = -34,
+    /// The corner discs lie between the nodes and hold none; the fault's `limit` holds the smallest radius, m, that reaches one.
+    HoldsNothing = -35,
+    /// Pre-tension that pulls at an edge which is not held, or at segments that are drawn one by one: the sheet would move by itself.
+    NotInEquilibrium = -36,
+    /// An option that does not go with another one, each of which is good by itself. The fault's text names both.
+    DoesNotGoWith = -37,
+    /// Plies of a stack that start through each other: a node lies below the one that it faces in the ply before.
+    PliesOverlap = -38,
+    /// A non-finite number appeared in the state, or a stretch beyond 1e25: the simulation is lost.
+    NonFinite = -50,
+    /// More nodes came under the projectile than a `contact_capacity` other than 0 allows; the state is kept at the step's start.
+    ContactCapacity = -51,
+    /// The projectile became faster than one node spacing in a step.
+    TooFast = -52,
+    /// The theta rule's iteration did not converge; the state is kept at the step's start.
+    NotConverged = -53,
+}
+
+impl Code {
+    /// Every code, for tables and tests.
+    pub const ALL: [Code; TEXTS.len()] = {
+        let (mut all, mut k) = ([Code::NullPointer; TEXTS.len()], 0);
+        while k < all.len() {
+            all[k] = TEXTS[k].0;
+            k += 1;
+        }
+        all
+    };
+
+    /// The number the C interface returns.
+    pub const fn number(self) -> i32 {
+        self as i32
+    }
+
+    /// What the code means, as a C string: one sentence fragment without a full stop.
+    pub fn text(self) -> &'static CStr {
+        TEXTS.iter().find(|(code, _)| *code == self).map_or(c"", |(_, text)| text)
+    }
+}
+
+/// The text of each code.
+const TEXTS: [(Code, &CStr); 42] = [
+    (Code::NullPointer, c"null pointer"),
+    (Code::ShortBuffer, c"buffer too short"),
+    (Code::Misaligned, c"structure or array not aligned"),
+    (Code::MovedBlock, c"memory block moved, copied or not initialised"),
+    (Code::StructSize, c"structure of unknown size"),
+    (Code::NotFinite, c"not a finite number"),
+    (Code::NotPositive, c"must be greater than zero"),
+    (Code::OutOfRange, c"out of range"),
+    (Code::UnknownChoice, c"unknown choice"),
+    (Code::BadQuaternion, c"not a unit quaternion"),
+    (Code::TooManyNodes, c"too many nodes"),
+    (Code::StepTooLarge, c"time step too large"),
+    (Code::StepLimitUnusable, c"parameters give no usable time step"),
+    (Code::DamageRateTooSmall, c"damage rate below 3"),
+    (Code::ProjectileTooLight, c"projectile lighter than a node"),
+    (Code::ProjectileTooSmall, c"projectile smaller than the node spacing"),
+    (Code::ProjectileTooFast, c"projectile crosses more than a node spacing in a step"),
+    (Code::InitialOverlap, c"a node lies inside the projectile"),
+    (Code::DiscsOverlap, c"corner discs overlap"),
+    (Code::DiscTouchesProjectile, c"a corner disc reaches under the projectile"),
+    (Code::WrongLength, c"array of the wrong length"),
+    (Code::WrongDrive, c"call does not fit the way the projectile is driven"),
+    (Code::BadPath, c"path does not fit the simulation's time"),
+    (Code::AlreadyStarted, c"only allowed before the first step"),
+    (Code::ImageMalformed, c"snapshot image malformed or altered"),
+    (Code::ImageOfAnotherScene, c"snapshot image of another scene or version"),
+    (Code::ImageInvalid, c"snapshot image holds impossible values"),
+    (Code::BadNormal, c"not a unit normal"),
+    (Code::UnboundedFaces, c"faces do not enclose a body"),
+    (Code::ImpossibleMoments, c"moments of inertia that no body has"),
+    (Code::NotSymmetric, c"not symmetric about the mirror planes"),
+    (Code::NotBuilt, c"this build was made without it"),
+    (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
+    (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
+    (Code::HoldsNothing, c"an attachment that holds no node"),
+    (
+        Code::NotInEquilibrium,
+        c"pre-tension without equilibrium: an edge that is not held, or segments drawn one by one",
+    ),
+    (Code::DoesNotGoWith, c"does not go with another field"),
+    (Code::PliesOverlap, c"a node lies below the one that it faces in the ply before"),
+    (Code::NonFinite, c"a non-finite number appeared in the state"),
+    (Code::ContactCapacity, c"more nodes under the projectile than contact_capacity"),
+    (Code::TooFast, c"the projectile became faster than a node spacing in a step"),
+    (Code::NotConverged, c"the iteration of a step did not converge; take a smaller step"),
+];
+
+/// The text of an error: at most 160 bytes, no allocation.
+pub type Text = heapless::String<160>;
+
+/// A request that was refused. Nothing changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Error {
+    /// Why.
+    pub code: Code,
+    /// The field's name as it is spelt in [`crate::scene::parts::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
+    pub field: &'static str,
+    /// For [`Code::DoesNotGoWith`] the other field, else the one that the limit follows from; empty if there is none.
+    pub with: &'static str,
+    /// The offending value, SI units (0 where none applies).
+    pub value: f64,
+    /// The limit that was crossed, SI units (0 where none applies). For [`Code::StepTooLarge`] the largest allowed step in s, for
+    /// [`Code::ProjectileTooFast`] the largest step in s with which the motion is accepted.
+    pub limit: f64,
+}
+
+impl Error {
+    /// An error that names a field, the value found and the limit crossed.
+    pub fn new(code: Code, field: &'static str, value: f64, limit: f64) -> Error {
+        Error { code, field, with: "", value, limit }
+    }
+
+    /// An error without a value.
+    pub fn plain(code: Code, field: &'static str) -> Error {
+        Error::new(code, field, 0.0, 0.0)
+    }
+
+    /// The refusal of two fields that are good by themselves.
+    pub fn beside(field: &'static str, with: &'static str) -> Error {
+        Error { with, ..Error::plain(Code::DoesNotGoWith, field) }
+    }
+
+    /// The same with the field that its limit follows from.
+    pub(crate) fn from(self, with: &'static str) -> Error {
+        Error { with, ..self }
+    }
+
+    /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
+    /// is 0`, `back.plies: out of range; it is 2: see stack.plies`, `slack_toe: does not go with another field: integrator.kind`.
+    pub fn text(&self) -> Text {
+        let mut text = Text::new();
+        let reason = self.code.text().to_str().unwrap_or("");
+        // A text that does not fit is cut; the code and the field come first.
+        let _ = if self.field.is_empty() { write!(text, "{reason}") } else { write!(text, "{}: {reason}", self.field) };
+        let (before, value, after) = match self.code {
+            Code::StepTooLarge => ("; the largest allowed is ", self.limit, " s"),
+            Code::ProjectileTooFast => ("; the largest step for this motion is ", self.limit, " s"),
+            Code::NotPositive | Code::OutOfRange if !self.field.is_empty() => ("; it is ", self.value, ""),
+            _ => ("", 0.0, ""),
+        };
+        if !before.is_empty() {
+            for part in [before, &number(value), after] {
+                let _ = text.push_str(part);
+            }
+        }
+        let link = match (self.code, self.with) {
+            (_, "") => "",
+            (Code::DoesNotGoWith, _) => ": ",
+            _ => ": see ",
+        };
+        let _ = text.push_str(link);
+        let _ = text.push_str(self.with);
+        text
+    }
+}
+
+/// A number as a text: five digits, rounded towards zero (to 1e-12) so that a limit may be used as it stands. The library's formatting of
+/// a float would need panics and 20 KB of code.
+pub fn number(value: f64) -> Text {
+    let mut text = Text::new();
+    let _ = write_number(&mut text, value);
+    text
+}
+
+fn write_number(text: &mut Text, value: f64) -> core::fmt::Result {
+    if value == 0.0 || !value.is_finite() {
+        return text.write_str(if value == 0.0 {
+            "0"
+        } else if value.is_nan() {
+            "not a number"
+        } else {
+            "infinite"
+        });
+    }
+    let (mut size, mut exponent) = (if value < 0.0 { -value } else { value }, 0_i32);
+    while size >= 10.0 {
+        (size, exponent) = (size / 10.0, exponent + 1);
+    }
+    while size < 1.0 {
+        (size, exponent) = (size * 10.0, exponent - 1);
+    }
+    if value < 0.0 {
+        text.write_str("-")?;
+    }
+    // What the divisions may have rounded up or down is less than this: a whole number of digits stays one.
+    let digits = (size * 1e4 + 1e-8) as u64;
+    // Digit by digit: a width would take the formatter's padding, which calls through pointers.
+    write!(text, "{}", digits / 10_000)?;
+    let mut rest = digits % 10_000;
+    if rest > 0 {
+        text.write_str(".")?;
+    }
+    while rest > 0 {
+        write!(text, "{}", rest / 1000)?;
+        rest = rest % 1000 * 10;
+    }
+    match exponent {
+        0 => Ok(()),
+        _ if exponent < 0 => write!(text, "e-{}", -exponent as u64),
+        _ => write!(text, "e{}", exponent as u64),
+    }
+}
+
+impl core::fmt::Display for Error {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.text())
+    }
+}
+
+impl core::error::Error for Error {}
+
+/// The computation cannot go on. Latched: every call but reset, load and the counters repeats it. Of a sheet that is stepped in blocks
+/// (`waves.rs`) some rows are then ahead of the step's start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// A non-finite number appeared; the state is lost. Load a snapshot or reset.
+    NonFinite,
+    /// More candidate nodes than a `contact_capacity` other than 0; the state is that of the step's start. Raise the capacity.
+    ContactCapacity,
+    /// The projectile became faster than one node spacing in a step (an external load can do this).
+    TooFast,
+    /// The theta rule's iteration did not converge; the state is that of the step's start. Take a smaller step.
+    NotConverged,
+}
+
+impl Failure {
+    /// The status number's code.
+    pub fn code(self) -> Code {
+        match self {
+            Failure::NonFinite => Code::NonFinite,
+            Failure::ContactCapacity => Code::ContactCapacity,
+            Failure::TooFast => Code::TooFast,
+            Failure::NotConverged => Code::NotConverged,
+        }
+    }
+}
+
+impl From<Failure> for Error {
+    fn from(failure: Failure) -> Error {
+        Error::plain(failure.code(), "")
+    }
+}
+
+impl core::fmt::Display for Failure {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.code().text().to_str().unwrap_or(""))
+    }
+}
+
+impl core::error::Error for Failure {}
+
+/// Refuses NaN and infinities.
+pub(crate) fn finite(field: &'static str, value: f64) -> Result<(), Error> {
+    if value.is_finite() { Ok(()) } else { Err(Error::new(Code::NotFinite, field, value, 0.0)) }
+}
+
+/// Refuses a vector with a NaN or infinite component.
+pub(crate) fn finite3(field: &'static str, v: [f64; 3]) -> Result<(), Error> {
+    v.iter().try_for_each(|&x| finite(field, x))
+}
+
+/// Refuses everything but finite numbers greater than zero.
+pub(crate) fn positive(field: &'static str, value: f64) -> Result<(), Error> {
+    finite(field, value)?;
+    if value > 0.0 { Ok(()) } else { Err(Error::new(Code::NotPositive, field, value, 0.0)) }
+}
+
+/// Refuses everything but finite numbers that are zero or greater.
+pub(crate) fn not_negative(field: &'static str, value: f64) -> Result<(), Error> {
+    finite(field, value)?;
+    if value >= 0.0 { Ok(()) } else { Err(Error::new(Code::OutOfRange, field, value, 0.0)) }
+}
+
+/// Refuses a quaternion whose length differs from 1 by 1e-3 or more.
+pub(crate) fn unit_quaternion(field: &'static str, q: [f64; 4]) -> Result<(), Error> {
+    q.iter().try_for_each(|&x| finite(field, x))?;
+    let length = math::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    let off = length - 1.0;
+    if off < 1e-3 && off > -1e-3 { Ok(()) } else { Err(Error::new(Code::BadQuaternion, field, length, 1.0)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_unique_and_in_their_ranges() {
+        for (i, a) in Code::ALL.iter().enumerate() {
+            assert!((-99..=-1).contains(&a.number()));
+            assert!(!a.text().is_empty());
+            assert!(Code::ALL.iter().skip(i + 1).all(|b| b.number() != a.number()));
+        }
+    }
+
+    #[test]
+    fn every_code_has_a_text() {
+        let (_, list) = include_str!("error.rs").split_once("pub enum Code {").unwrap();
+        let (list, _) = list.split_once("\n}").unwrap();
+        let codes: std::vec::Vec<_> = list.lines().filter_map(|line| line.split_once(" = -")).collect();
+        assert_eq!(codes.len(), Code::ALL.len());
+        for ((name, number), code) in codes.iter().zip(Code::ALL) {
+            assert_eq!(name.trim(), std::format!("{code:?}"));
+            assert_eq!(number.trim_end_matches(','), std::format!("{}", -code.number()));
+        }
+    }
+
+    #[test]
+    fn step_text_names_the_largest_step() {
+        let error = Error::new(Code::StepTooLarge, "dt", 3e-8, 2.6449971e-8);
+        assert_eq!(error.text().as_str(), "dt: time step too large; the largest allowed is 2.6449e-8 s");
+        let error = Error::new(Code::ProjectileTooFast, "projectile.velocity", 400.0, 1.8142857e-6);
+        let text = "projectile.velocity: projectile crosses more than a node spacing in a step; \
+                    the largest step for this motion is 1.8142e-6 s";
+        assert_eq!(error.text().as_str(), text);
+    }
+
+    #[test]
+    fn text_of_two_fields_names_both() {
+        let error = Error::beside("contact.friction", "integrator.kind");
+        assert_eq!(error.text().as_str(), "contact.friction: does not go with another field: integrator.kind");
+    }
+
+    #[test]
+    fn numbers_have_five_digits_and_are_rounded_towards_zero() {
+        for (value, expected) in [
+            (0.0, "0"),
+            (1e-17, "1e-17"),
+            (2.99999e-8, "2.9999e-8"),
+            (1.0, "1"),
+            (-0.05, "-5e-2"),
+            (12.345678, "1.2345e1"),
+            (1e6, "1e6"),
+            (1.0305e-300, "1.0305e-300"),
+            (f64::NAN, "not a number"),
+            (f64::NEG_INFINITY, "infinite"),
+            (f64::MAX, "1.7976e308"),
+            (5e-324, "4.9406e-324"),
+        ] {
+            assert_eq!(number(value).as_str(), expected);
+        }
+    }
+}

@@ -1,0 +1,579 @@
+//! Counts and offsets of every block of memory: the only place where sizes are computed, all with checked arithmetic.
+//! `planes.rs` says how rows lie in memory.
+
+use crate::ground::error::{Code, Error};
+use crate::ground::lanes::CacheLine;
+use crate::ground::planes::{
+    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
+};
+use crate::memory::state::Parts;
+use crate::scene::parts::{IntegratorKind, Scene, StepAfterFailure, StrengthDraw};
+use crate::sheet::grading::LINE_PLANES;
+use crate::sheet::places::Places;
+use crate::sheet::symmetry::Line;
+
+/// Numbers kept per contact candidate.
+pub const CANDIDATE_REALS: usize = 14;
+/// Numbers kept per contact candidate for friction.
+pub const TANGENTIAL_REALS: usize = 19;
+
+/// Numbers kept per row and step of a block: what the sheet pulls at both runs of its fixed nodes.
+pub(crate) const PULL_REALS: usize = 6;
+/// Numbers kept per ply of a column of facing nodes.
+pub(crate) const COLUMN_REALS: usize = 12;
+/// Numbers kept per contact candidate of a stack besides.
+pub(crate) const TOUCH_REALS: usize = 6;
+/// And of one with friction.
+pub(crate) const PACE_REALS: usize = 3;
+
+/// Hot rows of more numbers than this do not stay in a processor's caches from one step to the next: 12 MiB, less than half of
+/// what the cores of a server share in their third level.
+const CACHED_REALS: usize = (12 << 20) / 8;
+
+/// Steps that a sheet beyond the caches takes in one block (`waves.rs`); a divisor of the steps between two tests of outcomes.
+pub(crate) const BLOCK_STEPS: usize = 8;
+
+/// Most bands a sheet can be cut into.
+pub const MAX_BANDS: u32 = 32;
+
+// Words of a snapshot image.
+/// Words before the state: what an image begins with.
+pub(crate) const HEADER_WORDS: usize = 4;
+/// Words of the scalar state (tested against the traversal).
+pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + MARK_WORDS + (6 + 5 + 12);
+/// Words of the scalar state that enter a digest only if they are not 0, and do not count in its header.
+pub(crate) const MARK_WORDS: usize = 2;
+/// Words of the scalar state that only the theta rule, or a step to be halved, has.
+const PART_WORDS: usize = 2;
+/// Words of the scalar state that only yarn has whose viscosity or rate takes energy.
+const TAKEN_WORDS: usize = 1;
+/// Words of the scalar state that only yarn has that depends on the rate of strain.
+const RATE_WORDS: usize = 1;
+/// Words of the scalar state that only friction has.
+const FRICTION_WORDS: usize = 1;
+/// Words of the scalar state that only a stack has.
+const STACK_WORDS: usize = 2;
+/// Words of the scalar state that only a graded network has.
+const GRADED_WORDS: usize = 1;
+
+/// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
+pub fn frame_words(parts: Parts) -> usize {
+    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 };
+    let rate = if parts.rate { RATE_WORDS } else { 0 };
+    let friction = if parts.friction { FRICTION_WORDS } else { 0 };
+    let stack = if parts.stack { STACK_WORDS } else { 0 };
+    let graded = if parts.graded { GRADED_WORDS } else { 0 };
+    let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
+    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + graded + 1
+}
+
+/// Sizes of a scene's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Nodes modelled along x: of a mirrored sheet only its half, of a graded network its own.
+    pub nodes_x: usize,
+    /// Rows of nodes modelled, ply by ply.
+    pub nodes_y: usize,
+    /// Separate plies.
+    pub plies: usize,
+    /// A row of nodes.
+    pub x: Line,
+    /// A column of nodes of one ply.
+    pub y: Line,
+    /// The first row of nodes beyond the middle of the sheet.
+    pub upper: usize,
+    /// Chunks in a row.
+    pub chunks: usize,
+    /// true if segments have their own constants: of drawn yarn, or of a graded network.
+    pub stochastic: bool,
+    /// true if segments have their own critical stretch.
+    pub strength: bool,
+    /// true if connection to the supports is watched.
+    pub track_detachment: bool,
+    /// true if the theta rule steps the nodes.
+    pub implicit: bool,
+    /// true if the step is halved after the first failure.
+    pub halving: bool,
+    /// true if segments that have been slack start with a toe.
+    pub toe: bool,
+    /// true if the yarn is viscous.
+    pub viscous: bool,
+    /// true if bars stand for several yarns anywhere.
+    pub graded: bool,
+    /// true if the yarn depends on the rate of strain.
+    pub rate: bool,
+    /// true if yarn and projectile rub.
+    pub friction: bool,
+    /// true if there is memory for steps in blocks: of a sheet that exceeds the caches, one ply without mirror planes and without what takes
+    /// more than one pass or looks at the whole sheet between two steps.
+    pub in_waves: bool,
+    /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
+    pub candidates: usize,
+    reals: usize,
+    words: usize,
+    image_words: usize,
+}
+
+impl Layout {
+    /// No sheet: a place for the sizes of a scene.
+    pub(crate) const NOTHING: Layout = Layout {
+        nodes_x: 0,
+        nodes_y: 0,
+        plies: 1,
+        x: Line { nodes: 0, mirrored: false },
+        y: Line { nodes: 0, mirrored: false },
+        upper: 0,
+        chunks: 0,
+        stochastic: false,
+        strength: false,
+        track_detachment: false,
+        implicit: false,
+        halving: false,
+        toe: false,
+        viscous: false,
+        graded: false,
+        rate: false,
+        friction: false,
+        in_waves: false,
+        candidates: 0,
+        reals: 0,
+        words: 0,
+        image_words: 0,
+    };
+
+    /// Sizes for a scene, which is checked first.
+    pub fn of(scene: &Scene) -> Result<Layout, Error> {
+        scene.check()?;
+        Layout::of_sound(scene)
+    }
+
+    /// Sizes for a scene that has been checked.
+    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
+        // Nodes are numbered by u32 where contact and detachment note them.
+        let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
+        Layout::compute(scene).filter(numbered).ok_or(Error::new(
+            Code::TooManyNodes,
+            "sheet.nodes_x",
+            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64 * scene.stack.plies as f64,
+            u32::MAX.into(),
+        ))
+    }
+
+    #[inline(never)] // It must not add to the stack of the checks.
+    fn compute(scene: &Scene) -> Option<Layout> {
+        let [across, up] = scene.network();
+        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
+        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
+        let plies = scene.stack.plies as usize;
+        let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
+        let nodes = nodes_x.checked_mul(nodes_y)?;
+        let chunks = x.stored().div_ceil(CHUNK);
+        let (graded, back) = (scene.is_graded(), scene.back.plies > 0);
+        let stochastic = scene.yarn.stochastic || graded || back && scene.back.is_drawn();
+        let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
+        let track_detachment = scene.track_detachment;
+        let implicit = scene.integrator.kind == IntegratorKind::Theta;
+        let halving = scene.step_after_failure == StepAfterFailure::Half;
+        let toe = scene.slack_toe > 0.0;
+        let viscous = scene.viscosity() != [0.0; 3];
+        let rate = scene.depends_on_rate();
+        let friction = scene.contact.friction > 0.0;
+        let candidates = match scene.contact_capacity {
+            0 => nodes,
+            most => nodes.min(most as usize),
+        };
+
+        let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
+        let iterate = if implicit { ITERATE_PLANES } else { 0 };
+        let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
+        let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
+        let image_row = usize::from(y.mirrored) * (HOT_PLANES + iterate);
+        let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
+        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
+        let scratch = chunks
+            .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
+            .checked_add(nodes_x.checked_mul(3)?)?
+            .checked_add(if viscous || rate { nodes_y } else { 0 })?
+            .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
+            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
+        let plain =
+            plies == 1 && !(implicit || halving || toe || viscous || rate || graded || x.mirrored || y.mirrored);
+        let in_waves = plain && nodes_y.checked_mul(chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS;
+        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
+        let waves = if in_waves { BLOCK_STEPS } else { 0 };
+        let scratch = scratch
+            .checked_add(waves.checked_mul(chunks.checked_mul(CHUNK * CARRY_PLANES)?)?)?
+            .checked_add(waves.checked_mul(nodes_y.checked_mul(PULL_REALS)?)?)?;
+        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
+        let stack = |count: usize| if plies > 1 { count } else { 0 };
+        let scratch = scratch
+            .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
+            .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
+            .checked_add(stack(candidates.checked_mul(TOUCH_REALS + if friction { PACE_REALS } else { 0 })?))?;
+        let segments =
+            x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
+        let reals = rows.checked_add(scratch)?;
+
+        let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
+        let words = nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(candidates)?;
+        let columns = nodes_x.checked_mul(y.modelled())?;
+        let words = words
+            .checked_add(stack(plies.checked_mul(2)?))?
+            .checked_add(stack(columns))?
+            .checked_add(stack(candidates.checked_mul(2)?))?;
+
+        // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
+        // segment where they exist.
+        let flags = if track_detachment { nodes.div_ceil(32) } else { 0 };
+        let image_words = nodes
+            .checked_mul(6)?
+            .checked_add(segments)?
+            .checked_add(if toe { segments } else { 0 })?
+            .checked_add(flags)?
+            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1, graded }))?;
+
+        // No block may exceed what a slice can hold.
+        let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
+        for (count, bytes) in [(lines, size_of::<CacheLine>()), (image_words, 8)] {
+            if count.checked_mul(bytes)? > isize::MAX as usize {
+                return None;
+            }
+        }
+        Some(Layout {
+            nodes_x,
+            nodes_y,
+            plies,
+            x,
+            y,
+            upper: Places::of(scene, Axis::Vertical).upper(),
+            chunks,
+            stochastic,
+            strength,
+            track_detachment,
+            implicit,
+            halving,
+            toe,
+            viscous,
+            graded,
+            rate,
+            friction,
+            in_waves,
+            candidates,
+            reals,
+            words,
+            image_words,
+        })
+    }
+
+    /// Length of the memory that a simulation takes, in lines of 64 bytes.
+    pub fn lines(&self) -> usize {
+        self.lines_of_reals() + self.words.div_ceil(CacheLine::WORDS)
+    }
+
+    /// How many of these hold real numbers; the integers lie behind them.
+    pub(crate) fn lines_of_reals(&self) -> usize {
+        self.reals.div_ceil(CacheLine::REALS)
+    }
+
+    /// Length of the memory that stepping in `of` bands takes besides, in lines of 64 bytes.
+    ///
+    /// # Errors
+    /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands; more memory than a slice can hold, which wide
+    /// sheets may need on targets of 32 bits.
+    pub fn band_lines(&self, of: u32) -> Result<usize, Error> {
+        if self.implicit {
+            return Err(Error::plain(Code::NotInBands, "integrator.kind"));
+        }
+        if !(1..=MAX_BANDS).contains(&of) {
+            return Err(Error::new(Code::OutOfRange, "of", f64::from(of), f64::from(MAX_BANDS)));
+        }
+        // What compute() has found to fit bounds a band, some ten rows of the sheet, and not all bands.
+        let lines = (of as usize)
+            .checked_mul(self.reals_of_a_band())
+            .and_then(|reals| reals.checked_add(6 * self.nodes_y))
+            .map(|reals| reals.div_ceil(CacheLine::REALS))
+            .filter(|lines| {
+                lines.checked_mul(size_of::<CacheLine>()).is_some_and(|bytes| bytes <= isize::MAX as usize)
+            });
+        lines.ok_or(Error::plain(Code::TooManyNodes, "of"))
+    }
+
+    /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, its work row of viscosity, its
+    /// fixed nodes; whole cache lines.
+    pub(crate) fn reals_of_a_band(&self) -> usize {
+        let viscous = if self.viscous { VISCOUS_PLANES } else { 0 };
+        let rows = if self.in_waves { 1 + BLOCK_STEPS } else { 1 };
+        self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + viscous)
+            + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
+    }
+
+    /// Bytes of memory in all.
+    pub fn bytes(&self) -> usize {
+        size_of::<CacheLine>() * self.lines()
+    }
+
+    /// Bytes of a snapshot image.
+    pub fn snapshot_bytes(&self) -> usize {
+        8 * self.image_words
+    }
+
+    /// Number of nodes modelled.
+    pub fn nodes(&self) -> usize {
+        self.nodes_x * self.nodes_y
+    }
+
+    /// Column and row (i, j) of a node by its number, row by row.
+    #[inline]
+    pub fn column_and_row(&self, node: usize) -> (usize, usize) {
+        // At least 1, so that no division by zero has to be compiled in.
+        let nx = self.nodes_x.max(1);
+        (node % nx, node / nx)
+    }
+
+    /// Of the chunks with the nodes at column i of a row of the sheet, in all plies: the place of the first one, and how far the next one is behind it.
+    #[inline]
+    pub(crate) fn stacked(&self, i: usize, row: usize) -> [usize; 2] {
+        [row * self.chunks + i / CHUNK, self.y.modelled() * self.chunks]
+    }
+
+    /// Number of segments modelled, those from the last node before a mirror plane to its image included.
+    pub fn segments(&self) -> usize {
+        self.x.segments() * self.nodes_y + self.nodes_x * self.y.segments() * self.plies
+    }
+
+    /// Rows of the hot block: those modelled, and the images behind the plane y = 0.
+    pub(crate) fn stored_rows(&self) -> usize {
+        self.nodes_y + usize::from(self.y.mirrored)
+    }
+
+    /// Whether the hot rows are too large for the caches, so that a pass has to fetch them from memory.
+    pub(crate) fn exceeds_caches(&self) -> bool {
+        self.nodes_y * self.chunks * CHUNK * HOT_PLANES > CACHED_REALS
+    }
+
+    /// Whether there are several plies.
+    pub fn is_stack(&self) -> bool {
+        self.plies > 1
+    }
+
+    /// Rows [first, end) of a ply.
+    pub fn rows_of(&self, ply: usize) -> [usize; 2] {
+        let rows = self.y.modelled();
+        [ply * rows, (ply + 1) * rows]
+    }
+
+    /// The ply of a row, and the row's number in it.
+    #[inline]
+    pub fn ply_and_row(&self, j: usize) -> (usize, usize) {
+        if !self.is_stack() {
+            return (0, j);
+        }
+        // At least 1, so that no division by zero has to be compiled in.
+        let rows = self.y.modelled().max(1);
+        (j / rows, j % rows)
+    }
+
+    /// Whether segments go upwards from row j.
+    #[inline]
+    pub fn has_verticals(&self, j: usize) -> bool {
+        let (ply, row) = self.ply_and_row(j);
+        row < self.y.segments() && ply < self.plies
+    }
+
+    /// Whether viscosity or the rate takes energy.
+    pub fn takes_energy(&self) -> bool {
+        self.viscous || self.rate
+    }
+
+    /// The optional parts of the state.
+    pub fn parts(&self) -> Parts {
+        let Layout { implicit, halving, viscous, rate, friction, graded, .. } = *self;
+        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack(), graded }
+    }
+
+    /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
+    pub fn node_weight(&self, i: usize, j: usize) -> f64 {
+        self.x.node_weight(i) * self.y.node_weight(j)
+    }
+
+    /// How often the segment that starts at node (i, j) appears in the whole sheet.
+    pub fn segment_weight(&self, axis: Axis, i: usize, j: usize) -> f64 {
+        match axis {
+            Axis::Horizontal => self.x.segment_weight(i) * self.y.node_weight(j),
+            Axis::Vertical => self.x.node_weight(i) * self.y.segment_weight(j),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_per_node_of_the_large_sheet() {
+        let mut scene = Scene::sheet_10in_cylinder();
+        let stochastic = Layout::of(&scene).unwrap();
+        assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
+        // Of these 116 are the places for every node as a candidate.
+        assert!(stochastic.bytes() as f64 / 122_500.0 <= 233.0);
+        scene.yarn.stochastic = false;
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 201.0);
+        // Room for what wraps the cylinder, and half as much again.
+        scene.contact_capacity = 7250;
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 92.0);
+        scene.yarn.stochastic = true;
+        assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 124.0);
+    }
+
+    #[test]
+    fn sheets_that_exceed_the_caches() {
+        let mut scene = Scene::sheet_3in_sphere();
+        // 64 bytes a node, rows in whole chunks of eight: 439 rows of 440 nodes are 11.8 MiB, 447 of 448 are 12.2 MiB.
+        for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
+            let layout = Layout::of(&scene).unwrap();
+            assert_eq!((layout.exceeds_caches(), layout.in_waves), (exceeds, exceeds));
+        }
+        // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines, and six numbers a row.
+        let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344) + 6 * 447;
+        assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
+        // For each of eight steps: carried forces of 56 chunks, six numbers a row. A step that may be halved is taken alone.
+        let blocks = Layout::of(&scene).unwrap();
+        scene.step_after_failure = StepAfterFailure::Half;
+        let single = Layout::of(&scene).unwrap();
+        assert_eq!((single.in_waves, blocks.reals - single.reals), (false, 8 * (56 * 8 * CARRY_PLANES + 6 * 447)));
+    }
+
+    /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
+    fn tiny() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (9, 5);
+        (scene.yarn.stochastic, scene.track_detachment, scene.contact_capacity) = (false, false, 10);
+        scene
+    }
+
+    #[test]
+    fn memory_counted_by_hand() {
+        let layout = Layout::of(&tiny()).unwrap();
+        // Segments: 8 in each of 5 rows, 4 in each of 9 columns.
+        assert_eq!((layout.nodes(), layout.segments(), layout.chunks), (45, 40 + 36, 2));
+        // Displacements, velocities, stiffness and history of 5 rows; carried forces of one; three numbers a column;
+        // the candidates. Words: eight a row.
+        let rows = 5 * 16 * (HOT_PLANES + HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
+        assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 8 * 5 + 10));
+        assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 4);
+        assert_eq!(layout.bytes(), 64 * layout.lines());
+        let frame = frame_words(layout.parts());
+        assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
+        // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines; six numbers a row.
+        let reals: usize = 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5;
+        assert_eq!(layout.band_lines(3).unwrap(), reals.div_ceil(8));
+    }
+
+    #[test]
+    fn what_options_add() {
+        let plain = Layout::of(&tiny()).unwrap();
+        let with = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = tiny();
+            change(&mut scene);
+            let more = Layout::of(&scene).unwrap();
+            (more.reals - plain.reals, more.words - plain.words, more.image_words - plain.image_words)
+        };
+        assert_eq!(with(&|scene| scene.yarn.stochastic = true), (5 * 16 * YARN_PLANES, 0, 0));
+        let drawn = |scene: &mut Scene| scene.yarn.strength_draw = StrengthDraw::Weibull;
+        assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
+        assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
+        // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
+        let viscous = |scene: &mut Scene| scene.yarn.viscosity_bending = 0.06;
+        assert_eq!(with(&viscous), (5 * 16 * PUSH_PLANES + 16 * VISCOUS_PLANES + 5, 0, 1));
+        // Logarithms of 5 rows, the energy of each row; two words of the image.
+        let rate = |scene: &mut Scene| {
+            (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.1, 30.0, 170.0);
+        };
+        assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
+        // The tangential parts of 10 candidates; a word of the image.
+        let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
+        assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
+        // A word for every node, and a bit for every node: 45 in two words.
+        assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
+        assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
+        assert_eq!(with(&|scene| scene.step_after_failure = StepAfterFailure::Half).2, 2);
+        #[cfg(feature = "implicit")]
+        {
+            let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
+            assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
+        }
+    }
+
+    #[test]
+    fn mirrored_rows_have_an_image_row() {
+        let mut scene = tiny();
+        scene.symmetry.mirror_y = true;
+        let layout = Layout::of(&scene).unwrap();
+        // Rows 0 to 2 and the image of row 1; the columns have a segment from each of the three.
+        assert_eq!((layout.nodes(), layout.segments()), (27, 3 * 8 + 3 * 9));
+        let rows = 16 * (4 * HOT_PLANES + 3 * HISTORY_PLANES) + 16 * CARRY_PLANES + 3 * 9;
+        assert_eq!(layout.reals, rows + 10 * CANDIDATE_REALS);
+    }
+
+    /// By default every node modelled has a place, whatever the body, its size and the supports: more cannot come.
+    #[test]
+    fn every_node_has_a_place_unless_the_scene_asks_for_fewer() {
+        let candidates = |scene: &Scene| Layout::of(scene).unwrap().candidates;
+        let mut scene = Scene::sheet_10in_cylinder();
+        scene.yarn.stochastic = false;
+        for (capacity, whole, quarter) in [(0, 122_500, 30_625), (77, 77, 77), (u32::MAX, 122_500, 30_625)] {
+            scene.contact_capacity = capacity;
+            scene.symmetry = crate::scene::parts::Symmetry::default();
+            assert_eq!(candidates(&scene), whole);
+            scene.symmetry = crate::scene::parts::Symmetry { mirror_x: true, mirror_y: true };
+            assert_eq!(candidates(&scene), quarter);
+        }
+    }
+
+    /// Nodes are numbered by u32: one more would be taken for another.
+    #[test]
+    #[cfg(target_pointer_width = "64")]
+    fn as_many_nodes_as_have_numbers() {
+        let mut scene = tiny();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (1 << 16, (1 << 16) - 1);
+        assert!(Layout::of(&scene).is_ok());
+        scene.sheet.nodes_y += 1;
+        let error = Layout::of(&scene).unwrap_err();
+        assert_eq!((error.code, error.limit), (Code::TooManyNodes, f64::from(u32::MAX)));
+    }
+
+    /// A scene's check refuses so many nodes before; on a machine of 32 bits it does not need to be so many.
+    #[test]
+    #[cfg(target_pointer_width = "64")]
+    fn memory_ends_where_slices_end() {
+        let of = |nodes_x: u32, nodes_y: u32| {
+            let mut scene = tiny();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes_x, nodes_y);
+            Layout::compute(&scene)
+        };
+        // 80 bytes a node, and few besides: 2^62.3, 2^63.3 and 2^64.3 of them, and more nodes than can be counted.
+        assert!(of(1 << 27, 1 << 29).is_some());
+        assert_eq!([of(1 << 28, 1 << 29), of(1 << 29, 1 << 29), of(u32::MAX, u32::MAX)], [None; 3]);
+    }
+
+    #[test]
+    fn weights_count_the_whole_sheet() {
+        for (nodes, mirror_x, mirror_y) in [([9, 6], true, false), ([9, 6], false, true), ([8, 7], true, true)] {
+            let mut scene = tiny();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = nodes.into();
+            scene.symmetry = crate::scene::parts::Symmetry { mirror_x, mirror_y };
+            let layout = Layout::of(&scene).unwrap();
+            let sum = |weight: &dyn Fn(usize, usize) -> f64, end: [usize; 2]| -> f64 {
+                (0..end[1]).flat_map(|j| (0..end[0]).map(move |i| (i, j))).map(|(i, j)| weight(i, j)).sum()
+            };
+            let [nx, ny] = nodes.map(f64::from);
+            let (across, up) = (layout.x.segments(), layout.y.segments());
+            assert_eq!(sum(&|i, j| layout.node_weight(i, j), [layout.nodes_x, layout.nodes_y]), nx * ny);
+            let horizontal = sum(&|i, j| layout.segment_weight(Axis::Horizontal, i, j), [across, layout.nodes_y]);
+            let vertical = sum(&|i, j| layout.segment_weight(Axis::Vertical, i, j), [layout.nodes_x, up]);
+            assert_eq!((horizontal, vertical), ((nx - 1.0) * ny, nx * (ny - 1.0)));
+        }
+    }
+}

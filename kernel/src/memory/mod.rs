@@ -1,0 +1,7 @@
+pub mod blocks;
+pub mod layout;
+pub mod model;
+pub mod rows;
+pub mod state;
+pub mod system;
+pub mod watch;

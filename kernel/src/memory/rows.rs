@@ -1,0 +1,424 @@
+//! A run of rows and what sweeping it takes: the whole sheet's, or one band's.
+
+use crate::body::pose::Vector;
+use crate::ground::lanes::{self, InstructionSet, Job, Lane};
+use crate::ground::planes::{
+    self, AT_REST, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES,
+};
+use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
+use crate::memory::blocks::Blocks;
+use crate::memory::layout::Layout;
+use crate::sheet::direction::Directions;
+use crate::sheet::grading::Net;
+use crate::sheet::sweep::{Constants, Pass, Report, Row, YarnRow};
+use crate::sheet::symmetry::Line;
+use crate::yarn::rate::Rates;
+use crate::yarn::toe::Toe;
+
+/// Constants of a sweep.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms<'t> {
+    pub layout: &'t Layout,
+    pub directions: &'t Directions,
+    /// The toe of marked segments.
+    pub toe: Toe,
+    /// Dependence on the rate of strain.
+    pub rates: Rates,
+    /// Whether rows are fetched from memory ahead of their turn.
+    pub fetches: bool,
+    pub instructions: InstructionSet,
+}
+
+impl<'t> Terms<'t> {
+    /// The hot pass with these constants.
+    pub fn pass<'p>(&'p self, net: &'p Net<'p>, ply: usize) -> Pass<'p> {
+        Pass {
+            horizontals: self.layout.x.segments(),
+            verticals: self.layout.nodes_x,
+            directions: self.directions.of_ply(ply),
+            toe: self.toe,
+            net,
+            rates: &self.rates,
+            fetches: self.fetches,
+            instructions: self.instructions,
+        }
+    }
+
+    /// Constants of the segments of the k-th row of `yarn` and `strength`, which are empty where nothing is drawn, and of
+    /// `logarithms`, empty where yarn does not depend on the rate.
+    pub fn yarn_row<'y>(
+        &self,
+        yarn: &'y [Chunk<YARN_PLANES>],
+        strength: &'y [Chunk<STRENGTH_PLANES>],
+        logarithms: &'y [Chunk<RATE_PLANES>],
+        k: usize,
+        ply: usize,
+    ) -> YarnRow<'y>
+    where
+        't: 'y,
+    {
+        let constants = if self.layout.stochastic {
+            Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
+        } else {
+            Constants::Uniform(self.directions.of_ply(ply))
+        };
+        let chunks = self.layout.chunks;
+        YarnRow {
+            constants,
+            strength: planes::row(strength, chunks, k),
+            logarithms: if logarithms.is_empty() { &[] } else { planes::row(logarithms, chunks, k) },
+        }
+    }
+}
+
+/// Neighbouring rows with all that belongs to them, to be swept from the lowest up.
+pub(crate) struct Rows<'r> {
+    /// Number of the first row.
+    pub first: usize,
+    /// Their ply.
+    pub ply: usize,
+    pub hot: &'r mut [Chunk<HOT_PLANES>],
+    /// The row above the last, not swept yet; empty above the top row.
+    pub above: &'r [Chunk<HOT_PLANES>],
+    pub history: &'r mut [Chunk<HISTORY_PLANES>],
+    /// Constants from the first row on; empty for uniform yarn.
+    pub yarn: &'r [Chunk<YARN_PLANES>],
+    /// Critical stretches from the first row on; empty where all have the same.
+    pub strength: &'r [Chunk<STRENGTH_PLANES>],
+    /// Logarithms of the rate from the first row on; empty where yarn does not depend on it.
+    pub logarithms: &'r [Chunk<RATE_PLANES>],
+    /// The toe's marks from the first row on; empty for no toe.
+    pub marks: &'r [Chunk<MARK_PLANES>],
+    /// What viscosity changes of the velocities; empty for none.
+    pub pushes: &'r [Chunk<PUSH_PLANES>],
+    /// Energy that the rate takes, to which that of viscosity is added, one entry a row; empty without both.
+    pub taken: &'r mut [f64],
+    /// Velocities along z before the sweep; empty for a single sheet.
+    pub before: &'r mut [[f64; CHUNK]],
+    /// Least and greatest displacement along y and x, one entry a row.
+    pub ranges: &'r mut [[u32; 4]],
+    /// Fixed nodes, one entry a row.
+    pub runs: &'r [[u32; 4]],
+    /// Bars and widths of a graded network.
+    pub net: Net<'r>,
+    /// Vertical forces from the row below the first.
+    pub carry: &'r mut [Chunk<CARRY_PLANES>],
+    pub kept: &'r mut [[f64; 3]],
+}
+
+impl<'r> Rows<'r> {
+    /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
+    /// a toe.
+    pub fn of(
+        blocks: &'r mut Blocks<'_>,
+        layout: &Layout,
+        [first, end]: [usize; 2],
+        ply: usize,
+        marked: bool,
+    ) -> Option<Rows<'r>> {
+        let own = first * layout.chunks..end * layout.chunks;
+        let behind = own.clone();
+        let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
+        Some(Rows {
+            first,
+            ply,
+            hot: swept.get_mut(own.start..)?,
+            above: if layout.is_stack() && layout.ply_and_row(end).1 == 0 {
+                // The row behind is of the next ply.
+                &[]
+            } else {
+                planes::row(rest, layout.chunks, 0)
+            },
+            history: blocks.history.get_mut(own.clone())?,
+            yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
+            strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
+            logarithms: if layout.rate { blocks.logarithms.get(own.clone())? } else { &[] },
+            marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
+            pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
+            taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
+            before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
+            ranges: blocks.ranges.get_mut(first..end)?,
+            runs: blocks.runs.get(first..end)?,
+            net: Net { columns: blocks.columns, lines: blocks.lines },
+            carry: blocks.carry,
+            kept: blocks.kept,
+        })
+    }
+}
+
+impl Rows<'_> {
+    /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
+    /// of fixed nodes, in units of m h/dt, lowest row first.
+    #[inline]
+    pub fn sweep(&mut self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
+        let Layout { strength, graded, .. } = *terms.layout;
+        let optional = strength || graded || terms.layout.takes_energy() || !self.marks.is_empty();
+        if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
+    }
+
+    /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
+    #[inline]
+    fn sweep_with<const OPTIONS: bool>(
+        &mut self,
+        terms: &Terms<'_>,
+        mut book: impl FnMut(usize, [Vector; 2]),
+    ) -> Report {
+        let layout = terms.layout;
+        let chunks = layout.chunks;
+        let Rows { hot, history, before, taken, ranges, carry, kept, .. } = self;
+        let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
+        // Empty but for a stack.
+        if !before.is_empty() {
+            lanes::dispatch(terms.instructions, Keep { hot, before });
+        }
+        let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
+        let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
+        let (viscous, net) = if OPTIONS { (layout.viscous, &self.net) } else { (false, &Net::NONE) };
+        let pass = terms.pass(net, ply);
+        if layout.x.mirrored {
+            (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
+        }
+        // Whether nodes stand for several.
+        let weighed = layout.x.mirrored || layout.y.mirrored || layout.graded;
+        let (mut report, rows) = (Report::default(), ranges.len());
+        for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
+            let j = first + k;
+            let Some((below, next)) = hot.split_at_mut_checked((k + 1) * chunks) else { return Report::LOST };
+            let row = planes::row_mut(below, chunks, k);
+            let above = if k + 1 < rows { planes::row(next, chunks, 0) } else { above };
+            let pushes = planes::row(pushes, chunks, k);
+            let mut taken = if viscous { taken.get_mut(k) } else { None };
+            if let Some(taken) = &mut taken {
+                let before = if layout.rate { **taken } else { 0.0 };
+                **taken = before + half_taken::<true>(row, pushes, terms, j);
+            }
+            keep_fixed(row, kept, run);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, k, ply);
+            let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
+            let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
+            report = report.merged(met);
+            let pulls = if weighed {
+                restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
+            } else {
+                restore_fixed(row, kept, run, |_| 1.0)
+            };
+            let [low, high, left, right] = range;
+            [*low, *high] = reach.map(end_of_range);
+            if *left != NOT_KEPT {
+                // While the row is at hand.
+                [*left, *right] = spread(row, terms.instructions).map(end_of_range);
+            }
+            book(j, pulls);
+            if let Some(taken) = taken {
+                *taken += half_taken::<false>(row, pushes, terms, j);
+            }
+        }
+        report
+    }
+}
+
+/// Keeps the velocities along z.
+struct Keep<'a> {
+    hot: &'a [Chunk<HOT_PLANES>],
+    before: &'a mut [[f64; CHUNK]],
+}
+
+impl Job for Keep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        for (before, chunk) in self.before.iter_mut().zip(self.hot) {
+            for (before, speed) in L::groups_mut(before).iter_mut().zip(L::groups(&chunk[5])) {
+                L::load(speed).store(before);
+            }
+        }
+    }
+}
+
+/// Half the energy, in units of m (h/dt)^2, that these pushes take of nodes with the present velocities of row j: once with those
+/// before the pass and once with those behind it, as contact counts its impulses. Fixed nodes have none. PUSH: whether the pushes
+/// then act.
+fn half_taken<const PUSH: bool>(
+    row: &mut [Chunk<HOT_PLANES>],
+    pushes: &[Chunk<PUSH_PLANES>],
+    terms: &Terms<'_>,
+    j: usize,
+) -> f64 {
+    let layout = terms.layout;
+    let (line, last) = (layout.x, layout.nodes_x.saturating_sub(1));
+    let less = line.node_weight(0) - line.node_weight(last);
+    let on_plane = if less > 0.0 {
+        // Of a node on the plane there is one, of the others there are two.
+        let at = |plane: usize| {
+            planes::get(row, 3 + plane, last).unwrap_or(0.0) * planes::get(pushes, plane, last).unwrap_or(0.0)
+        };
+        less * (0..PUSH_PLANES).map(at).sum::<f64>()
+    } else {
+        0.0
+    };
+    let given = lanes::dispatch(terms.instructions, PushJob::<PUSH> { row, pushes });
+    -0.5 * layout.y.node_weight(j) * (line.node_weight(0) * given.iter().sum::<f64>() - on_plane)
+}
+
+/// Velocities times pushes, summed over the chunks of a row; then the pushes act, if they are to.
+struct PushJob<'a, const PUSH: bool> {
+    row: &'a mut [Chunk<HOT_PLANES>],
+    pushes: &'a [Chunk<PUSH_PLANES>],
+}
+
+impl<const PUSH: bool> Job for PushJob<'_, PUSH> {
+    type Output = [f64; CHUNK];
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> [f64; CHUNK] {
+        let mut given = [0.0; CHUNK];
+        for (chunk, pushes) in self.row.iter_mut().zip(self.pushes) {
+            let [_, _, _, vx, vy, vz, ..] = chunk;
+            let [px, py, pz] = pushes;
+            for g in 0..CHUNK / L::WIDTH {
+                let sum = &mut L::groups_mut(&mut given)[g];
+                let x = product::<L, PUSH>(&mut L::groups_mut(vx)[g], &L::groups(px)[g]);
+                let y = product::<L, PUSH>(&mut L::groups_mut(vy)[g], &L::groups(py)[g]);
+                let z = product::<L, PUSH>(&mut L::groups_mut(vz)[g], &L::groups(pz)[g]);
+                L::load(sum).add(x.add(y).add(z)).store(sum);
+            }
+        }
+        given
+    }
+}
+
+/// Velocity times push; then the push acts, if it is to.
+#[inline(always)]
+fn product<L: Lane, const PUSH: bool>(velocity: &mut L::Group, push: &L::Group) -> L {
+    let (v, push) = (L::load(velocity), L::load(push));
+    if PUSH {
+        v.add(push).or_zero_below(L::splat(AT_REST)).store(velocity);
+    }
+    v.mul(push)
+}
+
+/// Remembers the displacements of a row's fixed nodes.
+fn keep_fixed(row: &[Chunk<HOT_PLANES>], kept: &mut [[f64; 3]], run: &[u32; 4]) {
+    for columns in [run[0]..run[1], run[2]..run[3]] {
+        for i in columns.map(|i| i as usize) {
+            let (Some([x, y, z, ..]), Some(kept)) = (row.get(i / CHUNK), kept.get_mut(i)) else { break };
+            *kept = [x[i % CHUNK], y[i % CHUNK], z[i % CHUNK]];
+        }
+    }
+}
+
+/// Puts the fixed nodes of row j back to rest and returns the pull of the sheet on each run, in units of m h/dt; behind
+/// mirror planes that of all images together, before any is turned.
+#[inline]
+fn restore_fixed(
+    row: &mut [Chunk<HOT_PLANES>],
+    kept: &[[f64; 3]],
+    run: &[u32; 4],
+    weight: impl Fn(usize) -> f64,
+) -> [Vector; 2] {
+    let mut pulls = [Vector::zeros(); 2];
+    for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
+        for i in columns.map(|i| i as usize) {
+            let (Some(chunk), Some(kept)) = (row.get_mut(i / CHUNK), kept.get(i)) else { break };
+            let lane = i % CHUNK;
+            *pull += Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]) * weight(i);
+            for plane in 0..3 {
+                chunk[plane][lane] = kept[plane];
+                chunk[3 + plane][lane] = 0.0;
+            }
+        }
+    }
+    pulls
+}
+
+/// The image column of one row, at rest: only displacements, the first three planes, are read.
+pub(crate) fn place_image_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
+    let place = line.modelled();
+    let (node, _) = line.node(place);
+    for (plane, sign) in [(0, -1.0), (1, 1.0), (2, 1.0)] {
+        let value = planes::get(row, plane, node).unwrap_or(0.0);
+        if let Some(slot) = planes::get_mut(row, plane, place) {
+            *slot = sign * value;
+        }
+        if let Some(slot) = planes::get_mut(row, 3 + plane, place) {
+            *slot = 0.0;
+        }
+    }
+}
+
+/// The image row of a block, its displacements and velocities, the first six planes.
+pub(crate) fn place_image_row<const P: usize>(block: &mut [Chunk<P>], chunks: usize, line: Line) {
+    let place = line.modelled();
+    let (node, _) = line.node(place);
+    let Some((rows, images)) = block.split_at_mut_checked(place * chunks) else { return };
+    for (from, to) in planes::row(rows, chunks, node).iter().zip(planes::row_mut(images, chunks, 0)) {
+        for plane in [0, 2, 3, 5] {
+            to[plane] = from[plane];
+        }
+        for plane in [1, 4] {
+            to[plane] = from[plane].map(|y| -y);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::ground::lanes::InstructionSet;
+    use crate::{Failure, Layout, Scene, Sim};
+
+    #[test]
+    fn a_block_that_is_too_short_is_a_failure_and_no_row_that_stands_still() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
+        let layout = Layout::of(&scene).unwrap();
+        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+        let mut sim = Sim::new(&scene, &mut memory).unwrap();
+        sim.step_every_row();
+        sim.step().unwrap();
+        sim.system.blocks.history = &mut [];
+        assert_eq!(sim.step(), Err(Failure::NonFinite));
+    }
+
+    /// The path of fabrics that are not plain is the general one: it gives a plain sheet the bits of its own.
+    #[test]
+    fn a_plain_sheet_moves_alike_on_both_paths() {
+        let run = |toe: f64, plain: bool| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.slack_toe) = (41, 41, toe);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(sim.system.directions.front.plain);
+            sim.system.directions.front.plain = plain;
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for toe in [0.0, 0.02] {
+            assert_eq!(run(toe, true), run(toe, false));
+        }
+    }
+
+    /// The path of sheets beyond the caches gives a small one the bits of its own.
+    #[test]
+    fn rows_fetched_from_memory_move_as_others_do() {
+        let run = |exceeds: bool, set: InstructionSet| {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            assert!(!sim.system.fetches);
+            sim.system.fetches = exceeds;
+            sim.use_instructions(set).unwrap();
+            sim.advance(3000).unwrap();
+            assert!(sim.counters().failed_segments > 10);
+            sim.digest()
+        };
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            assert_eq!(run(true, set), run(false, set));
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! The scalar state of a simulation: everything a snapshot holds besides the node and segment arrays.
+
+use crate::body::path::Track;
+use crate::body::pose::Vector;
+use crate::body::projectile::Body;
+use crate::memory::watch::{FirstContact, Latch, Watch};
+use crate::scene::parts::{AttachmentKind, Symmetry};
+use crate::sheet::symmetry;
+use crate::sheet::weave::ATTACHMENTS;
+use nalgebra::Quaternion;
+
+/// Running sums and extremes. Vectors in the sheet's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sums {
+    /// Impulse of contact on the projectile, N s.
+    pub impulse: Vector,
+    /// Angular impulse of contact on the projectile about its moving centre of mass, N m s.
+    pub angular_impulse: Vector,
+    /// Work of the projectile on the fabric, J.
+    pub work: f64,
+    /// Kinetic energy lost in restitution-zero impacts, J.
+    pub loss: f64,
+    /// Impulse of the external load, N s.
+    pub external_impulse: Vector,
+    /// Work of the external load, J.
+    pub external_work: f64,
+    /// Impulse of sheet and projectile on each attachment, in units of m h/dt.
+    pub support: [Vector; ATTACHMENTS],
+    /// Impulse on the projectile in the running force window, N s.
+    pub window: Vector,
+    /// Largest mean force over a window so far, N.
+    pub force_peak: f64,
+    /// Deepest penetration met, fixed nodes in a prescribed body among them, m.
+    pub worst_penetration: f64,
+    /// Nodal impulses so far.
+    pub impulses: u64,
+    /// Nodes with an impulse in the last step.
+    pub contacts: u64,
+    /// Contact solves that ran out of sweeps.
+    pub unconverged: u64,
+    /// Most sweeps of one solve.
+    pub most_sweeps: u64,
+    /// By how much contacts of solves that ran out of sweeps have failed their laws at the most, m/s.
+    pub contact_residual: f64,
+    /// Most candidates of one step.
+    pub most_candidates: u64,
+    /// Passes in which the body met the sheet beyond the fine part of a graded network.
+    pub beyond_fine: u64,
+    /// Iterations of the theta rule, all steps together.
+    pub iterations: u64,
+    /// Most iterations of one step.
+    pub most_iterations: u64,
+    /// Change of the audited energy when the step was halved, J.
+    pub halving_energy: f64,
+    /// Energy that viscosity and rate have taken, J.
+    pub viscous: f64,
+    /// Energy rubbed away between nodes and projectile, J.
+    pub friction: f64,
+    /// Kinetic energy lost where plies meet, J.
+    pub ply_loss: f64,
+    /// Deepest that facing nodes of two plies have been through each other, m.
+    pub ply_penetration: f64,
+    /// Work of the projectile on fixed nodes, J.
+    pub support_work: f64,
+    /// Energy the audit starts from, J.
+    pub first_energy: f64,
+    /// Momentum the audit starts from, N s.
+    pub first_momentum: Vector,
+}
+
+impl Sums {
+    /// Nothing so far.
+    pub const NOTHING: Sums = Sums {
+        impulse: ZERO,
+        angular_impulse: ZERO,
+        work: 0.0,
+        loss: 0.0,
+        external_impulse: ZERO,
+        external_work: 0.0,
+        support: [ZERO; ATTACHMENTS],
+        window: ZERO,
+        force_peak: 0.0,
+        worst_penetration: 0.0,
+        impulses: 0,
+        contacts: 0,
+        unconverged: 0,
+        most_sweeps: 0,
+        contact_residual: 0.0,
+        most_candidates: 0,
+        beyond_fine: 0,
+        iterations: 0,
+        most_iterations: 0,
+        halving_energy: 0.0,
+        viscous: 0.0,
+        friction: 0.0,
+        ply_loss: 0.0,
+        ply_penetration: 0.0,
+        support_work: 0.0,
+        first_energy: 0.0,
+        first_momentum: ZERO,
+    };
+}
+
+const ZERO: Vector = Vector::new(0.0, 0.0, 0.0);
+
+/// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums cannot overflow.
+pub const COUNT_MAX: u64 = 1 << 53;
+
+/// Which optional parts a scene's state has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// What only the theta rule has.
+    pub implicit: bool,
+    /// What only a step that is halved after failure has.
+    pub halving: bool,
+    /// What only viscous yarn has.
+    pub viscous: bool,
+    /// What only yarn has that depends on the rate of strain.
+    pub rate: bool,
+    /// What only friction has.
+    pub friction: bool,
+    /// What only a stack of plies has.
+    pub stack: bool,
+    /// What only a graded network has.
+    pub graded: bool,
+}
+
+/// Scalar state at step count n.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Step count n; the time is n dt.
+    pub step: u64,
+    /// The projectile.
+    pub body: Body,
+    /// External force on it, N, sheet's frame.
+    pub force: Vector,
+    /// External torque on it, N m, sheet's frame.
+    pub torque: Vector,
+    /// Steps since the load began: since the first contact, or since motion was given by hand; 0 before. Counted for yarn that depends
+    /// on the rate.
+    pub loaded: u64,
+    /// true once every step is taken as two halves.
+    pub halved: bool,
+    /// Path being followed (prescribed body).
+    pub track: Track,
+    /// Sums and extremes.
+    pub sums: Sums,
+    /// Outcome tests.
+    pub watch: Watch,
+}
+
+impl State {
+    /// The state at rest before the first step.
+    pub const fn at_start(body: Body) -> State {
+        State {
+            step: 0,
+            body,
+            force: ZERO,
+            torque: ZERO,
+            loaded: 0,
+            halved: false,
+            track: Track { first: 0, steps: 0, start: body, end: body },
+            sums: Sums::NOTHING,
+            watch: Watch::NOTHING,
+        }
+    }
+
+    /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading and the digest.
+    pub fn visit(&mut self, parts: Parts, visitor: &mut impl Visitor) {
+        visitor.count(&mut self.step);
+        visit_body(&mut self.body, visitor);
+        visitor.vector(&mut self.force);
+        visitor.vector(&mut self.torque);
+        visitor.count(&mut self.track.first);
+        visitor.count(&mut self.track.steps);
+        visit_body(&mut self.track.start, visitor);
+        visit_body(&mut self.track.end, visitor);
+        self.sums.visit(visitor);
+        if parts.implicit {
+            visitor.count(&mut self.sums.iterations);
+            visitor.count(&mut self.sums.most_iterations);
+        }
+        if parts.halving {
+            let mut flag = u64::from(self.halved);
+            visitor.flag(&mut flag);
+            self.halved = flag == 1;
+            visitor.real(&mut self.sums.halving_energy);
+        }
+        if parts.viscous || parts.rate {
+            visitor.real(&mut self.sums.viscous);
+        }
+        if parts.rate {
+            visitor.count(&mut self.loaded);
+        }
+        if parts.friction {
+            visitor.real(&mut self.sums.friction);
+        }
+        if parts.stack {
+            visitor.real(&mut self.sums.ply_loss);
+            visitor.real(&mut self.sums.ply_penetration);
+        }
+        if parts.graded {
+            visitor.count(&mut self.sums.beyond_fine);
+        }
+        visit_watch(&mut self.watch, visitor);
+    }
+}
+
+impl Sums {
+    /// Adds a pull of the sheet or a push of the projectile, in units of m h/dt, to an attachment and its images to theirs.
+    #[inline(always)] // Every row of every step comes here, and the rows of all bands in turn.
+    pub fn add_to_support(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
+        if symmetry != Symmetry::default() {
+            return self.add_to_supports(kind, attachment, pull, symmetry);
+        }
+        if let Some(sum) = self.support.get_mut(attachment) {
+            *sum += pull;
+        }
+    }
+
+    #[inline(never)]
+    fn add_to_supports(&mut self, kind: AttachmentKind, attachment: usize, pull: &Vector, symmetry: Symmetry) {
+        for turn in symmetry.images() {
+            if let Some(sum) = self.support.get_mut(symmetry::attachment_image(kind, attachment, turn)) {
+                *sum += symmetry::turned(pull, turn);
+            }
+        }
+    }
+
+    fn visit(&mut self, visitor: &mut impl Visitor) {
+        visitor.vector(&mut self.impulse);
+        visitor.vector(&mut self.angular_impulse);
+        visitor.real(&mut self.work);
+        visitor.real(&mut self.loss);
+        visitor.vector(&mut self.external_impulse);
+        visitor.real(&mut self.external_work);
+        for support in &mut self.support {
+            visitor.vector(support);
+        }
+        visitor.vector(&mut self.window);
+        visitor.real(&mut self.force_peak);
+        visitor.real(&mut self.worst_penetration);
+        visitor.count(&mut self.impulses);
+        visitor.count(&mut self.contacts);
+        visitor.count(&mut self.unconverged);
+        visitor.count(&mut self.most_sweeps);
+        visitor.count(&mut self.most_candidates);
+        visitor.mark(&mut self.support_work);
+        visitor.real(&mut self.first_energy);
+        visitor.vector(&mut self.first_momentum);
+        visitor.mark(&mut self.contact_residual);
+    }
+}
+
+fn visit_body(body: &mut Body, visitor: &mut impl Visitor) {
+    visitor.vector(&mut body.position);
+    let Quaternion { coords } = &mut body.orientation;
+    for component in coords.iter_mut() {
+        visitor.real(component);
+    }
+    visitor.vector(&mut body.velocity);
+    visitor.vector(&mut body.angular_velocity);
+}
+
+fn visit_watch(watch: &mut Watch, visitor: &mut impl Visitor) {
+    let none = FirstContact { step: 0, direction: Vector::zeros(), kinetic_energy: 0.0 };
+    visit_option(&mut watch.first, none, visitor, |first, visitor| {
+        visitor.count(&mut first.step);
+        visitor.vector(&mut first.direction);
+        visitor.real(&mut first.kinetic_energy);
+    });
+    visitor.vector(&mut watch.checkpoint);
+    visitor.real(&mut watch.checkpoint_work);
+    visitor.count(&mut watch.checkpoint_impulses);
+    for latch in &mut watch.latched {
+        visit_option(latch, Latch { step: 0, work: 0.0 }, visitor, |latch, visitor| {
+            visitor.count(&mut latch.step);
+            visitor.real(&mut latch.work);
+        });
+    }
+}
+
+/// An option is a flag (0 or 1) and its content, which is there in either case.
+fn visit_option<T: Copy, V: Visitor>(
+    option: &mut Option<T>,
+    none: T,
+    visitor: &mut V,
+    content: impl Fn(&mut T, &mut V),
+) {
+    let mut flag = u64::from(option.is_some());
+    let mut value = option.unwrap_or(none);
+    visitor.flag(&mut flag);
+    content(&mut value, visitor);
+    *option = (flag == 1).then_some(value);
+}
+
+/// Sees every number of the state in a fixed order.
+pub trait Visitor {
+    /// A 64-bit count.
+    fn count(&mut self, value: &mut u64);
+
+    /// A flag, 0 or 1.
+    fn flag(&mut self, value: &mut u64);
+
+    /// A real number.
+    fn real(&mut self, value: &mut f64);
+
+    /// A real number that is 0 in most runs. Only another value enters the digest.
+    fn mark(&mut self, value: &mut f64) {
+        self.real(value);
+    }
+
+    /// A vector, x first.
+    fn vector(&mut self, value: &mut Vector) {
+        for component in value.iter_mut() {
+            self.real(component);
+        }
+    }
+}

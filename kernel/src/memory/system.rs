@@ -1,0 +1,601 @@
+//! The mechanical system that is stepped: scene, constants, scalar state and the caller's memory, and the access to its nodes and
+//! segments. What steps it and reads it out are functions of it, on the floors above.
+
+use crate::body::pose::Vector;
+use crate::body::projectile::Body;
+use crate::body::shape::Solid;
+use crate::ground::error::{Error, Failure};
+use crate::ground::lanes::InstructionSet;
+use crate::ground::math;
+use crate::ground::planes::{
+    self, Axis, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
+    YARN_PLANES,
+};
+use crate::ground::ranges::{NOT_KEPT, end_of_range};
+use crate::memory::blocks::Blocks;
+use crate::memory::layout::Layout;
+use crate::memory::model::Model;
+use crate::memory::rows;
+use crate::memory::state::State;
+use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
+use crate::sheet::direction::{Along, Direction, Directions};
+use crate::sheet::grading::{self, Net, PLACE};
+use crate::sheet::places::{Places, rest_offset};
+use crate::sheet::sweep;
+use crate::sheet::weave::{self, in_runs};
+use crate::yarn::law::{self, DamageLaw, Rest};
+use crate::yarn::rate::RateLaw;
+use crate::yarn::toe::NO_TOE;
+
+/// What is stepped: constants, state and memory of the sheet and the projectile.
+pub(crate) struct System<'a> {
+    pub scene: Scene,
+    pub layout: Layout,
+    pub model: Model,
+    pub solid: Solid,
+    pub directions: Directions,
+    pub state: State,
+    pub blocks: Blocks<'a>,
+    pub failed_segments: u64,
+    pub failure: Option<Failure>,
+    /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
+    pub awake: [usize; 2],
+    pub skip_rest: bool,
+    /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
+    pub fetches: bool,
+    /// Steps that are taken in one block where they can be, 1 for none; changes the speed, not the bits.
+    pub block_steps: usize,
+    pub instructions: InstructionSet,
+}
+
+impl<'a> System<'a> {
+    /// No sheet and no memory: a place for a simulation.
+    pub const NOTHING: System<'a> = System {
+        scene: Scene::sheet_3in_sphere(),
+        layout: Layout::NOTHING,
+        model: Model::NOTHING,
+        solid: Solid::NOTHING,
+        directions: Directions::NOTHING,
+        state: State::at_start(Body::AT_REST),
+        blocks: Blocks::nothing(),
+        failed_segments: 0,
+        failure: None,
+        awake: [0, 0],
+        skip_rest: true,
+        fetches: false,
+        block_steps: 1,
+        instructions: InstructionSet::Scalar,
+    };
+}
+
+/// One segment as the read-outs see it.
+#[derive(Clone, Copy)]
+pub(crate) struct SegmentView {
+    /// Direction.
+    pub axis: Axis,
+    /// Its ply.
+    pub ply: usize,
+    /// How it lies in the flat sheet.
+    pub rest: Rest,
+    /// Segments of the fabric in series and yarns in parallel that it stands for: 1 and 1 without grading.
+    pub bar: [f64; 2],
+    /// Stiffness kk with the stored damage.
+    pub stiffness: f64,
+    /// kk without damage.
+    pub undamaged: f64,
+    /// Damage rate.
+    pub damage_rate: f64,
+    /// Its critical stretch.
+    pub critical_stretch: f64,
+    /// Largest q beyond critical stored so far.
+    pub history: f64,
+    /// The toe's mark (`toe.rs`).
+    pub mark: f64,
+    /// Relative displacement of its ends at t_n.
+    pub d: [f64; 3],
+    /// Relative displacement of its ends at t_{n-1}.
+    pub d_before: [f64; 3],
+}
+
+impl SegmentView {
+    /// Twice the strain, q, at t_n.
+    pub fn twice_strain(&self) -> f64 {
+        self.rest.twice_strain(self.axis.own_axes(self.d))
+    }
+
+    /// Twice the strain at t_{n-1}.
+    pub fn twice_strain_before(&self) -> f64 {
+        self.rest.twice_strain(self.axis.own_axes(self.d_before))
+    }
+
+    /// Force on its first node at t_n with this stiffness and twice the strain.
+    pub fn force(&self, stiffness: f64, twice_strain: f64) -> [f64; 3] {
+        self.axis.own_axes(self.rest.force(law::stress(stiffness, twice_strain), self.axis.own_axes(self.d)))
+    }
+
+    /// Whether its ends are nearer than its natural length at t_n and were at t_{n-1}.
+    pub fn is_slack(&self) -> bool {
+        self.twice_strain() < 0.0 && self.twice_strain_before() < 0.0
+    }
+
+    /// alpha when the segment got its toe, if it has one.
+    pub fn alpha_when_marked(&self) -> Option<f64> {
+        (self.mark <= 0.0).then_some(1.0 + self.mark)
+    }
+}
+
+impl System<'_> {
+    /// Rest place of a node in spacings h.
+    pub fn rest(&self, i: usize, j: usize) -> [f64; 3] {
+        let Blocks { columns, lines, .. } = &self.blocks;
+        if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
+            return [x, y, 0.0];
+        }
+        let (ply, row) = self.layout.ply_and_row(j);
+        let y = rest_offset(row, self.scene.sheet.nodes_y) * self.directions.front.vertical.rest.spacing;
+        [rest_offset(i, self.scene.sheet.nodes_x), y, ply as f64 * self.model.gap]
+    }
+
+    /// Bars and widths of a graded network.
+    pub fn net(&self) -> Net<'_> {
+        Net { columns: self.blocks.columns, lines: self.blocks.lines }
+    }
+
+    /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
+    pub fn share(&self, i: usize, j: usize) -> f64 {
+        self.layout.node_weight(i, j) * self.net().share(i, j)
+    }
+
+    /// What the segments have in common that start in row j.
+    pub fn directions_of_row(&self, j: usize) -> Along<'_> {
+        self.directions.of_ply(self.layout.ply_and_row(j).0)
+    }
+
+    /// What the segments along an axis have in common that start in row j.
+    pub fn direction(&self, axis: Axis, j: usize) -> &Direction {
+        self.directions_of_row(j).along(axis)
+    }
+
+    /// What a segment has in common with others.
+    pub fn direction_of(&self, segment: &SegmentView) -> &Direction {
+        self.directions.of_ply(segment.ply).along(segment.axis)
+    }
+
+    /// Mass of a node of a ply over that of a node of the front fabric.
+    pub fn mass_share(&self, ply: usize) -> f64 {
+        if self.directions.is_back(ply) { self.model.back_share } else { 1.0 }
+    }
+
+    /// The same of a node of row j.
+    pub fn mass_share_of_row(&self, j: usize) -> f64 {
+        self.mass_share(self.layout.ply_and_row(j).0)
+    }
+
+    /// Position at t_n in the sheet's frame, m.
+    pub fn position(&self, i: usize, j: usize) -> Vector {
+        let (u, _) = self.node(i, j);
+        let (rest, h) = (self.rest(i, j), self.scene.sheet.spacing);
+        Vector::new((rest[0] + u[0]) * h, (rest[1] + u[1]) * h, (rest[2] + u[2]) * h)
+    }
+
+    /// Displacement (spacings) and velocity (spacings per step) of a node.
+    /// Behind a mirror plane: of its image.
+    #[inline]
+    pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
+        let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
+        let chunk = planes::row(self.blocks.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
+        let at = |plane: usize, turn: bool| {
+            let value = chunk[plane][i % CHUNK];
+            if turn { -value } else { value }
+        };
+        ([at(0, turn_x), at(1, turn_y), at(2, false)], [at(3, turn_x), at(4, turn_y), at(5, false)])
+    }
+
+    pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
+        let row = planes::row_mut(self.blocks.hot, self.layout.chunks, j);
+        let Some(chunk) = row.get_mut(i / CHUNK) else { return };
+        let lane = i % CHUNK;
+        for k in 0..3 {
+            chunk[k][lane] = u[k];
+            chunk[3 + k][lane] = v[k];
+        }
+    }
+
+    pub fn is_fixed(&self, i: usize, j: usize) -> bool {
+        self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i))
+    }
+
+    /// The segment that starts at node (i, j), if there is one.
+    pub fn segment(&self, axis: Axis, i: usize, j: usize) -> Option<SegmentView> {
+        let chunks = self.layout.chunks;
+        let (i2, j2, exists) = match axis {
+            Axis::Horizontal => (i + 1, j, i < self.layout.x.segments() && j < self.layout.nodes_y),
+            Axis::Vertical => (i, j + 1, i < self.layout.nodes_x && self.layout.has_verticals(j)),
+        };
+        if !exists {
+            return None;
+        }
+        let ((u1, v1), (u2, v2)) = (self.node(i, j), self.node(i2, j2));
+        let d = [u2[0] - u1[0], u2[1] - u1[1], u2[2] - u1[2]];
+        let dv = [v2[0] - v1[0], v2[1] - v1[1], v2[2] - v1[2]];
+        let (ply, _) = self.layout.ply_and_row(j);
+        let direction = self.directions.of_ply(ply).along(axis);
+        let bar = self.net().bar(axis, i, j);
+        let yarn = planes::row(self.blocks.yarn, chunks, j);
+        let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
+        let stochastic = self.layout.stochastic;
+        let strength = planes::row(self.blocks.strength, chunks, j);
+        Some(SegmentView {
+            axis,
+            ply,
+            rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
+            bar: bar.unwrap_or([1.0; 2]),
+            stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
+            undamaged: if stochastic { drawn(0) } else { direction.stiffness },
+            damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
+            critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),
+            history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
+            mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
+            d,
+            // The theta rule's state is synchronous: its audit looks at t_n alone.
+            d_before: if self.layout.implicit { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
+        })
+    }
+
+    /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the history of drawn strength
+    /// begins at the segment's own critical q.
+    pub fn law_of(&self, segment: &SegmentView) -> DamageLaw {
+        self.direction_of(segment).law.at(segment.critical_stretch)
+    }
+
+    /// Time since the load began, s; a step at least.
+    pub fn load_time(&self) -> f64 {
+        self.state.loaded.max(1) as f64 * self.model.limits.dt
+    }
+
+    /// How the segments of a direction depend on the rate of strain at t_n.
+    pub fn rate_law(&self, axis: Axis) -> RateLaw {
+        RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, self.load_time())
+    }
+
+    /// The same at t_{n-1}.
+    pub fn rate_law_before(&self, axis: Axis) -> RateLaw {
+        let time = self.state.loaded.saturating_sub(1).max(1) as f64 * self.model.limits.dt;
+        RateLaw::of(&self.scene, self.direction(axis, 0).rest.twice_strain, time)
+    }
+
+    /// Change of velocity per step that the yarns give a node at t_n, with damage up to t_n and without viscosity; nothing is committed.
+    /// The same expressions in the same order as the sweep.
+    pub fn acceleration(&self, i: usize, j: usize) -> [f64; 3] {
+        let force = |axis: Axis, i: Option<usize>, j: Option<usize>| -> [f64; 3] {
+            let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
+            let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
+            let q = segment.twice_strain();
+            let (seen, stiffening) = if self.layout.rate {
+                let rate = self.rate_law(segment.axis);
+                (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
+            } else {
+                (q, 1.0)
+            };
+            let stiffness = if self.direction_of(&segment).law.is_damaging(seen, segment.history) {
+                self.law_of(&segment).alpha(segment.damage_rate, seen) * segment.undamaged
+            } else {
+                segment.stiffness
+            };
+            let stiffness = stiffness * self.model.toe.factor(q, segment.mark) * stiffening;
+            segment.force(stiffness, q)
+        };
+        let right = force(Axis::Horizontal, Some(i), Some(j));
+        let left = force(Axis::Horizontal, i.checked_sub(1), Some(j));
+        let up = force(Axis::Vertical, Some(i), Some(j));
+        let down = force(Axis::Vertical, Some(i), j.checked_sub(1));
+        let inverse_widths = self.net().inverse_widths(i, j);
+        [0, 1, 2].map(|k| sweep::graded_sum(right[k], left[k], up[k], down[k], inverse_widths))
+    }
+
+    /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
+    pub fn fill_model(&mut self) -> Result<(), Error> {
+        let (layout, places) = (self.layout, Places::both(&self.scene));
+        for (j, run) in self.blocks.runs.iter_mut().enumerate() {
+            let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
+            *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
+        }
+        let Layout { nodes_x: nx, nodes_y: ny, chunks, stochastic, strength, .. } = self.layout;
+        if !stochastic && !strength {
+            return Ok(());
+        }
+        if self.layout.graded {
+            grading::fill(self.blocks.columns, &places[0], &self.directions.front.horizontal.rest);
+            grading::fill(self.blocks.lines, &places[1], &self.directions.front.vertical.rest);
+        }
+        // Of the front and of the back fabric.
+        let mut weakest = [CRITICAL_STRETCH_MAX; 2];
+        self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        self.blocks.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
+        for j in 0..ny {
+            let (ply, row_of_ply) = layout.ply_and_row(j);
+            let before = ply as u64 * self.scene.segments_of_ply();
+            let (along, back) = (self.directions.of_ply(ply), usize::from(self.directions.is_back(ply)));
+            let row = planes::row_mut(self.blocks.yarn, chunks, j);
+            let strengths = planes::row_mut(self.blocks.strength, chunks, j);
+            let verticals = layout.has_verticals(j);
+            for i in 0..nx {
+                let exists = [(Axis::Horizontal, i < layout.x.segments()), (Axis::Vertical, verticals)];
+                for (axis, _) in exists.into_iter().filter(|(_, exists)| *exists) {
+                    let direction = along.along(axis);
+                    let bar = self.scene.draw_bar(&places, before, axis, [i, row_of_ply])?;
+                    let stiffness = bar.modulus / (direction.modulus_per_stiffness * bar.segments);
+                    let constants = [(axis as usize, stiffness), (axis as usize + 2, bar.damage_rate)];
+                    for (plane, constant) in constants {
+                        if let Some(slot) = planes::get_mut(row, plane, i) {
+                            *slot = constant;
+                        }
+                    }
+                    if let Some(slot) = planes::get_mut(strengths, axis as usize, i) {
+                        *slot = bar.critical_stretch;
+                        weakest[back] = math::min(*slot, weakest[back]);
+                    }
+                }
+            }
+        }
+        if strength {
+            let [of_front, of_back] = weakest;
+            self.directions.front.weaken(of_front);
+            self.directions.back.weaken(of_back);
+        }
+        Ok(())
+    }
+
+    /// Sheet flat, at rest and whole.
+    pub fn clear_state(&mut self) {
+        self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
+        self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
+        for (history, strength) in self.blocks.history.iter_mut().zip(self.blocks.strength.iter()) {
+            *history = strength.map(|plane| plane.map(law::twice_strain_at));
+        }
+        self.blocks.flags.fill(0);
+        self.clear_marks();
+        self.rebuild_derived();
+    }
+
+    /// Everything that follows from displacements, velocities and histories: stiffness planes, failed segments, row ranges,
+    /// awake rows. Clears a failure.
+    pub fn rebuild_derived(&mut self) {
+        self.refill(|_, _| true);
+    }
+
+    /// [`System::rebuild_derived`], with every row filled anew before what follows from it, while it is at hand. `fill` returns
+    /// whether a history of the row has changed; if not, its stiffnesses are still right.
+    pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
+        self.failure = None;
+        // Rows at rest have none until they are swept, and contact reads them.
+        self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
+        self.blocks.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
+        self.blocks.before.fill([0.0; CHUNK]);
+        (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
+        for j in 0..self.layout.nodes_y {
+            if fill(self, j) {
+                self.rebuild_stiffness(j);
+            }
+            if self.rebuild_range(j) {
+                self.wake(j);
+            }
+        }
+        self.failed_segments = self.count_failed([0, self.layout.nodes_y]);
+    }
+
+    /// Stiffness of the segments that start in row j, from their histories.
+    fn rebuild_stiffness(&mut self, j: usize) {
+        let (chunks, ends) = (self.layout.chunks, self.ends_of_segments(j));
+        let Along { horizontal: h, vertical: v, .. } = self.directions.of_ply(self.layout.ply_and_row(j).0);
+        let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
+        let uniform = uniform.map(|constant| [constant; CHUNK]);
+        let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
+        let row = planes::row_mut(self.blocks.hot, chunks, j);
+        let history = planes::row(self.blocks.history, chunks, j);
+        let yarn = planes::row(self.blocks.yarn, chunks, j);
+        let strength = planes::row(self.blocks.strength, chunks, j);
+        for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
+            let yarn = yarn.get(c).unwrap_or(&uniform);
+            let strength = strength.get(c).unwrap_or(&shared);
+            for (k, direction) in [h, v].into_iter().enumerate() {
+                let mut stiffness = yarn[k];
+                stiffness.iter_mut().skip(ends[k].saturating_sub(c * CHUNK)).for_each(|none| *none = 0.0);
+                let whole = history[k].iter().fold(true, |whole, &largest| whole & (largest <= direction.critical));
+                if !whole {
+                    let constants = yarn[k + 2].iter().zip(&strength[k]).zip(&history[k]);
+                    for (stiffness, ((&damage_rate, &critical), &largest)) in stiffness.iter_mut().zip(constants) {
+                        *stiffness *= direction.law.at(critical).alpha(damage_rate, largest);
+                    }
+                }
+                hot[6 + k] = stiffness;
+            }
+        }
+    }
+
+    /// Horizontal and vertical segments of row j start before these columns.
+    pub fn ends_of_segments(&self, j: usize) -> [usize; 2] {
+        [self.layout.x.segments(), if self.layout.has_verticals(j) { self.layout.nodes_x } else { 0 }]
+    }
+
+    /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
+    fn rebuild_range(&mut self, j: usize) -> bool {
+        let row = planes::row(self.blocks.hot, self.layout.chunks, j);
+        let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
+        let mut take = |chunk: &Chunk<HOT_PLANES>| {
+            for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
+                *low = math::min(y, *low);
+                *high = math::max(y, *high);
+            }
+            moved |= chunk[..6].iter().flatten().fold(false, |moved, &x| moved | (x != 0.0));
+        };
+        let (whole, rest) = row.split_at_checked(self.layout.nodes_x / CHUNK).unwrap_or((row, &[]));
+        whole.iter().for_each(&mut take);
+        if let Some(mut last) = rest.first().copied() {
+            // Behind the last node there may be an image.
+            for plane in &mut last {
+                plane.iter_mut().skip(self.layout.nodes_x % CHUNK).for_each(|place| *place = 0.0);
+            }
+            take(&last);
+        }
+        if let Some(range) = self.blocks.ranges.get_mut(j) {
+            let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
+            let greatest = high.iter().fold(0.0, |greatest, &y| math::max(y, greatest));
+            *range = [end_of_range(least), end_of_range(greatest), NOT_KEPT, NOT_KEPT];
+        }
+        moved
+    }
+
+    /// Failed segments of rows [first, end) in the whole sheet.
+    pub fn count_failed(&self, [first, end]: [usize; 2]) -> u64 {
+        let mut failed = 0.0;
+        for j in first..end {
+            let ends = self.ends_of_segments(j);
+            for (c, hot) in planes::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
+                for axis in [Axis::Horizontal, Axis::Vertical] {
+                    let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
+                    if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
+                        continue;
+                    }
+                    let segments = ends[axis as usize].saturating_sub(first);
+                    for (lane, _) in stiffness.iter().enumerate().take(segments).filter(|(_, k)| **k == 0.0) {
+                        failed += self.layout.segment_weight(axis, first + lane, j);
+                    }
+                }
+            }
+        }
+        failed as u64
+    }
+
+    /// Puts the row of images behind the plane y = 0 in its place.
+    pub fn place_image_row(&mut self) {
+        rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
+    }
+
+    /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with
+    /// the mass of a node of the front fabric.
+    pub fn load_support(&mut self, i: usize, j: usize, impulse: &Vector) {
+        if !self.scene.track_support {
+            return;
+        }
+        let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
+        let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
+        let (_, row) = self.layout.ply_and_row(j);
+        let at = weave::attachment_of(kind, self.layout.y.nodes, self.layout.upper, row, side);
+        let pull = impulse * (self.share(i, j) * symmetry.share());
+        self.state.sums.add_to_support(kind, at, &pull, symmetry);
+    }
+
+    /// Stiffnesses and units of passes over half steps, or whole ones; does nothing if they are that already.
+    pub fn use_half_steps(&mut self, halves: bool) {
+        if halves == (self.model.pass_dt < self.model.limits.dt) {
+            return;
+        }
+        self.model.use_half_steps(halves);
+        self.directions.use_half_steps(halves);
+        let factor = if halves { 0.25 } else { 4.0 };
+        for chunk in self.blocks.hot.iter_mut() {
+            chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
+        }
+        for chunk in self.blocks.yarn.iter_mut() {
+            chunk[..2].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
+        }
+    }
+
+    /// Awake rows of a ply and their neighbours.
+    pub fn rows_to_step(&self, ply: usize) -> [usize; 2] {
+        rows_to_step(self.layout.rows_of(ply), self.awake_of(ply), self.steps_all())
+    }
+
+    /// Whether every row is stepped: where there is pre-tension the supports feel rows at rest, too.
+    pub fn steps_all(&self) -> bool {
+        !self.skip_rest || self.directions.are_tense()
+    }
+
+    /// Rows [first, end) of a ply that may hold a node that is not exactly at rest in its place.
+    pub fn awake_of(&self, ply: usize) -> [usize; 2] {
+        if !self.layout.is_stack() {
+            return self.awake;
+        }
+        self.blocks.awake.get(ply).map_or([0, 0], |rows| rows.map(|row| row as usize))
+    }
+
+    /// Sets the awake rows of a ply.
+    pub fn set_awake(&mut self, ply: usize, rows: [usize; 2]) {
+        if !self.layout.is_stack() {
+            self.awake = rows;
+        } else if let Some(place) = self.blocks.awake.get_mut(ply) {
+            *place = rows.map(|row| row as u32);
+        }
+    }
+
+    /// Notes that row j holds a moving node.
+    pub fn wake(&mut self, j: usize) {
+        let (ply, _) = self.layout.ply_and_row(j);
+        let [first, end] = self.awake_of(ply);
+        self.set_awake(ply, if first == end { [j, j + 1] } else { [first.min(j), end.max(j + 1)] });
+    }
+
+    /// Velocity of a node in this pass before any impulse, spacings a pass.
+    pub fn free_velocity(&self, i: usize, j: usize) -> Vector {
+        #[cfg(feature = "implicit")]
+        if self.layout.implicit {
+            return self.velocity_with_forces(self.scene.integrator.theta, i, j);
+        }
+        Vector::from(self.node(i, j).1)
+    }
+
+    /// No segment has a toe.
+    pub fn clear_marks(&mut self) {
+        self.blocks.marks.fill([[NO_TOE; CHUNK]; MARK_PLANES]);
+    }
+
+    /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
+    #[cfg(feature = "implicit")]
+    pub fn velocity_with_forces(&self, theta: f64, i: usize, j: usize) -> Vector {
+        if self.is_fixed(i, j) {
+            return Vector::zeros();
+        }
+        let (_, v) = self.node(i, j);
+        let iterate = planes::row(self.blocks.iterate, self.layout.chunks, j);
+        let g = [0, 1, 2].map(|axis| {
+            let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
+            mean_acceleration(theta, at(planes::AT_START + axis), at(planes::AT_GUESS + axis))
+        });
+        Vector::from(v) + Vector::from(g)
+    }
+
+    /// Velocity of a node at t_{n-1/2}, m/s.
+    pub fn velocity(&self, i: usize, j: usize) -> Vector {
+        let (_, v) = self.node(i, j);
+        Vector::from(v) * self.model.unit_speed
+    }
+
+    /// All nodes, row by row.
+    pub fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (nx, ny) = (self.layout.nodes_x, self.layout.nodes_y);
+        (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j)))
+    }
+
+    /// The latched failure as an error, so that every call after it says the same.
+    pub fn sound(&self) -> Result<(), Failure> {
+        self.failure.map_or(Ok(()), Err)
+    }
+}
+
+/// Rows to step of a ply with these rows, of which some are awake: those and their neighbours, or all.
+pub(crate) fn rows_to_step([low, high]: [usize; 2], [first, end]: [usize; 2], all: bool) -> [usize; 2] {
+    if all {
+        [low, high]
+    } else if first == end {
+        [low, low]
+    } else {
+        [first.saturating_sub(1).max(low), (end + 1).min(high)]
+    }
+}
+
+/// (M10) g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
+#[cfg(feature = "implicit")]
+pub(crate) fn mean_acceleration(theta: f64, at_start: f64, at_guess: f64) -> f64 {
+    theta * ((1.0 - theta) * at_start + theta * at_guess)
+}

@@ -1,0 +1,185 @@
+//! The outcomes that can latch, and what their tests remember (`outcome.rs` has the tests).
+
+use crate::body::pose::Vector;
+use crate::body::projectile::Body;
+use crate::ground::math;
+
+/// An outcome that can latch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Outcome {
+    /// The velocity along the direction at first contact fell to 0 or below. A body at rest then takes its first direction later.
+    Arrested = 0,
+    /// No node in contact during the last 64 steps is connected to a support any more.
+    Detached = 1,
+    /// The body goes on and its contact with the fabric is over: nothing in its way can still take work of note from it.
+    Exited = 2,
+    /// No contact, and none to come: the body leaves the sheet's box for good.
+    Passed = 3,
+}
+
+impl Outcome {
+    /// All outcomes in the order of their numbers.
+    pub const ALL: [Outcome; 4] = [Outcome::Arrested, Outcome::Detached, Outcome::Exited, Outcome::Passed];
+
+    /// Name for tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Arrested => "arrested",
+            Outcome::Detached => "detached",
+            Outcome::Exited => "exited",
+            Outcome::Passed => "passed",
+        }
+    }
+}
+
+/// Some of the outcomes; `Outcome::Arrested | Outcome::Exited` are two.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutcomeSet(u32);
+
+impl OutcomeSet {
+    /// No outcome.
+    pub const NONE: OutcomeSet = OutcomeSet(0);
+
+    /// The outcomes of these bits, bit 0 being the first of [`Outcome::ALL`]; others are not counted.
+    pub const fn from_bits(bits: u32) -> OutcomeSet {
+        OutcomeSet(bits & 0b1111)
+    }
+
+    /// A bit for each.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Whether any of these, or this one, is among them.
+    pub fn has(self, others: impl Into<OutcomeSet>) -> bool {
+        self.0 & others.into().0 != 0
+    }
+}
+
+impl From<Outcome> for OutcomeSet {
+    fn from(outcome: Outcome) -> OutcomeSet {
+        OutcomeSet(1 << outcome as u32)
+    }
+}
+
+impl<T: Into<OutcomeSet>> core::ops::BitOr<T> for Outcome {
+    type Output = OutcomeSet;
+
+    fn bitor(self, other: T) -> OutcomeSet {
+        OutcomeSet::from(self) | other
+    }
+}
+
+impl<T: Into<OutcomeSet>> core::ops::BitOr<T> for OutcomeSet {
+    type Output = OutcomeSet;
+
+    fn bitor(self, other: T) -> OutcomeSet {
+        OutcomeSet(self.0 | other.into().0)
+    }
+}
+
+impl<T: Into<OutcomeSet>> core::ops::BitOrAssign<T> for OutcomeSet {
+    fn bitor_assign(&mut self, other: T) {
+        *self = *self | other;
+    }
+}
+
+impl PartialEq<Outcome> for OutcomeSet {
+    fn eq(&self, other: &Outcome) -> bool {
+        *self == OutcomeSet::from(*other)
+    }
+}
+
+impl FromIterator<Outcome> for OutcomeSet {
+    fn from_iter<I: IntoIterator<Item = Outcome>>(outcomes: I) -> OutcomeSet {
+        outcomes.into_iter().fold(OutcomeSet::NONE, |set, outcome| set | outcome)
+    }
+}
+
+/// When an outcome latched, and the work done until then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latch {
+    /// Step count at the test.
+    pub step: u64,
+    /// Work of the projectile on the fabric until then, J.
+    pub work: f64,
+}
+
+/// The first contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstContact {
+    /// Step count at whose start the first impulse acted.
+    pub step: u64,
+    /// Unit direction of the velocity just before (zero if the body was at rest).
+    pub direction: Vector,
+    /// Kinetic energy just before, J (0 if the mass is unknown).
+    pub kinetic_energy: f64,
+}
+
+/// Everything the outcome tests remember.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Watch {
+    /// The first contact, if any.
+    pub first: Option<FirstContact>,
+    /// Position at the last checkpoint of "exited", m.
+    pub checkpoint: Vector,
+    /// Work at that checkpoint, J.
+    pub checkpoint_work: f64,
+    /// Nodal impulses counted at that checkpoint.
+    pub checkpoint_impulses: u64,
+    /// Latched outcomes by number.
+    pub latched: [Option<Latch>; 4],
+}
+
+impl Watch {
+    /// Nothing so far.
+    pub const NOTHING: Watch = Watch {
+        first: None,
+        checkpoint: Vector::new(0.0, 0.0, 0.0),
+        checkpoint_work: 0.0,
+        checkpoint_impulses: 0,
+        latched: [None; 4],
+    };
+
+    /// Latches an outcome once.
+    pub fn latch(&mut self, outcome: Outcome, step: u64, work: f64) {
+        if let Some(slot @ None) = self.latched.get_mut(outcome as usize) {
+            *slot = Some(Latch { step, work });
+        }
+    }
+
+    /// Whether an outcome has latched.
+    pub fn has(&self, outcome: Outcome) -> bool {
+        self.latched.get(outcome as usize).is_some_and(|latch| latch.is_some())
+    }
+
+    /// Notes the first contact.
+    pub fn note_contact(&mut self, step: u64, body: &Body, kinetic_energy: f64) {
+        if self.first.is_none() {
+            self.first = Some(FirstContact { step, direction: direction_of(&body.velocity), kinetic_energy });
+            self.checkpoint = body.position;
+        }
+    }
+
+    /// The direction in which the body goes into the fabric: that of its velocity just before the first contact or, if it was at
+    /// rest then, of the first velocity that a test sees. Zero as long as it has none.
+    pub(crate) fn direction(&mut self, velocity: &Vector) -> Vector {
+        let Some(first) = &mut self.first else { return Vector::zeros() };
+        if first.direction == Vector::zeros() {
+            first.direction = direction_of(velocity);
+        }
+        first.direction
+    }
+
+    /// Bits of all latched outcomes.
+    pub fn mask(&self) -> OutcomeSet {
+        Outcome::ALL.into_iter().zip(&self.latched).filter(|(_, latch)| latch.is_some()).map(|(o, _)| o).collect()
+    }
+}
+
+/// The unit vector along a velocity; zero for none.
+fn direction_of(v: &Vector) -> Vector {
+    let speed = math::length([v.x, v.y, v.z]);
+    if speed > 0.0 { v / speed } else { Vector::zeros() }
+}

@@ -1,0 +1,814 @@
+//! The scene: plain data that says what is simulated. Defaults come from functions.
+//! Each number has a row in `fields.rs`; what goes with what is checked in `check.rs`.
+//!
+//! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's own frame has
+//! its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body vectors into world vectors.
+
+use crate::ground::planes::Axis;
+
+/// Rest length of a segment in the paper: 35 yarns per inch, m.
+pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
+/// Largest number of nodes along one side.
+pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
+
+/// The grid of nodes and its mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheet {
+    /// Nodes along x, at least 2.
+    pub nodes_x: u32,
+    /// Nodes along y, at least 2.
+    pub nodes_y: u32,
+    /// Node spacing h along x, m, > 0: the natural length of a segment without crimp and pre-tension.
+    pub spacing: f64,
+    /// Node spacing along y, m, > 0; 0: as along x.
+    pub spacing_y: f64,
+    /// Mass of one node of one ply, kg, > 0; the same for every node.
+    pub node_mass: f64,
+    /// Cross-section of one yarn along x of one ply, m^2, > 0.
+    pub yarn_area: f64,
+    /// Cross-section of one yarn along y of one ply, m^2, > 0; 0: as along x.
+    pub yarn_area_y: f64,
+    /// Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1, in [0, 1]. A segment
+    /// pulls only once this length is taken up.
+    pub crimp: [f64; 2],
+    /// Strain at which the sheet is held along x and along y: node spacing over the natural length of a segment, less 1, >= 0
+    /// and below that of U_c. Along x two held sides are needed, along y four.
+    pub pre_strain: [f64; 2],
+    /// Number of layers bonded into one network (mass and area are multiplied), 1 ..= 1000. `Stack` has plies that move apart.
+    pub plies: u32,
+    /// Where bars of the network stand for several yarns.
+    pub grading: Grading,
+    /// Origin of the sheet's frame in the host's frame, m.
+    pub position: [f64; 3],
+    /// Orientation of the sheet's frame in the host's frame, unit quaternion, scalar first.
+    pub orientation: [f64; 4],
+}
+
+/// A graded network: fine about the expected hit, and towards the edges bars that stand for 2, 4, 8 ... yarns and as many
+/// crossings. Read-outs of nodes and segments give the network's own. See docs/model.md, "Graded networks".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grading {
+    /// Most yarns that a bar stands for: 2, 4, 8 ... [`GRADING_LARGEST`]; 0 or 1: no grading, and the other numbers are not read.
+    pub largest: u32,
+    /// Bars of each size before the next, at least 1.
+    pub run: u32,
+    /// Middle of the fine part along x and along y, m, sheet's frame; exactly 0 across a mirror plane.
+    pub centre: [f64; 2],
+    /// Half the width of the fine part along x and along y, m, >= 0.
+    pub half_width: [f64; 2],
+}
+
+/// Several sheets one behind the other, which push on each other (`stack.rs`). Each is a network of its own with draws of its own,
+/// held like the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stack {
+    /// Separate plies, 1 ..= [`MAX_PLIES`]. Ply k rests at z = k `gap`; the sheet's frame is that of ply 0. More than one ply: velocity
+    /// Verlet, no mirror planes and no dependence on the rate of strain.
+    pub plies: u32,
+    /// Distance of neighbouring plies where they rest, m, >= 0 and at most a million node spacings: 0 if they lie on each other.
+    pub gap: f64,
+    /// Every other ply, from the second on, is turned by 90 degrees: its warp runs along y. The node spacings must be alike.
+    pub turned: bool,
+}
+
+/// A second fabric, of the last plies of a stack. It lies in the grid of the first one: a bar stands for as many of its yarns as
+/// there are in a spacing. It has one law for both directions and draws of its own; the rest of the yarn law is that of `yarn`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Back {
+    /// The last so many plies of `stack.plies` are of this fabric, less than all; 0: none, and the numbers below are not read.
+    pub plies: u32,
+    /// Mass of a node, kg, > 0.
+    pub node_mass: f64,
+    /// Cross-section of a bar along x, m^2, > 0.
+    pub yarn_area: f64,
+    /// Cross-section of a bar along y, m^2, > 0; 0: as along x.
+    pub yarn_area_y: f64,
+    /// Crimp of the yarns along x and along y, in [0, 1].
+    pub crimp: [f64; 2],
+    /// Mean Young's modulus, Pa, > 0.
+    pub modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0. Modulus and damage rate are drawn if this or `damage_sd` is not 0.
+    pub modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub damage_slope: f64,
+    /// Damage rate at zero modulus, dimensionless.
+    pub damage_intercept: f64,
+    /// Standard deviation of the damage rate about that line, >= 0.
+    pub damage_sd: f64,
+    /// Critical stretch U_c, > 1.
+    pub critical_stretch: f64,
+    /// Weibull shape m of the critical strain U_c - 1, in [1, 1000]; 0: it is not drawn.
+    pub weibull_shape: f64,
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment (drawn strength only).
+    pub weibull_gauge_length: f64,
+}
+
+/// Mass of a node of the paper's sheet, kg, and cross-section of its yarn, m^2.
+const PAPER_NODE_MASS: f64 = 6.52e-8;
+const PAPER_YARN_AREA: f64 = 1.075e-7;
+
+impl Back {
+    /// No ply of it; the numbers of the paper's yarn.
+    pub const PAPER: Back = Back {
+        plies: 0,
+        node_mass: PAPER_NODE_MASS,
+        yarn_area: PAPER_YARN_AREA,
+        yarn_area_y: 0.0,
+        crimp: [0.0; 2],
+        modulus_mean: Yarn::PAPER.modulus_mean,
+        modulus_sd: Yarn::PAPER.modulus_sd,
+        damage_slope: Yarn::PAPER.damage_slope,
+        damage_intercept: Yarn::PAPER.damage_intercept,
+        damage_sd: Yarn::PAPER.damage_sd,
+        critical_stretch: Yarn::PAPER.critical_stretch,
+        weibull_shape: 0.0,
+        weibull_gauge_length: 0.0,
+    };
+
+    /// Whether modulus and damage rate are drawn.
+    pub fn is_drawn(&self) -> bool {
+        self.modulus_sd != 0.0 || self.damage_sd != 0.0
+    }
+}
+
+/// Largest number of separate plies.
+pub const MAX_PLIES: u32 = 1000;
+/// Largest gap between plies, node spacings.
+pub const MAX_GAP: f64 = 1e6;
+
+/// Which nodes are fixed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum AttachmentKind {
+    /// The first and last column (x = -a and x = +a).
+    TwoSides = 0,
+    /// The whole edge.
+    FourSides = 1,
+    /// Discs near the four corners.
+    FourCorners = 2,
+    /// No node: a free sheet.
+    Free = 3,
+}
+
+/// How the sheet is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attachment {
+    /// Which nodes are fixed.
+    pub kind: AttachmentKind,
+    /// Four corners: distance c of a disc's centre from both edges, m, >= 0.
+    pub disc_inset: f64,
+    /// Four corners: radius r of the discs, m, > 0, and such that a disc holds a node.
+    pub disc_radius: f64,
+}
+
+/// The yarn law and its scatter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Yarn {
+    /// Mean Young's modulus of a segment, Pa, > 0.
+    pub modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
+    pub modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub damage_slope: f64,
+    /// Damage rate at zero modulus (the line lambda = slope E + intercept), dimensionless.
+    pub damage_intercept: f64,
+    /// Standard deviation of the damage rate about that line, >= 0 (stochastic yarn only).
+    pub damage_sd: f64,
+    /// Critical stretch U_c, > 1.
+    pub critical_stretch: f64,
+    /// Factor A of the damage law, > 0, with A (1 - B) in (0, 1].
+    pub damage_a: f64,
+    /// Offset B of the damage law, < 1.
+    pub damage_b: f64,
+    /// alpha at or below this becomes exactly 0, in [0, 1).
+    pub alpha_fail: f64,
+    /// true: modulus and damage rate are drawn; false: all segments take the mean.
+    pub stochastic: bool,
+    /// What gets a draw of its own (stochastic yarn only).
+    pub draw: Draw,
+    /// Whether every segment has a critical stretch of its own; whether or not modulus and damage rate are drawn.
+    pub strength_draw: StrengthDraw,
+    /// Weibull shape m of the critical strain U_c - 1, in [1, 1000] (drawn strength only).
+    pub weibull_shape: f64,
+    /// Gauge length L, m, at which `critical_stretch` - 1 is the Weibull scale; 0: the length of a segment (drawn strength only).
+    pub weibull_gauge_length: f64,
+    /// Correlation of the normal scores of two segments of one woven yarn, in [0, 1] (drawn strength only).
+    pub weibull_correlation: f64,
+    /// Linear viscosity of taut yarn against oscillation behind a front, dimensionless, in [0, 1]; 0.06 if in doubt, 0 = none
+    /// (velocity Verlet only). See docs/model.md, "Viscosity".
+    pub viscosity_linear: f64,
+    /// Quadratic viscosity of taut yarn, dimensionless, in [0, 10]; 1.5 if in doubt.
+    pub viscosity_quadratic: f64,
+    /// Viscosity against bending of taut yarn, dimensionless, in [0, 0.2]; 0.06 if in doubt.
+    pub viscosity_bending: f64,
+    /// C_E, growth of the modulus by e-fold of the rate of strain, in [0, 1]; 0 = none (velocity Verlet and one ply only). `modulus_mean`
+    /// is then that of `rate_reference`. See docs/model.md, "Rate of strain".
+    pub rate_modulus: f64,
+    /// C_U, growth of the critical strain by e-fold of the rate of strain, in [0, 1]; 0 = none.
+    pub rate_stretch: f64,
+    /// Rate of strain of modulus and critical stretch as given, 1/s, in [1e-9, 1e9]; slower ones count as this (dependence on the rate
+    /// only).
+    pub rate_reference: f64,
+    /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate only).
+    pub rate_limit: f64,
+}
+
+impl Yarn {
+    /// The paper's yarn, with its scatter.
+    pub const PAPER: Yarn = Yarn {
+        modulus_mean: 140.21e9,
+        modulus_sd: 2.04e9,
+        damage_slope: 7.91e-9,
+        damage_intercept: -878.46,
+        damage_sd: 8.35,
+        critical_stretch: 1.03,
+        damage_a: 1.0,
+        damage_b: 0.0,
+        alpha_fail: 0.01,
+        stochastic: true,
+        draw: Draw::Segment,
+        strength_draw: StrengthDraw::None,
+        weibull_shape: 14.7,
+        weibull_gauge_length: 0.0,
+        weibull_correlation: 0.0,
+        viscosity_linear: 0.0,
+        viscosity_quadratic: 0.0,
+        viscosity_bending: 0.0,
+        rate_modulus: 0.0,
+        rate_stretch: 0.0,
+        rate_reference: 0.0,
+        rate_limit: 0.0,
+    };
+}
+
+/// What the critical stretch of a segment is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum StrengthDraw {
+    /// `critical_stretch`, of all segments (the paper).
+    None = 0,
+    /// A draw: U_c - 1 has a Weibull distribution.
+    Weibull = 1,
+}
+
+/// The yarn along y, the weft, where it is unlike that along x, the warp.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Weft {
+    /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`, and the four numbers after this are not read.
+    pub modulus_mean: f64,
+    /// Standard deviation of the modulus, Pa, >= 0 (stochastic yarn only).
+    pub modulus_sd: f64,
+    /// Slope of the damage rate over the modulus, 1/Pa.
+    pub damage_slope: f64,
+    /// Damage rate at zero modulus, dimensionless.
+    pub damage_intercept: f64,
+    /// Standard deviation of the damage rate about that line, >= 0 (stochastic yarn only).
+    pub damage_sd: f64,
+    /// Critical stretch U_c, > 1; 0: that of `yarn`.
+    pub critical_stretch: f64,
+}
+
+/// What gets a draw of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Draw {
+    /// Every segment (the paper).
+    Segment = 0,
+    /// Every woven yarn: all segments of a row, or of a column, are alike.
+    Yarn = 1,
+}
+
+/// Mirror planes through the middle of the sheet. Only the part at x <= 0, y <= 0 is modelled then; sums, energies and
+/// counts of segments stay those of the whole sheet, read-outs of nodes and segments cover the part. For uniform yarn, a
+/// free projectile, and a hit that the planes leave as it is: centred on each of them and not tilted across it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Symmetry {
+    /// The plane x = 0.
+    pub mirror_x: bool,
+    /// The plane y = 0.
+    pub mirror_y: bool,
+}
+
+/// The projectile's form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Shape {
+    /// A sphere of `radius`; feels no torque without friction.
+    Sphere = 0,
+    /// A flat-ended cylinder of `radius` and `length` along its body z axis.
+    Cylinder = 1,
+    /// A cylinder of `radius` and total `length` with a hemisphere at its body +z end and a flat at the other.
+    HemisphericalCylinder = 2,
+    /// A box of edge lengths `size` along the body axes.
+    Box = 3,
+    /// A convex polyhedron: `faces` and `moments`. See [`crate::body::prism`] for prisms.
+    Polyhedron = 4,
+    /// A homogeneous sector of a disc with a bore: `sector`.
+    DiscSector = 5,
+}
+
+/// Largest number of faces of a polyhedron.
+pub const MAX_FACES: usize = 16;
+
+/// The faces of a convex polyhedron {x : n_k.x <= b_k for all k}, in body axes, from the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Faces {
+    /// Number of faces, 4 ..= [`MAX_FACES`] for a polyhedron.
+    pub count: u32,
+    /// Of each face the outward unit normal (3) and its distance b from the centre of mass, m, > 0. Beyond `count` not read.
+    pub planes: [[f64; 4]; MAX_FACES],
+}
+
+impl Faces {
+    /// No faces: what the other shapes carry.
+    pub const NONE: Faces = Faces { count: 0, planes: [[0.0; 4]; MAX_FACES] };
+
+    /// These faces. Of more than [`MAX_FACES`] the rest is left out and `count` says so, which [`Scene::check`] refuses.
+    pub fn of(planes: &[[f64; 4]]) -> Faces {
+        let mut faces = Faces { count: u32::try_from(planes.len()).unwrap_or(u32::MAX), ..Faces::NONE };
+        faces.planes.iter_mut().zip(planes).for_each(|(place, plane)| *place = *plane);
+        faces
+    }
+
+    /// The faces in use.
+    pub fn in_use(&self) -> &[[f64; 4]] {
+        self.planes.get(..self.count as usize).unwrap_or(&self.planes)
+    }
+}
+
+/// A sector of a turbine disc: body x outward along its middle, body z along the disc's axis, origin at the centre of mass.
+/// It is a prism: eight equal chords, with their corners on it, replace the rim, and the bore is filled up to its one chord.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sector {
+    /// Radius of the bore, m, 0 or between 1e-6 and 1 - 1e-6 of that of the rim.
+    pub inner_radius: f64,
+    /// Radius of the rim, m; no face may be nearer to the centre of mass than the node spacing.
+    pub outer_radius: f64,
+    /// Angle, rad, in [1e-3, pi).
+    pub angle: f64,
+    /// Thickness, m, at least two node spacings.
+    pub thickness: f64,
+}
+
+/// The rigid projectile and its motion at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projectile {
+    /// Form.
+    pub shape: Shape,
+    /// Radius, m, >= the node spacing (read for a sphere and the two cylinders only).
+    pub radius: f64,
+    /// Length along the axis, m, at least two node spacings, and at least the radius with a hemispherical end (read for
+    /// the two cylinders only).
+    pub length: f64,
+    /// Edge lengths of a box along the body axes, m, each at least two node spacings (read for a box only).
+    pub size: [f64; 3],
+    /// Faces of a polyhedron, none nearer to the centre of mass than the node spacing (read for a polyhedron only).
+    pub faces: Faces,
+    /// Principal moments of inertia of a polyhedron about its centre of mass, kg m^2, > 0, none greater than the other two
+    /// together; the body axes are the principal axes (read for a polyhedron of known mass only; other shapes are homogeneous).
+    pub moments: [f64; 3],
+    /// Dimensions of a disc sector (read for a disc sector only).
+    pub sector: Sector,
+    /// Mass, kg, at least one node's mass. With [`Drive::Prescribed`] 0 means "not known": the body is moved by the host.
+    pub mass: f64,
+    /// Centre of mass at the start, m.
+    pub position: [f64; 3],
+    /// Velocity at the start, m/s.
+    pub velocity: [f64; 3],
+    /// Orientation at the start, unit quaternion, scalar first.
+    pub orientation: [f64; 4],
+    /// Angular velocity at the start, rad/s, in the host's axes.
+    pub angular_velocity: [f64; 3],
+}
+
+/// What acts between yarn and projectile besides the impulses that keep them apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels
+    /// torque, too. See docs/model.md, "Friction".
+    pub friction: f64,
+}
+
+/// Who moves the projectile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Drive {
+    /// The kernel integrates the rigid body under contact and external load.
+    Free = 0,
+    /// The host prescribes the pose ([`crate::body::path::Path`]); without a path the body coasts.
+    Prescribed = 1,
+}
+
+/// The time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeStep {
+    /// A fraction of the drawn sheet's dt_crit, in (0, 0.5]. Read if `seconds` is 0.
+    pub fraction: f64,
+    /// The step itself, s, at most 0.5 dt_crit; 0: `fraction` says it.
+    pub seconds: f64,
+}
+
+impl TimeStep {
+    /// A step as a fraction of dt_crit.
+    pub const fn fraction(fraction: f64) -> TimeStep {
+        TimeStep { fraction, seconds: 0.0 }
+    }
+
+    /// A step in seconds.
+    pub const fn seconds(seconds: f64) -> TimeStep {
+        TimeStep { fraction: 0.0, seconds }
+    }
+}
+
+/// How the nodes are stepped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum IntegratorKind {
+    /// Velocity Verlet, explicit: the default.
+    Verlet = 0,
+    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature `implicit`).
+    Theta = 1,
+}
+
+/// How the nodes are stepped, with the settings of the theta rule (read for it only).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Integrator {
+    /// The method.
+    pub kind: IntegratorKind,
+    /// Weight of the forces at the step's end, in [0.5, 1]; 0.5 is of second order.
+    pub theta: f64,
+    /// The iteration ends when no node moves by more than this, in node spacings, > 0.
+    pub tolerance: f64,
+    /// Iterations after which a step fails, >= 1.
+    pub max_iterations: u32,
+}
+
+impl Integrator {
+    /// Velocity Verlet.
+    pub const VERLET: Integrator =
+        Integrator { kind: IntegratorKind::Verlet, theta: 0.5, tolerance: 1e-10, max_iterations: 500 };
+    /// The theta rule with its usual settings.
+    pub const THETA: Integrator = Integrator { kind: IntegratorKind::Theta, ..Integrator::VERLET };
+}
+
+/// What the step does once a segment has failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum StepAfterFailure {
+    /// It stays.
+    Keep = 0,
+    /// From the end of the step in which the first segment fails every step is taken as two halves (velocity Verlet only).
+    /// Step count, time, paths, outcomes and force windows go on counting whole steps.
+    Half = 1,
+}
+
+/// How the projectile turns between impulses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum RotationKind {
+    /// Implicit midpoint rule: keeps kinetic energy and angular momentum.
+    Midpoint = 0,
+    /// The paper's theta rule (its equations 14-16); does not conserve (feature `implicit`).
+    Theta = 1,
+}
+
+/// How the projectile turns between impulses, with the setting of the theta rule (read for it only).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotationRule {
+    /// The method.
+    pub kind: RotationKind,
+    /// Weight of the end of the step, in [0.5, 1].
+    pub theta: f64,
+}
+
+impl RotationRule {
+    /// The midpoint rule.
+    pub const MIDPOINT: RotationRule = RotationRule { kind: RotationKind::Midpoint, theta: 0.5 };
+
+    /// The theta rule.
+    pub const fn theta(theta: f64) -> RotationRule {
+        RotationRule { kind: RotationKind::Theta, theta }
+    }
+}
+
+/// Whether the step is checked against the limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum StepCheck {
+    /// Refuse a step above 0.5 dt_crit.
+    Refuse = 0,
+    /// No check: for stability studies only. Results above the limit are wrong, although they may look plausible.
+    None = 1,
+}
+
+/// Everything that defines a simulation. Obtain one from [`Scene::sheet_3in_sphere`] or [`Scene::sheet_10in_cylinder`] and change fields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scene {
+    /// Grid and mass.
+    pub sheet: Sheet,
+    /// Separate plies.
+    pub stack: Stack,
+    /// The fabric of the last of them, where it is another.
+    pub back: Back,
+    /// Mirror planes.
+    pub symmetry: Symmetry,
+    /// Supports.
+    pub attachment: Attachment,
+    /// Yarn law.
+    pub yarn: Yarn,
+    /// Yarn law along y, where it is another.
+    pub weft: Weft,
+    /// Projectile.
+    pub projectile: Projectile,
+    /// Contact of the two.
+    pub contact: ContactLaw,
+    /// Who moves the projectile.
+    pub drive: Drive,
+    /// Seed of the stochastic yarn.
+    pub seed: u64,
+    /// Time step; constant for the life of a simulation.
+    pub time_step: TimeStep,
+    /// Whether the time step is checked.
+    pub step_check: StepCheck,
+    /// How the nodes are stepped.
+    pub integrator: Integrator,
+    /// What the step does once a segment has failed.
+    pub step_after_failure: StepAfterFailure,
+    /// The toe against the energy creep of slack sheets: Green-Lagrange strain over which the stiffness of a segment sets in
+    /// once it has been slack after the first failure; in [0.005, 0.05] and not beyond that of U_c, 0.02 if in doubt. 0 = no
+    /// toe: the stiffness jumps (velocity Verlet only). See docs/model.md, "The toe".
+    pub slack_toe: f64,
+    /// How the projectile turns.
+    pub rotation_rule: RotationRule,
+    /// Window of the peak force, s, > 0; rounded to whole steps, at least one. Until the first window is full the peak force is
+    /// the mean over the time elapsed.
+    pub force_window: f64,
+    /// Watch whether the nodes in contact are still connected to a support (4 bytes per node). Without it there is no outcome
+    /// "detached", and a body that carries torn cloth is never said to have exited.
+    pub track_detachment: bool,
+    /// Sum the impulses on the supports; the momentum residual needs them.
+    pub track_support: bool,
+    /// Greatest number of nodes closer than a spacing to the projectile at once, each of which takes 116 bytes (124 with the
+    /// theta rule, 268 with friction); more is the failure [`crate::Failure::ContactCapacity`]. 0 = every node modelled, which cannot be exceeded.
+    /// A smaller number is for tight memory: docs/embedding.md, "Memory", says how to choose it.
+    pub contact_capacity: u32,
+}
+
+/// Largest fraction of dt_crit that is accepted.
+pub const STEP_MAX_FRACTION: f64 = 0.5;
+/// sqrt(3/4): what a toe leaves of the largest step, because its tangent modulus is at most 4/3 E.
+pub const STEP_WITH_TOE: f64 = 0.866_025_403_784_438_6;
+/// Narrowest and widest toe.
+pub const TOE_RANGE: [f64; 2] = [0.005, 0.05];
+/// Default fraction of dt_crit.
+pub const STEP_DEFAULT_FRACTION: f64 = 0.4;
+/// Rates of strain accepted, 1/s.
+pub const STRAIN_RATES: [f64; 2] = [1e-9, 1e9];
+/// Range of the Weibull shape of drawn strength.
+pub const WEIBULL_SHAPES: [f64; 2] = [1.0, 1000.0];
+/// Most yarns that a bar of a graded network may stand for.
+pub const GRADING_LARGEST: u32 = 64;
+/// Largest critical stretch.
+pub const CRITICAL_STRETCH_MAX: f64 = 2.0;
+/// Smallest damage rate: below it the tangent stiffness would peak beyond U_c.
+pub const DAMAGE_RATE_MIN: f64 = 3.0;
+
+/// The time step and its limits (M11), s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct StepLimits {
+    /// The step in use, constant for the life of a simulation.
+    pub dt: f64,
+    /// 2/omega_max of the taut sheet at the critical stretch, with the stiffest segment drawn.
+    pub dt_crit: f64,
+    /// Largest accepted step: 0.5 dt_crit, with a toe 0.5 sqrt(3/4) dt_crit.
+    pub step_max: f64,
+}
+
+impl Scene {
+    /// Whether bars stand for several yarns anywhere.
+    pub fn is_graded(&self) -> bool {
+        self.sheet.grading.largest > 1
+    }
+
+    /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100 m/s along +z.
+    pub const fn sheet_3in_sphere() -> Scene {
+        let radius = 6.35e-3;
+        Scene {
+            sheet: Sheet {
+                nodes_x: 105,
+                nodes_y: 105,
+                spacing: PAPER_SPACING,
+                spacing_y: 0.0,
+                node_mass: PAPER_NODE_MASS,
+                yarn_area: PAPER_YARN_AREA,
+                yarn_area_y: 0.0,
+                crimp: [0.0; 2],
+                pre_strain: [0.0; 2],
+                plies: 1,
+                grading: Grading { largest: 0, run: 4, centre: [0.0; 2], half_width: [0.0; 2] },
+                position: [0.0; 3],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+            },
+            stack: Stack { plies: 1, gap: 0.0, turned: false },
+            back: Back::PAPER,
+            symmetry: Symmetry { mirror_x: false, mirror_y: false },
+            attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
+            yarn: Yarn::PAPER,
+            weft: Weft {
+                modulus_mean: 0.0,
+                modulus_sd: 0.0,
+                damage_slope: 0.0,
+                damage_intercept: 0.0,
+                damage_sd: 0.0,
+                critical_stretch: 0.0,
+            },
+            projectile: Projectile {
+                shape: Shape::Sphere,
+                radius,
+                length: 2.0 * radius,
+                size: [2.0 * radius; 3],
+                faces: Faces::NONE,
+                moments: [0.0; 3],
+                sector: Sector {
+                    inner_radius: 0.015,
+                    outer_radius: 0.04,
+                    angle: core::f64::consts::TAU / 3.0,
+                    thickness: 0.01,
+                },
+                mass: 8.4e-3,
+                position: [0.0, 0.0, -radius],
+                velocity: [0.0, 0.0, 100.0],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+                angular_velocity: [0.0; 3],
+            },
+            contact: ContactLaw { friction: 0.0 },
+            drive: Drive::Free,
+            seed: 1,
+            time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),
+            step_check: StepCheck::Refuse,
+            integrator: Integrator::VERLET,
+            step_after_failure: StepAfterFailure::Keep,
+            slack_toe: 0.0,
+            rotation_rule: RotationRule::MIDPOINT,
+            force_window: 1e-6,
+            track_detachment: true,
+            track_support: true,
+            contact_capacity: 0,
+        }
+    }
+
+    /// The paper's 10 in sheet: 350 x 350 nodes, two sides held, the 37 g flat-ended cylinder at its centre, 100 m/s along +z.
+    pub const fn sheet_10in_cylinder() -> Scene {
+        let small = Scene::sheet_3in_sphere();
+        let length = 0.0381;
+        Scene {
+            sheet: Sheet { nodes_x: 350, nodes_y: 350, ..small.sheet },
+            attachment: Attachment { kind: AttachmentKind::TwoSides, disc_inset: 25.4e-3, disc_radius: 19.05e-3 },
+            projectile: Projectile {
+                shape: Shape::Cylinder,
+                length,
+                mass: 0.037,
+                position: [0.0, 0.0, -0.5 * length],
+                ..small.projectile
+            },
+            ..small
+        }
+    }
+
+    /// Whether modulus or critical stretch depend on the rate of strain.
+    pub fn depends_on_rate(&self) -> bool {
+        self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0
+    }
+
+    /// Whether contact can turn the projectile: every body with friction, without it all but a sphere.
+    pub fn projectile_turns(&self) -> bool {
+        self.projectile.shape != Shape::Sphere || self.contact.friction > 0.0
+    }
+
+    /// Linear, quadratic and bending viscosity.
+    pub fn viscosity(&self) -> [f64; 3] {
+        [self.yarn.viscosity_linear, self.yarn.viscosity_quadratic, self.yarn.viscosity_bending]
+    }
+
+    /// Plies of the front fabric: all without a second one.
+    pub fn front_plies(&self) -> u32 {
+        self.stack.plies.saturating_sub(self.back.plies)
+    }
+
+    /// The same scene with the back fabric in all plies, and no second one.
+    pub fn all_of_back(&self) -> Scene {
+        let mut scene = *self;
+        scene.become_back();
+        scene
+    }
+
+    /// Becomes [`Scene::all_of_back`], where it is: a copy would add a kilobyte to the stack.
+    pub(crate) fn become_back(&mut self) {
+        let Scene { sheet, weft, yarn, back, .. } = self;
+        (back.plies, *weft) = (0, Weft::default());
+        (sheet.node_mass, sheet.crimp) = (back.node_mass, back.crimp);
+        (sheet.yarn_area, sheet.yarn_area_y) = (back.yarn_area, back.yarn_area_y);
+        (yarn.modulus_mean, yarn.modulus_sd) = (back.modulus_mean, back.modulus_sd);
+        (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) =
+            (back.damage_slope, back.damage_intercept, back.damage_sd);
+        yarn.stochastic = back.is_drawn();
+        yarn.critical_stretch = back.critical_stretch;
+        yarn.strength_draw = if back.weibull_shape == 0.0 { StrengthDraw::None } else { StrengthDraw::Weibull };
+        (yarn.weibull_shape, yarn.weibull_gauge_length) = (back.weibull_shape, back.weibull_gauge_length);
+    }
+
+    /// Mass of one node of all bonded plies together, of the front fabric, kg.
+    pub fn lumped_mass(&self) -> f64 {
+        self.sheet.node_mass * self.sheet.plies as f64
+    }
+
+    /// Mass of the heaviest node, all bonded plies, kg.
+    pub fn largest_mass(&self) -> f64 {
+        let back = if self.back.plies > 0 { self.back.node_mass * self.sheet.plies as f64 } else { 0.0 };
+        let front = self.lumped_mass();
+        if back > front { back } else { front }
+    }
+
+    /// Node spacing along a direction, m.
+    pub fn spacing(&self, axis: Axis) -> f64 {
+        let own = axis == Axis::Vertical && self.sheet.spacing_y != 0.0;
+        if own { self.sheet.spacing_y } else { self.sheet.spacing }
+    }
+
+    /// Node spacings along x and y, m.
+    pub fn spacings(&self) -> [f64; 2] {
+        [self.spacing(Axis::Horizontal), self.spacing(Axis::Vertical)]
+    }
+
+    /// The larger node spacing, m: a projectile must be larger to be seen by nodes, and what is nearer to it is a candidate.
+    pub fn largest_spacing(&self) -> f64 {
+        let [x, y] = self.spacings();
+        if y > x { y } else { x }
+    }
+
+    /// Cross-section of one yarn of one ply along a direction, of the front fabric, m^2.
+    pub fn yarn_area(&self, axis: Axis) -> f64 {
+        self.area_of(axis, false)
+    }
+
+    /// The same of the front or of the back fabric.
+    pub(crate) fn area_of(&self, axis: Axis, back: bool) -> f64 {
+        let (x, y) = if back {
+            (self.back.yarn_area, self.back.yarn_area_y)
+        } else {
+            (self.sheet.yarn_area, self.sheet.yarn_area_y)
+        };
+        if axis == Axis::Vertical && y != 0.0 { y } else { x }
+    }
+
+    /// Mass of a node of one ply of the front or of the back fabric, kg.
+    pub(crate) fn node_mass(&self, back: bool) -> f64 {
+        if back { self.back.node_mass } else { self.sheet.node_mass }
+    }
+
+    /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with pre-tension.
+    pub fn rest_stretch(&self, axis: Axis) -> f64 {
+        self.stretch_at_rest(axis, false)
+    }
+
+    /// The same of the front or of the back fabric.
+    pub(crate) fn stretch_at_rest(&self, axis: Axis, back: bool) -> f64 {
+        let [crimp_x, crimp_y] = if back { self.back.crimp } else { self.sheet.crimp };
+        let [strain_x, strain_y] = self.sheet.pre_strain;
+        let (crimp, strain) = match axis {
+            Axis::Horizontal => (crimp_x, strain_x),
+            Axis::Vertical => (crimp_y, strain_y),
+        };
+        (1.0 + strain) / (1.0 + crimp)
+    }
+
+    /// Cross-section of one yarn along x of all plies together, m^2.
+    pub fn lumped_area(&self) -> f64 {
+        self.sheet.yarn_area * self.sheet.plies as f64
+    }
+
+    /// Half edge lengths of the sheet along x and y, m.
+    pub fn half_size(&self) -> [f64; 2] {
+        [
+            0.5 * (self.sheet.nodes_x as f64 - 1.0) * self.sheet.spacing,
+            0.5 * (self.sheet.nodes_y as f64 - 1.0) * self.spacing(Axis::Vertical),
+        ]
+    }
+
+    /// Number of segments of one ply: (nx - 1) ny + nx (ny - 1).
+    pub fn segments_of_ply(&self) -> u64 {
+        let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
+        (nx - 1) * ny + nx * (ny - 1)
+    }
+
+    /// Number of segments of all separate plies.
+    pub fn segments(&self) -> u64 {
+        self.segments_of_ply() * self.stack.plies as u64
+    }
+
+    /// Distance of the last ply from the first where they rest, m.
+    pub fn stack_height(&self) -> f64 {
+        (self.stack.plies as f64 - 1.0) * self.stack.gap
+    }
+}

@@ -1,0 +1,648 @@
+//! What the numbers of a scene must be together, and the time step that they allow.
+//!
+//! Each number by itself is checked by its row in `fields.rs`, before anything here.
+
+use crate::body::shape;
+use crate::ground::error::{Code, Error, finite, positive};
+use crate::ground::math;
+use crate::ground::planes::{AT_REST, Axis};
+use crate::scene::fields;
+use crate::scene::parts::{
+    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind,
+    STEP_MAX_FRACTION, STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits,
+    StrengthDraw, Symmetry, TOE_RANGE, TimeStep, WEIBULL_SHAPES,
+};
+use crate::sheet::weave;
+use core::iter::StepBy;
+use core::ops::Range;
+
+/// What counts as rest must be slower than this, m/s; a step so short that it is not is refused.
+const SLOWEST_MOTION: f64 = 1e-30;
+/// Largest mass of a node m, kg, m h/dt, N s, and m (h/dt)^2, J, and largest k dt^2/m: within these all that a step makes of a
+/// state that is not lost are numbers, and so are its momentum and energy.
+const LARGEST_UNIT: f64 = 1e90;
+const LARGEST_STIFFNESS: f64 = 1e6;
+/// Largest ratio of the two node spacings: contact looks for nodes within one spacing.
+const LARGEST_SPACING_RATIO: f64 = 10.0;
+
+impl Scene {
+    /// The step in use and its limits. Draws every segment of a stochastic sheet to find the stiffest, and of drawn strength the
+    /// strongest. Of two fabrics the one that allows less counts.
+    ///
+    /// (M11) omega^2 = (k/m) [2 (3 U_c^2 - 1) + 2 (U_c^2 - 1)] with k = E A_0/l: the bound of a taut plane net at U_c, where the
+    /// tangent stiffness is largest; dt_crit = 2/omega. Of unlike directions the first bracket takes its k and U_c from one, the
+    /// second from the other, and the greater omega counts.
+    pub fn step_limits(&self) -> Result<StepLimits, Error> {
+        self.check()?;
+        self.limits(&mut Look::at(u64::MAX / 2))
+    }
+
+    /// The step in use and its limits, of a scene that has been checked, from a look at [`LOOKED_AT`] segments at most.
+    pub(crate) fn limits_of_a_look(&self) -> Result<StepLimits, Error> {
+        let mut look = Look::at(LOOKED_AT);
+        let mut limits = self.limits(&mut look)?;
+        if !look.at_all && self.time_step.seconds == 0.0 {
+            // Nothing is too fast that may be slow enough.
+            limits.dt = self.time_step.fraction * self.least_dt_crit();
+        }
+        Ok(limits)
+    }
+
+    /// The step in use and its limits, of a scene that has been checked.
+    fn limits(&self, look: &mut Look) -> Result<StepLimits, Error> {
+        let front = self.bounds(false, look)?;
+        let back = if self.back.plies > 0 { self.bounds(true, look)? } else { front };
+        let dt_crit = math::min(front.dt_crit, back.dt_crit);
+        let step_max = math::min(front.step_max, back.step_max);
+        let TimeStep { fraction, seconds } = self.time_step;
+        let dt = if seconds != 0.0 { seconds } else { fraction * dt_crit };
+        if self.step_check == StepCheck::Refuse && dt > step_max {
+            return Err(Error::new(Code::StepTooLarge, "time_step.seconds", dt, step_max));
+        }
+        let speed = self.sheet.spacing / dt;
+        let mass = self.largest_mass();
+        let units = [mass, mass * speed, mass * speed * speed];
+        let stiffnesses = [front.per_mass, back.per_mass].map(|per_mass| per_mass.map(|k| dt * dt * k));
+        // Densities of energy come from stiffnesses by moduli over them.
+        let has_density = |back: bool, axis: Axis| {
+            let over = self.node_mass(back) * self.spacing(axis) / (self.area_of(axis, back) * dt * dt);
+            over.is_normal() && (LARGEST_STIFFNESS * over).is_finite()
+        };
+        let have_densities = |back| has_density(back, Axis::Horizontal) && has_density(back, Axis::Vertical);
+        let usable = units.iter().all(|unit| unit.is_normal() && *unit <= LARGEST_UNIT)
+            && have_densities(false)
+            && (self.back.plies == 0 || have_densities(true))
+            && stiffnesses.as_flattened().iter().all(|k| k.is_normal() && *k <= LARGEST_STIFFNESS)
+            && AT_REST * speed <= SLOWEST_MOTION;
+        if !usable {
+            return Err(Error::new(Code::StepLimitUnusable, "time_step.seconds", dt, step_max));
+        }
+        Ok(StepLimits { dt, dt_crit, step_max })
+    }
+
+    /// What the front or the back fabric allows.
+    #[inline(never)] // Once on the stack, not twice.
+    fn bounds(&self, back: bool, look: &mut Look) -> Result<Bounds, Error> {
+        let (moduli, strongest) = (self.stiffest(back, look)?, self.strongest(back, look)?);
+        let mass = self.node_mass(back);
+        let dt_crit = 2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back));
+        if !dt_crit.is_normal() {
+            let field = if back { "back.node_mass" } else { "sheet.node_mass" };
+            return Err(Error::new(Code::StepLimitUnusable, field, mass, 0.0));
+        }
+        let step_max = self.largest_fraction(moduli, strongest, back)? * dt_crit;
+        Ok(Bounds { dt_crit, step_max, per_mass: self.stiffnesses(moduli, back).map(|k| k / mass) })
+    }
+
+    /// k = E A_0/l of segments along x and along y with these moduli, N/m.
+    fn stiffnesses(&self, [x, y]: [f64; 2], back: bool) -> [f64; 2] {
+        [(Axis::Horizontal, x), (Axis::Vertical, y)].map(|(axis, modulus)| {
+            let length = self.spacing(axis) / self.stretch_at_rest(axis, back);
+            modulus * self.area_of(axis, back) / length
+        })
+    }
+
+    /// ln(r_1/r_0) of yarn that depends on the rate of strain, else 0.
+    fn largest_logarithm(&self) -> f64 {
+        if self.depends_on_rate() { math::ln(self.yarn.rate_limit / self.yarn.rate_reference) } else { 0.0 }
+    }
+
+    /// U_c^2 along x and along y, at the largest rate of strain; of drawn strength that of the strongest segment, if it is known.
+    fn critical_squares(&self, strongest: Option<f64>, back: bool) -> [f64; 2] {
+        [Axis::Horizontal, Axis::Vertical].map(|axis| {
+            let critical = strongest.unwrap_or(self.law_of(axis, back).critical_stretch);
+            if self.yarn.rate_stretch == 0.0 {
+                return critical * critical;
+            }
+            1.0 + (critical * critical - 1.0) * (1.0 + self.yarn.rate_stretch * self.largest_logarithm())
+        })
+    }
+
+    /// omega^2 of (M11) with these moduli along x and along y, 1/s^2. The tangent modulus of yarn that depends on the rate is at most
+    /// E (1 + C_E (1 + ln(r_1/r_0))).
+    fn largest_omega2(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> f64 {
+        let tangent = 1.0 + self.yarn.rate_modulus * (1.0 + self.largest_logarithm());
+        let moduli = moduli.map(|modulus| modulus * tangent);
+        let ([kx, ky], [ux, uy]) = (self.stiffnesses(moduli, back), self.critical_squares(strongest, back));
+        let largest = math::max(kx, ky);
+        // Shares of the larger stiffness, so that nothing overflows before the result does.
+        let omega2 = |along: f64, u_along: f64, across: f64, u_across: f64| {
+            let (own, other) = (2.0 * (3.0 * u_along - 1.0), 2.0 * (u_across - 1.0));
+            largest / self.node_mass(back) * (along / largest * own + across / largest * other)
+        };
+        math::max(omega2(kx, ux, ky, uy), omega2(ky, uy, kx, ux))
+    }
+
+    /// Largest accepted part of dt_crit with segments as stiff as these moduli along x and along y.
+    ///
+    /// (M18) Viscosity makes of a mode x_{n+1} - 2 x_n + x_{n-1} + Omega^2 x_n + K (x_n - x_{n-1}) = 0, which is stable while
+    /// Omega^2 + 2 K < 4. With Omega = omega dt, C = c dt/h of the mean segment and E/E_mean = s at most,
+    /// K <= 4 C b_1 s U_c^2 + 2 b_2 s q_c U_c^2 + 32 C b_3, because no strain grows by more than q_c within a pass. So Omega^2 + 4 xi Omega
+    /// + 4 eta < 4: dt < dt_crit (sqrt(1 - eta + xi^2) - xi).
+    fn largest_fraction(&self, moduli: [f64; 2], strongest: Option<f64>, back: bool) -> Result<f64, Error> {
+        let without = if self.slack_toe > 0.0 { STEP_WITH_TOE } else { 1.0 };
+        let [linear, quadratic, bending] = self.viscosity();
+        if [linear, quadratic, bending] == [0.0; 3] {
+            return Ok(without * STEP_MAX_FRACTION);
+        }
+        let means = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+        let ([kx, ky], [mean_x, mean_y]) = (self.stiffnesses(moduli, back), self.stiffnesses(means, back));
+        let (scatter, [ux, uy]) = (math::max(kx / mean_x, ky / mean_y), self.critical_squares(strongest, back));
+        let squared = math::max(ux, uy);
+        // c/(h omega)
+        let sound =
+            math::sqrt(math::max(mean_x, mean_y) / self.node_mass(back) / self.largest_omega2(moduli, strongest, back));
+        let pulled = scatter * squared;
+        let xi = sound * (2.0 * linear * pulled + 16.0 * bending);
+        let eta = quadratic * (pulled * (squared - 1.0));
+        if eta >= 1.0 {
+            return Err(Error::new(Code::OutOfRange, "yarn.viscosity_quadratic", quadratic, quadratic / eta));
+        }
+        let stable = math::sqrt(1.0 - eta + xi * xi) - xi;
+        Ok(without * math::min(stable, STEP_MAX_FRACTION))
+    }
+
+    /// Segments of the front or of the back fabric to be looked at, by their numbers.
+    fn numbers_of(&self, back: bool, look: &mut Look) -> StepBy<Range<u64>> {
+        let (of_ply, front) = (self.segments_of_ply(), u64::from(self.front_plies()));
+        let numbers = if back { front * of_ply..self.segments() } else { 0..front * of_ply };
+        let stride = (numbers.end - numbers.start).div_ceil(look.most.max(1)).max(1);
+        look.at_all &= stride == 1;
+        numbers.step_by(usize::try_from(stride).unwrap_or(usize::MAX).max(1))
+    }
+
+    /// What dt_crit is not below, whatever is drawn.
+    fn least_dt_crit(&self) -> f64 {
+        let of = |back| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.largest_modulus(axis, back));
+            let strongest = self.is_strength_drawn(back).then_some(CRITICAL_STRETCH_MAX);
+            2.0 / math::sqrt(self.largest_omega2(moduli, strongest, back))
+        };
+        if self.back.plies > 0 { math::min(of(false), of(true)) } else { of(false) }
+    }
+
+    /// Modulus of the stiffest segment along x and along y, Pa; directions of one law share it.
+    fn stiffest(&self, back: bool, look: &mut Look) -> Result<[f64; 2], Error> {
+        let mut stiffest = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+        if self.is_drawn(back) {
+            stiffest = [0.0; 2];
+            let shared = back || self.weft.modulus_mean == 0.0;
+            let mut draws = 0;
+            for number in self.numbers_of(back, look) {
+                let (segment, refused) = self.draw_counted(number)?;
+                let modulus = segment.modulus;
+                let axis = self.axis_of_segment(number);
+                let [x, y] = &mut stiffest;
+                if shared || axis == Axis::Horizontal {
+                    *x = math::max(modulus, *x);
+                }
+                if shared || axis == Axis::Vertical {
+                    *y = math::max(modulus, *y);
+                }
+                draws += 1 + refused;
+                if draws > 2 * look.most {
+                    look.at_all = false;
+                    break;
+                }
+            }
+        }
+        Ok(stiffest)
+    }
+
+    /// Critical stretch of the strongest segment of drawn strength. The weakest must bear the pre-tension.
+    fn strongest(&self, back: bool, look: &mut Look) -> Result<Option<f64>, Error> {
+        if !self.is_strength_drawn(back) {
+            return Ok(None);
+        }
+        let [strain_x, strain_y] = self.sheet.pre_strain;
+        let mut strongest = 1.0;
+        for number in self.numbers_of(back, look) {
+            let critical = self.draw_critical_stretch(number);
+            let weft = self.axis_of_segment(number) == Axis::Vertical;
+            let strain = if weft { strain_y } else { strain_x };
+            if strain > 0.0 && strain >= critical - 1.0 {
+                return Err(
+                    Error::new(Code::OutOfRange, "sheet.pre_strain", strain, critical - 1.0).from("yarn.strength_draw")
+                );
+            }
+            strongest = math::max(critical, strongest);
+        }
+        Ok(Some(strongest))
+    }
+
+    /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad one is named.
+    /// The time step against dt_crit is checked by [`Scene::step_limits`].
+    pub fn check(&self) -> Result<(), Error> {
+        fields::check(self)?;
+        self.check_pairs()?;
+        self.check_yarn()?;
+        self.check_rate()?;
+        self.check_rest()?;
+        self.check_grading()?;
+        self.check_projectile()?;
+        self.check_stack()?;
+        self.check_attachment()?;
+        if self.back.plies > 0 {
+            self.check_back()?;
+        }
+        self.check_step()?;
+        self.check_theta_rules()?;
+        self.check_toe()
+    }
+
+    /// What the front fabric must be holds for the back one, too.
+    #[inline(never)] // Its scene must not add to the stack of a single fabric.
+    fn check_back(&self) -> Result<(), Error> {
+        let shape = self.back.weibull_shape;
+        if shape != 0.0 && shape < WEIBULL_SHAPES[0] {
+            return Err(Error::new(Code::OutOfRange, "back.weibull_shape", shape, WEIBULL_SHAPES[0]));
+        }
+        let back = self.all_of_back();
+        back.check_yarn().and_then(|()| back.check_rest()).and_then(|()| back.check_toe()).map_err(of_back)
+    }
+
+    fn check_step(&self) -> Result<(), Error> {
+        let TimeStep { fraction, seconds } = self.time_step;
+        let largest = self.step_max_fraction()?;
+        if seconds == 0.0 && self.step_check == StepCheck::Refuse && fraction > largest {
+            return Err(Error::new(Code::OutOfRange, "time_step.fraction", fraction, largest));
+        }
+        Ok(())
+    }
+
+    /// Largest accepted fraction of dt_crit; of drawn viscous yarn that of the mean segments, which is a little more.
+    ///
+    /// # Errors
+    /// A quadratic viscosity that no step allows.
+    pub fn step_max_fraction(&self) -> Result<f64, Error> {
+        let of_means = |back| {
+            let moduli = [Axis::Horizontal, Axis::Vertical].map(|axis| self.mean_modulus(axis, back));
+            self.largest_fraction(moduli, None, back)
+        };
+        let front = of_means(false)?;
+        if self.back.plies > 0 { Ok(math::min(front, of_means(true)?)) } else { Ok(front) }
+    }
+
+    fn check_toe(&self) -> Result<(), Error> {
+        let toe = self.slack_toe;
+        if toe == 0.0 {
+            return Ok(());
+        }
+        let [narrowest, widest] = TOE_RANGE;
+        let [x, y] = [Axis::Horizontal, Axis::Vertical].map(|axis| 0.5 * self.damage_law(axis).critical_twice_strain());
+        let widest = math::min(math::min(x, y), widest);
+        if toe >= narrowest && toe <= widest {
+            return Ok(());
+        }
+        let limit = if toe < narrowest { narrowest } else { widest };
+        Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit))
+    }
+
+    fn check_theta_rules(&self) -> Result<(), Error> {
+        let built = |field| if cfg!(feature = "implicit") { Ok(()) } else { Err(Error::plain(Code::NotBuilt, field)) };
+        if self.integrator.kind == IntegratorKind::Theta {
+            built("integrator.kind")?;
+        }
+        if self.rotation_rule.kind == RotationKind::Theta {
+            built("rotation_rule.kind")?;
+        }
+        Ok(())
+    }
+
+    /// Options that do not go together: the first two that the scene has are named.
+    #[inline(never)] // Its lists must not add to the stack of what is checked next.
+    fn check_pairs(&self) -> Result<(), Error> {
+        let (yarn, [strain_x, strain_y], [crimp_x, crimp_y]) = (&self.yarn, self.sheet.pre_strain, self.sheet.crimp);
+        let theta = ("integrator.kind", self.integrator.kind == IntegratorKind::Theta);
+        let halved = ("step_after_failure", self.step_after_failure != StepAfterFailure::Keep);
+        let toe = ("slack_toe", self.slack_toe != 0.0);
+        let mirrors = [("symmetry.mirror_x", self.symmetry.mirror_x), ("symmetry.mirror_y", self.symmetry.mirror_y)];
+        let strength = ("yarn.strength_draw", yarn.strength_draw != StrengthDraw::None);
+        let strength_of_back = ("back.weibull_shape", self.back.plies > 0 && self.back.weibull_shape != 0.0);
+        let friction = ("contact.friction", self.contact.friction != 0.0);
+        let viscous = [
+            ("yarn.viscosity_linear", yarn.viscosity_linear != 0.0),
+            ("yarn.viscosity_quadratic", yarn.viscosity_quadratic != 0.0),
+            ("yarn.viscosity_bending", yarn.viscosity_bending != 0.0),
+        ];
+        let rates = [("yarn.rate_modulus", yarn.rate_modulus != 0.0), ("yarn.rate_stretch", yarn.rate_stretch != 0.0)];
+        let plies = ("stack.plies", self.stack.plies > 1);
+        let strained = ("sheet.pre_strain", self.sheet.pre_strain != [0.0; 2]);
+        let graded = ("sheet.grading.largest", self.is_graded());
+        apart(&rates, &[plies, theta, graded])?;
+        // A strain that is there before the load has no rate.
+        apart(&[strained], &rates)?;
+        apart(&[friction], &[theta, graded])?;
+        apart(&viscous, &[theta, graded])?;
+        apart(&[plies], &[graded])?;
+        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
+        let [rate_modulus, rate_stretch] = rates;
+        apart(&[toe], &[strength, strength_of_back, rate_modulus, rate_stretch, theta])?;
+        apart(&[halved, plies], &[theta])?;
+        // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
+        let unlike = [plies, ("yarn.stochastic", yarn.stochastic), strength, ("drive", self.drive != Drive::Free)];
+        apart(&unlike, &mirrors)?;
+        let [back_x, back_y] = if self.back.plies > 0 { self.back.crimp } else { [0.0; 2] };
+        for (crimp, behind, strain) in [(crimp_x, back_x, strain_x), (crimp_y, back_y, strain_y)] {
+            let crimps = [("sheet.crimp", crimp != 0.0), ("back.crimp", behind != 0.0)];
+            apart(&crimps, &[("sheet.pre_strain", strain != 0.0)])?;
+        }
+        // A ply is turned within the same grid.
+        let [x, y] = self.spacings();
+        apart(&[("stack.turned", plies.1 && self.stack.turned)], &[("sheet.spacing_y", x != y)])
+    }
+
+    fn check_yarn(&self) -> Result<(), Error> {
+        let yarn = &self.yarn;
+        let first = yarn.damage_a * (1.0 - yarn.damage_b);
+        // One rounding above 1 is what A = 1/(1 - B) gives.
+        if !(first > 0.0 && first <= 1.0 + 4.0 * f64::EPSILON) {
+            let limit = 1.0 / (1.0 - yarn.damage_b);
+            return Err(Error::new(Code::OutOfRange, "yarn.damage_a", yarn.damage_a, limit).from("yarn.damage_b"));
+        }
+        for (axis, slope, intercept) in [
+            (Axis::Horizontal, "yarn.damage_slope", "yarn.damage_intercept"),
+            (Axis::Vertical, "weft.damage_slope", "weft.damage_intercept"),
+        ] {
+            let rate = self.mean_segment(axis).damage_rate;
+            finite(slope, rate)?;
+            if rate < DAMAGE_RATE_MIN {
+                return Err(Error::new(Code::DamageRateTooSmall, intercept, rate, DAMAGE_RATE_MIN));
+            }
+        }
+        let critical = self.weft.critical_stretch;
+        if critical != 0.0 && critical <= 1.0 {
+            return Err(Error::new(Code::OutOfRange, "weft.critical_stretch", critical, 1.0));
+        }
+        Ok(())
+    }
+
+    /// The rates of yarn that depends on them.
+    fn check_rate(&self) -> Result<(), Error> {
+        if !self.depends_on_rate() {
+            return Ok(());
+        }
+        let (yarn, [slowest, _]) = (&self.yarn, STRAIN_RATES);
+        if yarn.rate_reference < slowest {
+            return Err(Error::new(Code::OutOfRange, "yarn.rate_reference", yarn.rate_reference, slowest));
+        }
+        if yarn.rate_limit < yarn.rate_reference {
+            let refused = Error::new(Code::OutOfRange, "yarn.rate_limit", yarn.rate_limit, yarn.rate_reference);
+            return Err(refused.from("yarn.rate_reference"));
+        }
+        Ok(())
+    }
+
+    /// Spacings and pre-tension, and whether a sheet with pre-tension is in equilibrium.
+    fn check_rest(&self) -> Result<(), Error> {
+        let [x, y] = self.spacings();
+        if y > LARGEST_SPACING_RATIO * x || x > LARGEST_SPACING_RATIO * y {
+            let limit = if y > x { LARGEST_SPACING_RATIO * x } else { x / LARGEST_SPACING_RATIO };
+            return Err(Error::new(Code::OutOfRange, "sheet.spacing_y", y, limit).from("sheet.spacing"));
+        }
+        let kind = self.attachment.kind;
+        let all_sides = kind == AttachmentKind::FourSides;
+        let [strain_x, strain_y] = self.sheet.pre_strain;
+        let along_x = (Axis::Horizontal, strain_x, all_sides || kind == AttachmentKind::TwoSides);
+        for (axis, strain, held) in [along_x, (Axis::Vertical, strain_y, all_sides)] {
+            if strain == 0.0 {
+                continue;
+            }
+            let limit = self.damage_law(axis).critical_stretch - 1.0;
+            if strain >= limit {
+                return Err(
+                    Error::new(Code::OutOfRange, "sheet.pre_strain", strain, limit).from("yarn.critical_stretch")
+                );
+            }
+            if !held {
+                return Err(Error::new(Code::NotInEquilibrium, "sheet.pre_strain", strain, 0.0).from("attachment.kind"));
+            }
+            // Segments of one line at one stretch pull alike only if their moduli are alike.
+            if self.yarn.stochastic && self.yarn.draw == Draw::Segment && self.modulus_sd(axis) > 0.0 {
+                return Err(Error::plain(Code::NotInEquilibrium, "yarn.draw").from("sheet.pre_strain"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The sizes of bars, and mirror planes through the middle of the fine part.
+    fn check_grading(&self) -> Result<(), Error> {
+        let grading = &self.sheet.grading;
+        if !grading.largest.is_power_of_two() && grading.largest != 0 {
+            let size = grading.largest.next_power_of_two();
+            return Err(Error::new(Code::OutOfRange, "sheet.grading.largest", grading.largest.into(), size.into()));
+        }
+        if !self.is_graded() {
+            return Ok(());
+        }
+        let Symmetry { mirror_x, mirror_y } = self.symmetry;
+        let [x, y] = grading.centre;
+        for (mirrored, centre, plane) in [(mirror_x, x, "symmetry.mirror_x"), (mirror_y, y, "symmetry.mirror_y")] {
+            if mirrored && centre != 0.0 {
+                return Err(Error::new(Code::NotSymmetric, "sheet.grading.centre", centre, 0.0).from(plane));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_projectile(&self) -> Result<(), Error> {
+        let body = &self.projectile;
+        shape::check(body, self.largest_spacing())?;
+        if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
+            positive("projectile.mass", body.mass)?;
+            let least = self.largest_mass();
+            if body.mass < least {
+                return Err(
+                    Error::new(Code::ProjectileTooLight, "projectile.mass", body.mass, least).from("sheet.node_mass")
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn check_stack(&self) -> Result<(), Error> {
+        let (Stack { plies, gap, turned }, back) = (self.stack, self.back.plies);
+        if back >= plies {
+            let refused = Error::new(Code::OutOfRange, "back.plies", f64::from(back), f64::from(plies) - 1.0);
+            return Err(refused.from("stack.plies"));
+        }
+        if plies == 1 {
+            return Ok(());
+        }
+        let limit = MAX_GAP * self.sheet.spacing;
+        if gap > limit {
+            return Err(Error::new(Code::OutOfRange, "stack.gap", gap, limit).from("sheet.spacing"));
+        }
+        // Half of the plies have their pre-tension along y.
+        if turned && self.sheet.pre_strain != [0.0; 2] && self.attachment.kind != AttachmentKind::FourSides {
+            return Err(Error::plain(Code::NotInEquilibrium, "stack.turned").from("attachment.kind"));
+        }
+        Ok(())
+    }
+
+    #[inline(never)] // Its half-spaces must not add to the stack of what is checked next.
+    fn check_attachment(&self) -> Result<(), Error> {
+        if self.attachment.kind != AttachmentKind::FourCorners {
+            return Ok(());
+        }
+        let radius = self.attachment.disc_radius;
+        let centre = weave::disc_centre(self);
+        if centre[0] <= radius || centre[1] <= radius {
+            let limit = math::min(centre[0], centre[1]);
+            return Err(Error::new(Code::DiscsOverlap, "attachment.disc_radius", radius, limit));
+        }
+        // The discs are clear of the projectile's bounding circle about the sheet's centre line where it starts.
+        let pose = crate::body::pose::Pose::of_sheet(&self.sheet);
+        let offset = pose.point_in(self.projectile.position);
+        let orientation = crate::body::pose::normalised(pose.orientation_in(self.projectile.orientation));
+        let reach = shape::reach_in_plane(&self.projectile, &orientation);
+        for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let gap = math::length([offset[0] - sx * centre[0], offset[1] - sy * centre[1], 0.0]) - reach;
+            if gap <= radius {
+                return Err(Error::new(Code::DiscTouchesProjectile, "attachment.disc_radius", radius, gap));
+            }
+        }
+        let nearest2 = weave::disc_to_nearest_node2(self);
+        if nearest2 > radius * radius {
+            return Err(Error::new(Code::HoldsNothing, "attachment.disc_radius", radius, math::sqrt(nearest2)));
+        }
+        Ok(())
+    }
+}
+
+/// Most segments that a check draws of each kind, and nodes that it looks for under the projectile.
+pub(crate) const LOOKED_AT: u64 = 1 << 13;
+
+/// How many of the drawn segments are looked at for the step.
+struct Look {
+    most: u64,
+    /// No segment was left out so far.
+    at_all: bool,
+}
+
+impl Look {
+    fn at(most: u64) -> Look {
+        Look { most, at_all: true }
+    }
+}
+
+/// What a fabric allows.
+#[derive(Clone, Copy)]
+struct Bounds {
+    /// 2/omega_max, s.
+    dt_crit: f64,
+    /// Largest accepted step, s.
+    step_max: f64,
+    /// k/m of the stiffest segments along x and along y, 1/s^2.
+    per_mass: [f64; 2],
+}
+
+/// The refusal of the back fabric, found where it stood in the place of the front one.
+fn of_back(error: Error) -> Error {
+    let field = match error.field {
+        "yarn.damage_slope" => "back.damage_slope",
+        "yarn.damage_intercept" => "back.damage_intercept",
+        field => field,
+    };
+    Error { field, ..error }
+}
+
+/// Refuses an option of the first list beside one of the second. Each by its name, and whether the scene has it.
+fn apart(first: &[(&'static str, bool)], second: &[(&'static str, bool)]) -> Result<(), Error> {
+    let asked = |options: &[(&'static str, bool)]| options.iter().find(|(_, has)| *has).map(|(field, _)| *field);
+    match (asked(first), asked(second)) {
+        (Some(field), Some(with)) => Err(Error::beside(field, with)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[cfg(not(feature = "implicit"))]
+    use crate::scene::parts::{Integrator, RotationRule};
+
+    #[test]
+    fn the_weakest_segment_must_bear_the_pre_tension_and_the_strongest_sets_the_step() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.pre_strain) = (21, 21, [0.0, 0.02]);
+        scene.yarn.stochastic = false;
+        let alike = scene.step_limits().unwrap().dt_crit;
+        (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (StrengthDraw::Weibull, 200.0);
+        let drawn = scene.step_limits().unwrap().dt_crit;
+        let strongest = (0..scene.segments()).map(|k| scene.draw_critical_stretch(k)).fold(1.0, f64::max);
+        let bound = |u: f64| 2.0 * (3.0 * u * u - 1.0) + 2.0 * (u * u - 1.0);
+        // omega^2 is proportional to the bound; the directions differ in their natural lengths alone, and alike in both sheets.
+        assert!((drawn / alike / math::sqrt(bound(1.03) / bound(strongest)) - 1.0).abs() < 1e-4, "{strongest}");
+        // Of 840 segments of shape 5 the weakest has a scale of 840^(-1/5).
+        scene.yarn.weibull_shape = 5.0;
+        let error = scene.step_limits().unwrap_err();
+        assert_eq!((error.code, error.field, error.value), (Code::OutOfRange, "sheet.pre_strain", 0.02));
+        scene.sheet.pre_strain = [0.0; 2];
+        scene.step_limits().unwrap();
+    }
+
+    #[test]
+    fn presets_are_sound() {
+        for scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
+            scene.check().unwrap();
+            let limits = scene.step_limits().unwrap();
+            assert!(limits.dt > 1.9e-8 && limits.dt < 2.12e-8);
+        }
+        assert_eq!(Scene::sheet_3in_sphere().segments(), 21_840);
+        assert_eq!(Scene::sheet_10in_cylinder().segments(), 244_300);
+    }
+
+    #[test]
+    fn uniform_step_limit() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.yarn.stochastic = false;
+        let limits = scene.step_limits().unwrap();
+        assert!((limits.dt_crit / 5.289994e-8 - 1.0).abs() < 1e-6);
+        assert!((limits.step_max / 2.644997e-8 - 1.0).abs() < 1e-6);
+        scene.time_step = TimeStep::seconds(2.7e-8);
+        let error = scene.step_limits().unwrap_err();
+        assert_eq!((error.code, error.field), (Code::StepTooLarge, "time_step.seconds"));
+        assert_eq!(error.limit, limits.step_max);
+        scene.step_check = StepCheck::None;
+        assert!(scene.step_limits().is_ok());
+    }
+
+    /// Of a net with twice the stiffness along y the motion along y sets the limit, with its share of the yarns along x.
+    #[test]
+    fn step_limit_of_unlike_directions() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.yarn.stochastic = false;
+        let omega2 = |scene: &Scene| {
+            let dt_crit = scene.step_limits().unwrap().dt_crit;
+            4.0 / (dt_crit * dt_crit) * scene.sheet.node_mass / (scene.yarn.modulus_mean * scene.sheet.yarn_area)
+                * scene.sheet.spacing
+        };
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+        let (long, cross) = (2.0 * (3.0 * 1.03 * 1.03 - 1.0), 2.0 * (1.03 * 1.03 - 1.0));
+        close(omega2(&scene), long + cross);
+        scene.sheet.yarn_area_y = 2.0 * scene.sheet.yarn_area;
+        close(omega2(&scene), 2.0 * long + cross);
+        scene.sheet.spacing_y = 1.5 * scene.sheet.spacing;
+        close(omega2(&scene), 2.0 / 1.5 * long + cross);
+        scene.sheet.crimp = [0.0, 1.0];
+        close(omega2(&scene), long + 2.0 / 3.0 * cross);
+        scene.sheet.crimp = [0.0; 2];
+        scene.sheet.pre_strain = [0.02, 0.0];
+        close(omega2(&scene), 2.0 / 1.5 * long + 1.02 * cross);
+        scene.weft =
+            crate::Weft { modulus_mean: 280.42e9, damage_intercept: 50.0, critical_stretch: 1.1, ..scene.weft };
+        close(omega2(&scene), 4.0 / 1.5 * 2.0 * (3.0 * 1.1 * 1.1 - 1.0) + 1.02 * cross);
+    }
+
+    #[test]
+    #[cfg(not(feature = "implicit"))]
+    fn a_build_without_the_theta_rule_refuses_it() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.integrator = Integrator::THETA;
+        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "integrator.kind"));
+        scene.integrator = Integrator::VERLET;
+        scene.rotation_rule = RotationRule::theta(0.5);
+        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "rotation_rule.kind"));
+    }
+}

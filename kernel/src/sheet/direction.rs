@@ -1,0 +1,185 @@
+//! What the segments of one direction have in common: how they lie at rest, their law and their mean constants.
+//!
+//! Reference: docs/model.md, "Unlike directions, crimp and pre-tension".
+
+use crate::ground::planes::Axis;
+use crate::scene::parts::Scene;
+use crate::sheet::draw::Arrangement;
+use crate::yarn::law::{DamageLaw, Rest, Viscosity};
+
+/// Constants of the horizontal or of the vertical segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction {
+    /// How they lie in the flat sheet.
+    pub rest: Rest,
+    /// Their damage law; of drawn strength that of the sheet's weakest segment.
+    pub law: DamageLaw,
+    /// q at its critical stretch: none of them is damaged below.
+    pub critical: f64,
+    /// Undamaged stiffness kk = E A_0 dt^2/(2 m h l) of the mean segment.
+    pub stiffness: f64,
+    /// Damage rate of the mean segment.
+    pub damage_rate: f64,
+    /// Modulus over kk, Pa.
+    pub modulus_per_stiffness: f64,
+    /// Volume A_0 l of a segment over that of a horizontal one, of the front fabric.
+    pub volume: f64,
+    /// Their viscosity.
+    pub viscosity: Viscosity,
+}
+
+impl Direction {
+    /// No constants: a place for them.
+    pub(crate) const NOTHING: Direction = Direction {
+        rest: Rest::PLAIN,
+        law: DamageLaw { critical_stretch: 0.0, a: 0.0, b: 0.0, alpha_fail: 0.0 },
+        critical: 0.0,
+        stiffness: 0.0,
+        damage_rate: 0.0,
+        modulus_per_stiffness: 0.0,
+        volume: 0.0,
+        viscosity: Viscosity::NONE,
+    };
+
+    /// Constants of the segments of one direction for passes of dt, s. `unit`: volume of a horizontal segment of the front fabric, in
+    /// m^2 and spacings.
+    fn of(scene: &Scene, axis: Axis, dt: f64, unit: f64) -> Direction {
+        let h = scene.sheet.spacing;
+        let (rest, law, mean) = (rest_of(scene, axis), scene.damage_law(axis), scene.mean_segment(axis));
+        // kk = E A_0 dt^2 / (2 m h l); plies cancel.
+        let modulus_per_stiffness = 2.0 * scene.sheet.node_mass * (h * rest.length) / (scene.yarn_area(axis) * dt * dt);
+        let (critical, stiffness) = (law.critical_twice_strain(), mean.modulus / modulus_per_stiffness);
+        Direction {
+            rest,
+            law,
+            critical,
+            stiffness,
+            damage_rate: mean.damage_rate,
+            modulus_per_stiffness,
+            volume: volume_of(scene, axis) / unit,
+            viscosity: Viscosity::of(scene.viscosity(), stiffness, critical),
+        }
+    }
+}
+
+/// How the segments of a direction lie at rest.
+fn rest_of(scene: &Scene, axis: Axis) -> Rest {
+    Rest::of(scene.spacing(axis) / scene.sheet.spacing, scene.rest_stretch(axis))
+}
+
+/// Volume A_0 l of a segment, m^2 and spacings.
+fn volume_of(scene: &Scene, axis: Axis) -> f64 {
+    scene.yarn_area(axis) * rest_of(scene, axis).length
+}
+
+/// Warp and weft of one fabric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fabric {
+    /// Of a ply that is not turned, along x: the warp.
+    pub horizontal: Direction,
+    /// Along y: the weft.
+    pub vertical: Direction,
+    /// Whether all segments lie at their natural length, the same along x and y, with the same critical stretch, as in the paper.
+    pub plain: bool,
+}
+
+/// Horizontal and vertical segments of every ply.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Directions {
+    /// Those of the sheet, or of a stack's first plies.
+    pub front: Fabric,
+    /// Those of the last plies, where they are of another fabric.
+    pub back: Fabric,
+    /// How the plies differ.
+    plies: Arrangement,
+}
+
+impl Directions {
+    /// No constants: a place for them.
+    pub(crate) const NOTHING: Directions =
+        Directions { front: Fabric::NOTHING, back: Fabric::NOTHING, plies: Arrangement::SINGLE };
+
+    /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller. `of_back`:
+    /// the same scene, of which that of the back fabric is made.
+    pub(crate) fn derive(&mut self, scene: &Scene, dt: f64, of_back: &mut Scene) {
+        let unit = volume_of(scene, Axis::Horizontal);
+        self.plies = scene.arrangement();
+        self.front.derive(scene, dt, unit);
+        if scene.back.plies > 0 {
+            of_back.become_back();
+            self.back.derive(of_back, dt, unit);
+        }
+    }
+
+    /// Goes over to passes of half the time, or back: all factors are powers of two, so nothing is rounded.
+    pub(crate) fn use_half_steps(&mut self, halves: bool) {
+        let factor = if halves { 0.25 } else { 4.0 };
+        let Directions { front, back, .. } = self;
+        for direction in [&mut front.horizontal, &mut front.vertical, &mut back.horizontal, &mut back.vertical] {
+            direction.modulus_per_stiffness /= factor;
+            direction.stiffness *= factor;
+            direction.viscosity = direction.viscosity.of_pass(if halves { 0.5 } else { 2.0 });
+        }
+    }
+
+    /// What segments along x and along y have in common in a ply, which may be turned by 90 degrees.
+    pub(crate) fn of_ply(&self, ply: usize) -> Along<'_> {
+        let Fabric { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };
+        let (horizontal, vertical) =
+            if self.plies.is_turned(ply) { (vertical, horizontal) } else { (horizontal, vertical) };
+        Along { horizontal, vertical, plain: *plain }
+    }
+
+    /// Whether a ply is of the back fabric.
+    pub(crate) fn is_back(&self, ply: usize) -> bool {
+        self.plies.is_back(ply)
+    }
+
+    /// Whether segments pull in the flat sheet. What pre-tension there is all plies have.
+    pub fn are_tense(&self) -> bool {
+        self.front.horizontal.rest.twice_strain > 0.0 || self.front.vertical.rest.twice_strain > 0.0
+    }
+}
+
+impl Fabric {
+    /// No constants: a place for them.
+    const NOTHING: Fabric = Fabric { horizontal: Direction::NOTHING, vertical: Direction::NOTHING, plain: true };
+
+    #[inline(never)]
+    fn derive(&mut self, scene: &Scene, dt: f64, unit: f64) {
+        self.horizontal = Direction::of(scene, Axis::Horizontal, dt, unit);
+        self.vertical = Direction::of(scene, Axis::Vertical, dt, unit);
+        let Fabric { horizontal, vertical, .. } = self;
+        let at_rest = horizontal.rest == Rest::PLAIN && vertical.rest == Rest::PLAIN;
+        self.plain = at_rest && horizontal.critical == vertical.critical;
+    }
+
+    /// Of drawn strength the law becomes that of the weakest segment.
+    pub(crate) fn weaken(&mut self, weakest: f64) {
+        for direction in [&mut self.horizontal, &mut self.vertical] {
+            direction.law = direction.law.at(weakest);
+            direction.critical = direction.law.critical_twice_strain();
+        }
+    }
+}
+
+/// The directions of one ply.
+#[derive(Clone, Copy)]
+pub struct Along<'a> {
+    /// Of the segments along x.
+    pub horizontal: &'a Direction,
+    /// Of the segments along y.
+    pub vertical: &'a Direction,
+    /// [`Fabric::plain`].
+    pub plain: bool,
+}
+
+impl<'a> Along<'a> {
+    /// That of an axis.
+    pub fn along(&self, axis: Axis) -> &'a Direction {
+        match axis {
+            Axis::Horizontal => self.horizontal,
+            Axis::Vertical => self.vertical,
+        }
+    }
+}

@@ -1,0 +1,9 @@
+pub mod check;
+pub mod direction;
+pub mod draw;
+pub mod grading;
+pub mod places;
+pub mod sweep;
+pub mod symmetry;
+pub mod textile;
+pub mod weave;

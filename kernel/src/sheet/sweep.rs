@@ -1,0 +1,588 @@
+//! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of contact.
+//!
+//! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. A segment's
+//! force by the yarn law (`yarn.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h l), is the change of velocity that it
+//! gives its first node. No root and no division below the critical stretch.
+//! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
+//! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.
+//! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
+//! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
+//! (`grading.rs`), whose bars and nodes differ by column and row.
+//! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
+//! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
+
+use crate::ground::lanes::{self, InstructionSet, Job, Lane};
+use crate::ground::planes::{
+    self, AT_REST, Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, RATE_PLANES,
+    STRENGTH_PLANES, YARN_PLANES, vertical_axes,
+};
+use crate::ground::ranges;
+use crate::sheet::direction::Along;
+use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
+use crate::yarn::law::{self, DamageLaw, LOST};
+use crate::yarn::rate::Rates;
+use crate::yarn::toe::{NO_TOE, Toe};
+
+/// What one pass met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// Segments whose alpha became 0.
+    pub newly_failed: u64,
+    /// A strain beyond [`LOST`], or none at all, was met.
+    pub non_finite: bool,
+}
+
+/// Where a row's segments find their constants.
+#[derive(Clone, Copy)]
+pub struct YarnRow<'a> {
+    /// Stiffness and damage rate.
+    pub constants: Constants<'a>,
+    /// Chunks of own critical stretches, horizontal and vertical; empty where all have that of the law.
+    pub strength: &'a [Chunk<STRENGTH_PLANES>],
+    /// Chunks of logarithms of the rate, horizontal and vertical; empty where yarn does not depend on it.
+    pub logarithms: &'a [Chunk<RATE_PLANES>],
+}
+
+/// Stiffness and damage rate of a row's segments.
+#[derive(Clone, Copy)]
+pub enum Constants<'a> {
+    /// All of a direction alike.
+    Uniform(Along<'a>),
+    /// Chunks of [kh, kv, lambda_h, lambda_v].
+    Stochastic(&'a [Chunk<YARN_PLANES>]),
+}
+
+impl YarnRow<'_> {
+    /// Undamaged stiffness and damage rate of the segment that starts at column i; zero stiffness where none exists.
+    pub fn constants(&self, axis: Axis, i: usize) -> (f64, f64) {
+        match self.constants {
+            Constants::Uniform(directions) => {
+                let direction = directions.along(axis);
+                (direction.stiffness, direction.damage_rate)
+            }
+            Constants::Stochastic(row) => {
+                let at = |plane: usize| planes::get(row, axis as usize + plane, i).unwrap_or(0.0);
+                (at(0), at(2))
+            }
+        }
+    }
+
+    /// The critical stretch of that segment. `law`: what all share.
+    pub fn critical_stretch(&self, law: &DamageLaw, axis: Axis, i: usize) -> f64 {
+        planes::get(self.strength, axis as usize, i).unwrap_or(law.critical_stretch)
+    }
+}
+
+/// Constants of the pass.
+#[derive(Clone, Copy)]
+pub struct Pass<'a> {
+    /// Horizontal segments in a row.
+    pub horizontals: usize,
+    /// Vertical segments above a row.
+    pub verticals: usize,
+    /// What the segments of a direction have in common.
+    pub directions: Along<'a>,
+    /// The toe of marked segments.
+    pub toe: Toe,
+    /// Bars and widths of a graded network.
+    pub net: &'a Net<'a>,
+    /// Dependence on the rate of strain.
+    pub rates: &'a Rates,
+    /// Whether rows are fetched from memory ahead of their turn; changes the speed, not the bits.
+    pub fetches: bool,
+    /// Instruction set; changes the speed, not the bits.
+    pub instructions: InstructionSet,
+}
+
+/// Sum of a node's four forces, in the order that everything keeps.
+#[inline(always)]
+pub fn node_sum<L: Lane>(right: L, left: L, up: L, down: L) -> L {
+    with_vertical(right, left, up.sub(down))
+}
+
+/// (M22) Sum of the forces of a graded network's node over its mass: `inverse_widths` of its column and its row.
+#[inline(always)]
+pub fn graded_sum<L: Lane>(right: L, left: L, up: L, down: L, inverse_widths: [L; 2]) -> L {
+    graded_with_vertical(right, left, up.sub(down), inverse_widths)
+}
+
+/// The same where up - down is known.
+#[inline(always)]
+fn graded_with_vertical<L: Lane>(right: L, left: L, vertical: L, [column, row]: [L; 2]) -> L {
+    right.sub(left).mul(column).add(vertical.mul(row))
+}
+
+/// [`node_sum`] where up - down is known.
+#[inline(always)]
+fn with_vertical<L: Lane>(right: L, left: L, vertical: L) -> L {
+    right.sub(left).add(vertical)
+}
+
+/// A row to be stepped.
+pub struct Row<'a> {
+    /// Constants of the pass.
+    pub pass: &'a Pass<'a>,
+    /// Its number.
+    pub j: usize,
+    /// Its hot chunks.
+    pub row: &'a mut [Chunk<HOT_PLANES>],
+    /// Its history.
+    pub history: &'a mut [Chunk<HISTORY_PLANES>],
+    /// The row above, empty for the top row.
+    pub above: &'a [Chunk<HOT_PLANES>],
+    /// The vertical forces from the row below, replaced by those to the row above.
+    pub carry: &'a mut [Chunk<CARRY_PLANES>],
+    /// Constants of its segments.
+    pub yarn: &'a YarnRow<'a>,
+    /// Its toe's marks, empty for no toe.
+    pub marks: &'a [Chunk<MARK_PLANES>],
+}
+
+/// [`Row::step`] as a job for the lanes. PLAIN: [`Directions::plain`], without grading; GRADED: with it; FACTOR: what the stiffnesses
+/// are multiplied by; FETCH: whether it asks for [`Pass::fetches`].
+struct RowJob<'a, const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool = true>(Row<'a>);
+
+/// Nothing.
+const NONE: u8 = 0;
+/// The toe's factor.
+const TOE: u8 = 1;
+/// That of the rate.
+const RATE: u8 = 2;
+
+/// How many chunks a row is fetched ahead: 4 KiB, some 100 ns of work.
+const AHEAD: usize = 8;
+
+/// Marks of no toe.
+const NO_MARKS: Chunk<MARK_PLANES> = [[NO_TOE; CHUNK]; MARK_PLANES];
+
+/// What stands above the top row and to the right of the last chunk: nothing that moves, held by segments of no stiffness.
+pub(crate) const NOTHING: Chunk<HOT_PLANES> = [[0.0; CHUNK]; HOT_PLANES];
+
+/// Columns of no grading.
+const NO_GRADING: Chunk<LINE_PLANES> = [[1.0; CHUNK]; LINE_PLANES];
+
+impl Row<'_> {
+    /// Steps the row. Returns what was met, and the least and greatest y displacement.
+    #[inline(always)] // A copy of the row would be read before its stores are done: 20 ns.
+    pub fn step(self) -> (Report, [f64; 2]) {
+        let set = self.pass.instructions;
+        // A dependence on the rate excludes the toe and grading.
+        match (self.pass.directions.plain, self.pass.net.columns.is_empty(), self.marks.is_empty()) {
+            _ if !self.yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
+            // The commonest path is compiled apart for sheets that lie in the caches.
+            (true, true, true) if !self.pass.fetches => lanes::dispatch(set, RowJob::<true, false, NONE, false>(self)),
+            (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
+            (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(self)),
+            (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),
+            (false, true, false) => lanes::dispatch(set, RowJob::<false, false, TOE>(self)),
+            (_, false, true) => lanes::dispatch(set, RowJob::<false, true, NONE>(self)),
+            (_, false, false) => lanes::dispatch(set, RowJob::<false, true, TOE>(self)),
+        }
+    }
+}
+
+impl Pass<'_> {
+    /// The vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and
+    /// no damage is committed. For a band that starts at `above`.
+    #[allow(clippy::too_many_arguments)] // What the row's blocks are.
+    pub fn lift(
+        &self,
+        j: usize,
+        row: &[Chunk<HOT_PLANES>],
+        history: &[Chunk<HISTORY_PLANES>],
+        above: &[Chunk<HOT_PLANES>],
+        carry: &mut [Chunk<CARRY_PLANES>],
+        yarn: &YarnRow<'_>,
+        marks: &[Chunk<MARK_PLANES>],
+    ) {
+        lanes::dispatch(self.instructions, LiftJob { pass: self, j, row, history, above, carry, yarn, marks });
+    }
+}
+
+/// [`Pass::lift`] as a job for the lanes.
+struct LiftJob<'a> {
+    pass: &'a Pass<'a>,
+    j: usize,
+    row: &'a [Chunk<HOT_PLANES>],
+    history: &'a [Chunk<HISTORY_PLANES>],
+    above: &'a [Chunk<HOT_PLANES>],
+    carry: &'a mut [Chunk<CARRY_PLANES>],
+    yarn: &'a YarnRow<'a>,
+    marks: &'a [Chunk<MARK_PLANES>],
+}
+
+impl Job for LiftJob<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(self) {
+        let LiftJob { pass, j, row, history, above, carry, yarn, marks } = self;
+        let upwards = pass.directions.vertical;
+        let dependent = !yarn.logarithms.is_empty();
+        let limit = L::splat(if dependent { pass.rates.limits[1] } else { upwards.critical });
+        let rest = pass.net.row(j).upwards(&upwards.rest);
+        let report = Report::default();
+        let mut cold = Cold { pass, yarn, horizontal_end: 0, vertical_end: pass.verticals, report };
+        let rows = row.iter().zip(above).zip(history).zip(carry);
+        for (c, (((here, above), [_, history]), carry)) in rows.enumerate() {
+            let [[ux, uy, uz, .., kv], [ax, ay, az, ..]] = [here, above];
+            let [cx, cy, cz] = carry;
+            for g in 0..CHUNK / L::WIDTH {
+                let d = [
+                    L::load(&L::groups(ax)[g]).sub(L::load(&L::groups(ux)[g])),
+                    L::load(&L::groups(ay)[g]).sub(L::load(&L::groups(uy)[g])),
+                    L::load(&L::groups(az)[g]).sub(L::load(&L::groups(uz)[g])),
+                ];
+                // Of a plain segment these are the bits of its own functions.
+                let q = rest.twice_strain(vertical_axes(d));
+                let mut stiffness = L::load(&L::groups(kv)[g]);
+                let largest = L::load(&L::groups(history)[g]);
+                if q.any_not_below(limit) && q.any_above(largest) {
+                    let place = Place { first: c * CHUNK + g * L::WIDTH, end: pass.verticals, axis: Axis::Vertical };
+                    let (mut copy, mut damaged) = (L::ZEROS, L::ZEROS);
+                    largest.store(&mut copy);
+                    stiffness.store(&mut damaged);
+                    cold.damage(q, place, &mut copy, &mut damaged);
+                    stiffness = L::load(&damaged);
+                }
+                if let Some([_, mark]) = marks.get(c) {
+                    stiffness = stiffness.mul(pass.toe.factor(q, L::load(&L::groups(mark)[g])));
+                }
+                if let Some([_, logarithm]) = yarn.logarithms.get(c) {
+                    stiffness = stiffness.mul(pass.rates.stiffening(L::load(&L::groups(logarithm)[g])));
+                }
+                let lift = vertical_axes(rest.force(law::stress(stiffness, q), vertical_axes(d)));
+                lift[0].store(&mut L::groups_mut(cx)[g]);
+                lift[1].store(&mut L::groups_mut(cy)[g]);
+                lift[2].store(&mut L::groups_mut(cz)[g]);
+            }
+        }
+    }
+}
+
+impl<const PLAIN: bool, const GRADED: bool, const FACTOR: u8, const FETCH: bool> Job
+    for RowJob<'_, PLAIN, GRADED, FACTOR, FETCH>
+{
+    type Output = (Report, [f64; 2]);
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> (Report, [f64; 2]) {
+        let Row { pass, j, row, history, above, carry, yarn, marks } = self.0;
+        let net = if GRADED { pass.net.row(j) } else { NetRow::NONE };
+        let mut cold = Cold {
+            pass,
+            yarn,
+            horizontal_end: pass.horizontals,
+            vertical_end: if above.is_empty() { 0 } else { pass.verticals },
+            report: Report::default(),
+        };
+        let zero = L::splat(0.0);
+        let Along { horizontal, vertical, .. } = pass.directions;
+        let limits = if FACTOR == RATE { pass.rates.limits } else { [horizontal.critical, vertical.critical] };
+        let limits = [L::splat(limits[0]), L::splat(limits[1])];
+        let mut along = Carried::<L> { limits, left_force: [zero; 3], low: zero, high: zero };
+        let mut rest = row;
+        for (c, (history, carry)) in history.iter_mut().zip(carry).enumerate() {
+            let Some((chunk, tail)) = rest.split_first_mut() else { break };
+            let above = above.get(c).unwrap_or(&NOTHING);
+            // The pass reads three planes of the row above and leaves out five, which a processor does not take for a stream that
+            // it should fetch by itself. All eight are fetched together: the next row needs the other five.
+            if FETCH && pass.fetches {
+                lanes::fetch(above, AHEAD);
+            }
+            // To the right of the last group: the next chunk's first, or zeros of no consequence.
+            let next = tail.first().unwrap_or(&NOTHING);
+            let factors = match FACTOR {
+                TOE => marks.get(c).unwrap_or(&NO_MARKS),
+                RATE => yarn.logarithms.get(c).unwrap_or(&NO_MARKS),
+                _ => &NO_MARKS,
+            };
+            let mut planes = Planes { chunk, history, above, carry, factors, next, column: c * CHUNK };
+            // Written out, so that every place in the chunk is a constant. No lane that is run here has another width.
+            match CHUNK / L::WIDTH {
+                1 => along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net),
+                2 => {
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
+                }
+                _ => {
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 0, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 1, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 2, &mut cold, &net);
+                    along.group::<PLAIN, GRADED, FACTOR>(&mut planes, 3, &mut cold, &net);
+                }
+            }
+            rest = tail;
+        }
+        (cold.report, [least(along.low), greatest(along.high)])
+    }
+}
+
+/// Eight columns of everything a row needs.
+struct Planes<'a> {
+    chunk: &'a mut Chunk<HOT_PLANES>,
+    history: &'a mut Chunk<HISTORY_PLANES>,
+    above: &'a Chunk<HOT_PLANES>,
+    carry: &'a mut Chunk<CARRY_PLANES>,
+    /// What the factors of the stiffnesses follow from: marks of the toe, or logarithms of the rate.
+    factors: &'a Chunk<MARK_PLANES>,
+    /// The chunk behind this one.
+    next: &'a Chunk<HOT_PLANES>,
+    /// First column.
+    column: usize,
+}
+
+/// What is carried along a row from one lane group to the next: all in registers, so nothing here may be lent to a function
+/// that is not inlined.
+struct Carried<L> {
+    /// q at the critical stretch of horizontal and vertical segments.
+    limits: [L; 2],
+    left_force: [L; 3],
+    low: L,
+    high: L,
+}
+
+/// What only the cold path needs.
+struct Cold<'a> {
+    pass: &'a Pass<'a>,
+    yarn: &'a YarnRow<'a>,
+    /// Horizontal segments start before this column.
+    horizontal_end: usize,
+    /// Vertical segments start before this column.
+    vertical_end: usize,
+    report: Report,
+}
+
+impl<L: Lane> Carried<L> {
+    /// One lane group: damage, forces, velocity and position. The two segments are worked on side by side, so that a processor has
+    /// two chains of operations to overlap, and share one test for damage. (No closures and no array maps: they would not be
+    /// compiled for the instruction set.)
+    #[inline(always)]
+    fn group<const PLAIN: bool, const GRADED: bool, const FACTOR: u8>(
+        &mut self,
+        planes: &mut Planes<'_>,
+        g: usize,
+        cold: &mut Cold<'_>,
+        net: &NetRow<'_>,
+    ) {
+        let columns = net.columns.get(planes.column / CHUNK).unwrap_or(&NO_GRADING);
+        let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
+        let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
+        let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
+        let [ax, ay, az, ..] = planes.above;
+        let (ax, ay, az) = (L::groups(ax), L::groups(ay), L::groups(az));
+        let [cx, cy, cz] = &mut *planes.carry;
+        let (cx, cy, cz) = (L::groups_mut(cx), L::groups_mut(cy), L::groups_mut(cz));
+        let [history_h, history_v] = &mut *planes.history;
+        let (history_h, history_v) = (L::groups_mut(history_h), L::groups_mut(history_v));
+        let here = [L::load(&L::groups(ux)[g]), L::load(&L::groups(uy)[g]), L::load(&L::groups(uz)[g])];
+        let next = planes.next;
+        let column = planes.column + g * L::WIDTH;
+
+        let up = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
+        let along = [
+            right_of(here[0], ux, &next[0], g).sub(here[0]),
+            right_of(here[1], uy, &next[1], g).sub(here[1]),
+            right_of(here[2], uz, &next[2], g).sub(here[2]),
+        ];
+        let Along { horizontal, vertical, .. } = cold.pass.directions;
+        let (q_v, q_h) = if PLAIN {
+            (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
+        } else if GRADED {
+            let (rest_h, rest_v) =
+                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
+            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
+        } else {
+            (vertical.rest.twice_strain(vertical_axes(up)), horizontal.rest.twice_strain(along))
+        };
+        let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
+        let some_beyond = if PLAIN {
+            q_v.any_not_below_either(q_h, limit_h)
+        } else {
+            q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
+        };
+        if some_beyond {
+            if q_h.any_not_below(limit_h) && q_h.any_above(L::load(&history_h[g])) {
+                let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
+                cold.damage(q_h, place, &mut history_h[g], &mut kh[g]);
+            }
+            if q_v.any_not_below(limit_v) && q_v.any_above(L::load(&history_v[g])) {
+                let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
+                cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
+            }
+        }
+        let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
+        let [factor_h, factor_v] = planes.factors;
+        if FACTOR == TOE {
+            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
+        }
+        if FACTOR == RATE {
+            let rates = cold.pass.rates;
+            kh = kh.mul(rates.stiffening(L::load(&L::groups(factor_h)[g])));
+            kv = kv.mul(rates.stiffening(L::load(&L::groups(factor_v)[g])));
+        }
+        let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
+        let (lift, force) = if PLAIN {
+            (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
+        } else if GRADED {
+            let (rest_h, rest_v) =
+                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
+            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
+        } else {
+            (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
+        };
+        let lift = vertical_axes(lift);
+        let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
+
+        let left = [
+            force[0].left_of(self.left_force[0]),
+            force[1].left_of(self.left_force[1]),
+            force[2].left_of(self.left_force[2]),
+        ];
+        let y;
+        if GRADED {
+            let column = L::load(&L::groups(&columns[INVERSE_WIDTH])[g]);
+            let widths = [column, L::splat(net.inverse_width)];
+            let sum = [
+                graded_with_vertical(force[0], left[0], vertical[0], widths),
+                graded_with_vertical(force[1], left[1], vertical[1], widths),
+                graded_with_vertical(force[2], left[2], vertical[2], widths),
+            ];
+            move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+            y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+            move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+        } else {
+            move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
+            y = move_along(
+                here[1],
+                with_vertical(force[1], left[1], vertical[1]),
+                &mut vy[g],
+                &mut L::groups_mut(uy)[g],
+            );
+            move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+        }
+        self.low = y.min(self.low);
+        self.high = y.max(self.high);
+        self.left_force = force;
+    }
+}
+
+/// The right-hand neighbours of group g: from the same plane, or with the first of the chunk behind.
+#[inline(always)]
+pub(crate) fn right_of<L: Lane>(here: L, plane: &[f64; CHUNK], next: &[f64; CHUNK], g: usize) -> L {
+    if g + 1 < CHUNK / L::WIDTH { L::load_right(plane, g) } else { here.right_of(L::load(&L::groups(next)[0])) }
+}
+
+/// up - down: the vertical part of a node's sum. Leaves `up` in the carry, as what the row above calls down.
+#[inline(always)]
+fn hand_on<L: Lane>(up: L, carry: &mut L::Group) -> L {
+    let vertical = up.sub(L::load(carry));
+    up.store(carry);
+    vertical
+}
+
+/// (M7) v <- v + a, u <- u + v along one axis. Returns the new u.
+#[inline(always)]
+fn move_along<L: Lane>(here: L, sum: L, v: &mut L::Group, u: &mut L::Group) -> L {
+    let velocity = L::load(v).add(sum).or_zero_below(L::splat(AT_REST));
+    velocity.store(v);
+    let moved = here.add(velocity);
+    moved.store(u);
+    moved
+}
+
+/// Smallest number of a lane group, or 0.
+#[inline(always)]
+fn least<L: Lane>(lanes: L) -> f64 {
+    let mut group = L::ZEROS;
+    lanes.store(&mut group);
+    ranges::least(group.as_mut())
+}
+
+/// Greatest number of a lane group, or 0.
+#[inline(always)]
+pub(crate) fn greatest<L: Lane>(lanes: L) -> f64 {
+    let mut group = L::ZEROS;
+    lanes.store(&mut group);
+    ranges::greatest(group.as_mut())
+}
+
+/// Which segments a lane group holds.
+#[derive(Clone, Copy)]
+struct Place {
+    /// Column of the first.
+    first: usize,
+    /// Segments exist up to this column.
+    end: usize,
+    /// Direction.
+    axis: Axis,
+}
+
+impl Cold<'_> {
+    /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
+    #[cold]
+    #[inline(never)]
+    fn damage<L: Lane>(&mut self, q: L, place: Place, history: &mut L::Group, stiffness: &mut L::Group) {
+        let mut strains = L::ZEROS;
+        q.store(&mut strains);
+        let slots = history.as_mut().iter_mut().zip(stiffness.as_mut());
+        for (lane, (&q, (history, stiffness))) in strains.as_ref().iter().zip(slots).enumerate() {
+            let column = place.first + lane;
+            if column < place.end {
+                let met = self.pass.damage_segment(q, self.yarn, place.axis, column, history, stiffness);
+                self.report.add(met);
+            }
+        }
+    }
+}
+
+impl Pass<'_> {
+    /// Only a new maximum of q changes anything: alpha is a function of the largest q, so the exponential runs only then. The
+    /// history of drawn strength begins at the segment's own critical q, so no other test is needed here.
+    fn damage_segment(
+        &self,
+        q: f64,
+        yarn: &YarnRow<'_>,
+        axis: Axis,
+        column: usize,
+        history: &mut f64,
+        stiffness: &mut f64,
+    ) -> Report {
+        let usable = q <= LOST || q <= *history;
+        if !usable {
+            return Report::LOST;
+        }
+        let law = &self.directions.along(axis).law;
+        let q = match planes::get(yarn.logarithms, axis as usize, column) {
+            Some(logarithm) => self.rates.seen(q, logarithm),
+            None => q,
+        };
+        if !law.is_damaging(q, *history) {
+            return Report::default();
+        }
+        let failed_before = *stiffness == 0.0;
+        let (undamaged, damage_rate) = yarn.constants(axis, column);
+        let damage = law.at(yarn.critical_stretch(law, axis, column)).damage(damage_rate, q);
+        *stiffness = damage.alpha * undamaged;
+        // A failed segment never comes here again: no q is above its history.
+        *history = damage.history;
+        Report { newly_failed: u64::from(damage.alpha == 0.0 && !failed_before), non_finite: false }
+    }
+}
+
+impl Report {
+    /// A state that cannot be stepped.
+    pub(crate) const LOST: Report = Report { newly_failed: 0, non_finite: true };
+
+    fn add(&mut self, other: Report) {
+        self.newly_failed += other.newly_failed;
+        self.non_finite |= other.non_finite;
+    }
+
+    /// Both reports together.
+    pub fn merged(mut self, other: Report) -> Report {
+        self.add(other);
+        self
+    }
+}

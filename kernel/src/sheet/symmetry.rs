@@ -1,0 +1,206 @@
+//! Mirror planes: half and quarter models of a sheet whose yarn is alike everywhere and whose hit is centred.
+//!
+//! Method: of a mirrored line of N nodes the first (N + 1)/2 are modelled. The segment that crosses or leaves the plane ends
+//! at an image node: of the node before the one on the plane for odd N, of the last node itself for even N. An image has the
+//! displacement of its node with the sign of the component across the plane turned. A node on the plane with whole mass and
+//! both neighbours moves as one with half mass and half in-plane stiffness; a whole crossing segment pulls as its half whose
+//! end is fixed across the plane. Every expression is the whole sheet's, and so, but for contact's order of sums, are the bits.
+//! In sums a node counts as often as it has images in the whole sheet (2 or 1 along each line), likewise a segment.
+//! Limits: symmetric solutions only. A whole sheet leaves symmetry by rounding soon after the first failure.
+//! Reference: docs/model.md, "Symmetry planes".
+
+use crate::body::pose::{Vector, into_body};
+use crate::body::projectile::Body;
+use crate::body::shape::Solid;
+use crate::ground::error::{Code, Error};
+use crate::scene::parts::{AttachmentKind, Symmetry};
+
+/// The nodes along one direction of the sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Nodes of the whole sheet, at least 2.
+    pub nodes: u32,
+    /// Whether a mirror plane cuts it in the middle.
+    pub mirrored: bool,
+}
+
+impl Line {
+    /// Nodes modelled: the first half and a node on the plane.
+    pub fn modelled(self) -> usize {
+        let nodes = self.nodes as usize;
+        if self.mirrored { nodes.div_ceil(2) } else { nodes }
+    }
+
+    /// Segments modelled along the line: one from every modelled node, except the last of a line without mirror.
+    pub fn segments(self) -> usize {
+        self.stored().saturating_sub(1)
+    }
+
+    /// Places along the line: the modelled nodes, and the image behind the plane.
+    pub fn stored(self) -> usize {
+        self.modelled() + usize::from(self.mirrored)
+    }
+
+    /// The modelled node that a place shows, and whether it shows its image.
+    pub fn node(self, place: usize) -> (usize, bool) {
+        let modelled = self.modelled();
+        if self.mirrored && place >= modelled {
+            (modelled.saturating_sub(if self.odd() { 2 } else { 1 }), true)
+        } else {
+            (place, false)
+        }
+    }
+
+    /// How often node i appears in the whole line.
+    pub fn node_weight(self, i: usize) -> f64 {
+        if !self.mirrored || (self.odd() && i + 1 == self.modelled()) { 1.0 } else { 2.0 }
+    }
+
+    /// How often the segment from node i appears in the whole line; 0 if it is itself an image of the one before.
+    pub fn segment_weight(self, i: usize) -> f64 {
+        match (self.mirrored, i + 1 == self.modelled()) {
+            (false, _) => 1.0,
+            (true, false) => 2.0,
+            (true, true) if self.odd() => 0.0,
+            (true, true) => 1.0,
+        }
+    }
+
+    fn odd(self) -> bool {
+        self.nodes % 2 == 1
+    }
+}
+
+impl Symmetry {
+    /// 1 for the components of a force that the planes leave, 0 for those that cancel with their images.
+    pub fn force_mask(self) -> Vector {
+        Vector::new(kept(!self.mirror_x), kept(!self.mirror_y), 1.0)
+    }
+
+    /// The same for a torque: a plane leaves only the turning about its own normal.
+    pub fn torque_mask(self) -> Vector {
+        Vector::new(kept(!self.mirror_y), kept(!self.mirror_x), kept(!self.mirror_x && !self.mirror_y))
+    }
+
+    /// The images of a node or support, itself first: which planes turn it.
+    pub fn images(self) -> impl Iterator<Item = [bool; 2]> {
+        let all = [[false, false], [true, false], [false, true], [true, true]];
+        all.into_iter().filter(move |[x, y]| (self.mirror_x || !x) && (self.mirror_y || !y))
+    }
+
+    /// 1/2 for every plane: the part of a node's weight that one image takes.
+    pub fn share(self) -> f64 {
+        (if self.mirror_x { 0.5 } else { 1.0 }) * (if self.mirror_y { 0.5 } else { 1.0 })
+    }
+
+    /// Refuses a body or a motion that a plane would change; takes away what rounding left of the components across the planes.
+    pub fn align(self, solid: &Solid, body: &mut Body, spacing: f64) -> Result<(), Error> {
+        let (force, torque) = (self.force_mask(), self.torque_mask());
+        let close = |v: &Vector, mask: &Vector, scale: f64| {
+            let across = v - v.component_mul(mask);
+            across.norm() <= 1e-9 * scale
+        };
+        let q = body.orientation;
+        let turn = Vector::new(q.i, q.j, q.k);
+        // Half a turn about any axis of the sheet maps a body with these planes onto itself: (w, x, y, z) with one entry +-1.
+        let plain = [q.w, q.i, q.j, q.k].iter().all(|&c| c * c <= 1e-18 || c * c >= 1.0 - 1e-9);
+        for (sound, field, size) in [
+            (close(&body.position, &force, spacing), "projectile.position", body.position.norm()),
+            (close(&body.velocity, &force, body.velocity.norm()), "projectile.velocity", body.velocity.norm()),
+            (plain || close(&turn, &torque, 1.0), "projectile.orientation", turn.norm()),
+            (
+                close(&body.angular_velocity, &torque, body.angular_velocity.norm()),
+                "projectile.angular_velocity",
+                body.angular_velocity.norm(),
+            ),
+        ] {
+            if !sound {
+                return Err(Error::new(Code::NotSymmetric, field, size, 0.0));
+            }
+        }
+        for (mirrored, normal) in [(self.mirror_x, Vector::x()), (self.mirror_y, Vector::y())] {
+            if mirrored && !solid.is_mirrored_by(&into_body(&q, &normal)) {
+                return Err(Error::plain(Code::NotSymmetric, "projectile.shape"));
+            }
+        }
+        body.position.component_mul_assign(&force);
+        body.velocity.component_mul_assign(&force);
+        body.angular_velocity.component_mul_assign(&torque);
+        if !plain {
+            let turn = turn.component_mul(&torque);
+            (body.orientation.i, body.orientation.j, body.orientation.k) = (turn.x, turn.y, turn.z);
+        }
+        Ok(())
+    }
+
+    /// Refuses a load, sheet's frame, that a plane would change.
+    pub fn check_load(self, force: &Vector, torque: &Vector) -> Result<(), Error> {
+        let loads = [(force, self.force_mask(), "external.force"), (torque, self.torque_mask(), "external.torque")];
+        for (load, mask, field) in loads {
+            let across = (load - load.component_mul(&mask)).norm();
+            if across > 1e-9 * load.norm() {
+                return Err(Error::new(Code::NotSymmetric, field, across, 0.0));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn kept(keep: bool) -> f64 {
+    if keep { 1.0 } else { 0.0 }
+}
+
+/// The attachment that is the image of another (numbering: [`crate::sheet::weave::attachment_of`]).
+pub fn attachment_image(kind: AttachmentKind, attachment: usize, turned: [bool; 2]) -> usize {
+    let [x, y] = turned;
+    match kind {
+        AttachmentKind::FourCorners => attachment ^ usize::from(x) ^ (usize::from(y) << 1),
+        // Left and right change places by x, bottom and top by y.
+        _ if attachment < 2 => attachment ^ usize::from(x),
+        _ => attachment ^ usize::from(y),
+    }
+}
+
+/// A vector's image.
+pub fn turned(v: &Vector, [x, y]: [bool; 2]) -> Vector {
+    Vector::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_count_the_whole_line() {
+        for nodes in 2..12 {
+            for mirrored in [false, true] {
+                let line = Line { nodes, mirrored };
+                let total: f64 = (0..line.modelled()).map(|i| line.node_weight(i)).sum();
+                assert_eq!(total, nodes as f64);
+                let total: f64 = (0..line.segments()).map(|i| line.segment_weight(i)).sum();
+                assert_eq!(total, nodes as f64 - 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn images_lie_across_the_plane() {
+        for nodes in 2..12u32 {
+            let line = Line { nodes, mirrored: true };
+            let place = line.modelled();
+            let (node, image) = line.node(place);
+            assert!(image);
+            assert_eq!(node + place, nodes as usize - 1, "mirrored about the middle");
+        }
+    }
+
+    #[test]
+    fn images_of_attachments() {
+        let corners = AttachmentKind::FourCorners;
+        assert_eq!([true, false].map(|y| attachment_image(corners, 0, [true, y])), [3, 1]);
+        assert_eq!(attachment_image(corners, 0, [false, true]), 2);
+        let sides = AttachmentKind::FourSides;
+        assert_eq!([0, 1, 2, 3].map(|a| attachment_image(sides, a, [true, false])), [1, 0, 2, 3]);
+        assert_eq!([0, 1, 2, 3].map(|a| attachment_image(sides, a, [false, true])), [0, 1, 3, 2]);
+    }
+}

@@ -1,0 +1,3 @@
+pub mod simulation;
+pub mod snapshot;
+pub mod start;

@@ -1,0 +1,648 @@
+//! The simulation: one step function over three blocks of caller memory (model, state, scratch), and its read-outs.
+//!
+//! Read-outs are pure: they commit nothing, so asking for them changes no bit. After a failure every call but reset, load, the
+//! counters, the outcomes (whose status then says "faulted") and the digest repeats it.
+
+use crate::body::path::{self, Path, Track};
+use crate::body::pose::Vector;
+use crate::body::projectile::{Body, Motion};
+use crate::ground::error::{Code, Error, Failure};
+use crate::ground::lanes::{self, CacheLine, InstructionSet};
+use crate::ground::math;
+use crate::ground::planes::Axis;
+use crate::memory::blocks::{self, Blocks};
+use crate::memory::layout::Layout;
+use crate::memory::model::start_motion;
+use crate::memory::state::{COUNT_MAX, State};
+use crate::memory::system::{SegmentView, System};
+use crate::memory::watch::{FirstContact, Latch, OutcomeSet};
+use crate::scene::parts::{AttachmentKind, Drive, Scene, StepLimits};
+use crate::sim::snapshot;
+use crate::sim::start;
+use crate::step::bands::Bands;
+use crate::step::energy::{self, Energy, Ply};
+use crate::step::explicit;
+use crate::step::outcome;
+use crate::step::readout::GreatestOfRow;
+use crate::step::viscosity;
+use crate::step::waves;
+use crate::yarn::law;
+use core::mem::MaybeUninit;
+
+/// Contact sums (M8) since the start or reset, host's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Contact {
+    /// Impulse on the projectile, N s. A mean force is a difference of two divided by the time between.
+    pub impulse: [f64; 3],
+    /// Angular impulse on the projectile about its moving centre of mass, N m s.
+    pub angular_impulse: [f64; 3],
+    /// Work of the projectile on the fabric = energy absorbed, J.
+    pub work: f64,
+    /// Kinetic energy lost in impacts of nodes, part of the work, J.
+    pub loss: f64,
+    /// Largest mean force over a window of `force_window`, N; until the first window is full the mean force over the time elapsed.
+    pub force_peak: f64,
+}
+
+/// Impulses of the sheet and of a free projectile on the supports since the start or reset, N s, host's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Support {
+    /// All together.
+    pub total: [f64; 3],
+    /// Sides: left (-x), right, bottom (-y), top. Corners: (-,-), (+,-), (-,+), (+,+).
+    pub attachments: [[f64; 3]; 4],
+}
+
+/// Extremes of the fabric at the present time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Fabric {
+    /// Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    /// off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
+    pub max_deflection: f64,
+    /// Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
+    pub max_stretch: f64,
+}
+
+/// Counters and high-water marks. Available even after a failure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct Counters {
+    /// Steps taken since the start or reset.
+    pub steps: u64,
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
+    pub failed_segments: u64,
+    /// Nodes with a contact impulse in the last step.
+    pub contacts: u64,
+    /// Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
+    pub unconverged: u64,
+    /// Most Gauss-Seidel sweeps of one solve, at most 300: sweeps and, behind 200 of them, passes of Newton's method.
+    pub most_sweeps: u64,
+    /// Most candidate nodes of one step.
+    pub most_candidates: u64,
+    /// Places for candidate nodes: `contact_capacity`, or every node modelled.
+    pub candidate_capacity: u64,
+    /// Deepest penetration met, m: rounding where the body does not turn, up to 2e-2 spacings where it does; also that of fixed nodes in a prescribed body, which passes through them.
+    pub worst_penetration: f64,
+    /// Iterations of the theta rule so far = passes over the yarns' forces; 0 with velocity Verlet.
+    pub iterations: u64,
+    /// Most iterations of one step.
+    pub most_iterations: u64,
+    /// Deepest that facing nodes of two separate plies have been through each other, m: rounding before the first hole.
+    pub ply_penetration: f64,
+    /// Passes (steps, or halves of them) in which the body met the sheet beyond the fine part of a graded network, where nodes may be
+    /// too far apart to feel it: 0 in a run that is to be trusted.
+    pub beyond_fine: u64,
+    /// Greatest speed by which a contact has failed its law in a solve that was given up, m/s: a gap that closes too fast, a slip that friction
+    /// should have stopped; 0 if all converged.
+    pub contact_residual: f64,
+}
+
+/// What is true now, whatever has happened before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Status {
+    /// No contact in the last step.
+    Flight = 0,
+    /// Contact in the last step.
+    Contact = 1,
+    /// A failure is latched.
+    Faulted = 2,
+}
+
+/// Outcomes latched so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcomes {
+    /// Contact, flight or a failure.
+    pub status: Status,
+    /// All latched outcomes.
+    pub mask: OutcomeSet,
+    /// First contact: step count at whose start the first impulse acted; None before.
+    pub first_contact: Option<u64>,
+    /// Step and work of each latched outcome, by its number in [`crate::memory::watch::Outcome::ALL`].
+    pub latched: [Option<Latch>; 4],
+}
+
+/// A simulation on the caller's memory.
+pub struct Sim<'a> {
+    pub(crate) system: System<'a>,
+}
+
+impl<'a> Sim<'a> {
+    /// A simulation of `scene` at step 0: sheet flat and at rest, projectile in its start motion.
+    ///
+    /// # Errors
+    /// Everything [`Scene::check`] and [`Scene::step_limits`] refuse, too little memory, a projectile too fast for the step,
+    /// too heavy for its energy to be a number, or overlapping a node. Memory is not written then.
+    pub fn new(scene: &Scene, memory: &'a mut [CacheLine]) -> Result<Sim<'a>, Error> {
+        let mut sim = Sim::NOTHING;
+        Sim::make(scene, memory, || &mut sim)?;
+        Ok(sim)
+    }
+
+    /// [`Sim::new`] in a given place, without a copy of the simulation on the stack: that would be some four kilobytes.
+    ///
+    /// # Errors
+    /// As for [`Sim::new`]. The place is not written then.
+    pub fn new_in<'p>(
+        place: &'p mut MaybeUninit<Sim<'a>>,
+        scene: &Scene,
+        memory: &'a mut [CacheLine],
+    ) -> Result<&'p mut Sim<'a>, Error> {
+        Sim::make(scene, memory, || place.write(Sim::NOTHING))
+    }
+
+    /// What is in a place before a simulation is made there.
+    const NOTHING: Sim<'a> = Sim { system: System::NOTHING };
+
+    /// Checks everything, then makes the simulation in the place that `place` gives, where [`Sim::NOTHING`] is.
+    fn make<'p>(
+        scene: &Scene,
+        memory: &'a mut [CacheLine],
+        place: impl FnOnce() -> &'p mut Sim<'a>,
+    ) -> Result<&'p mut Sim<'a>, Error>
+    where
+        'a: 'p,
+    {
+        let limits = Sim::check(scene, memory)?;
+        start::check_body(scene, limits, u64::MAX)?;
+        let sim = place();
+        sim.lay_out(scene)?;
+        sim.fill(scene, limits, memory)?;
+        Ok(sim)
+    }
+
+    /// Checks the scene and the memory for it.
+    #[inline(never)] // The layout must not add to the stack of the check of the body.
+    fn check(scene: &Scene, memory: &[CacheLine]) -> Result<StepLimits, Error> {
+        // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
+        blocks::check(memory, &Layout::of(scene)?)?;
+        scene.step_limits()
+    }
+
+    #[inline(never)] // As above.
+    fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
+        self.system.layout = Layout::of_sound(scene)?;
+        Ok(())
+    }
+
+    /// Takes the scene and the memory, which have been found right, and fills it. The layout is there.
+    #[inline(never)] // What it needs must not add to the stack of the checks.
+    fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
+        let system = &mut self.system;
+        system.solid.set(&scene.projectile);
+        system.model.derive(scene, limits, &system.solid);
+        system.scene = *scene;
+        system.directions.derive(scene, limits.dt, &mut system.scene);
+        system.scene = *scene;
+        start::place_body(scene, &system.model, &system.solid, &mut system.state.body)?;
+        system.state = State::at_start(system.state.body);
+        system.fetches = system.layout.exceeds_caches();
+        system.instructions = InstructionSet::widest();
+        system.block_steps = waves::block_steps(&system.layout, system.instructions);
+        system.blocks = Blocks::carve(memory, &system.layout)?;
+        system.fill_model()?;
+        system.clear_state();
+        explicit::start_forces(system);
+        energy::start_audit(system);
+        Ok(())
+    }
+
+    /// Back to step 0 as after [`Sim::new`]. Clears a failure, motion and history set by hand, and the external load.
+    pub fn reset(&mut self) {
+        let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
+        let mut body = Body::of(&motion);
+        // Accepted once, so accepted again.
+        let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
+        self.system.state = State::at_start(body);
+        self.system.use_half_steps(false);
+        self.system.clear_state();
+        explicit::start_forces(&mut self.system);
+        energy::start_audit(&mut self.system);
+    }
+
+    /// One step. After a failure: the same failure again.
+    pub fn step(&mut self) -> Result<(), Failure> {
+        self.system.sound()?;
+        match explicit::step_once(&mut self.system) {
+            Ok(()) => Ok(()),
+            Err(failure) => {
+                self.system.failure = Some(failure);
+                Err(failure)
+            }
+        }
+    }
+
+    /// `steps` steps. Stops at the first failure.
+    pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        self.system.sound()?;
+        let mut taken = 0;
+        while taken < steps {
+            taken += self.step_some(steps - taken)?;
+        }
+        Ok(())
+    }
+
+    /// A block of steps (`waves.rs`) if one can be taken within `most`, otherwise one step. Returns how many.
+    fn step_some(&mut self, most: u64) -> Result<u64, Failure> {
+        match waves::step_block(&mut self.system, most) {
+            Ok(0) => self.step().map(|()| 1),
+            Ok(steps) => Ok(steps),
+            Err(failure) => {
+                self.system.failure = Some(failure);
+                Err(failure)
+            }
+        }
+    }
+
+    /// Up to `steps` steps, ending after the step at which any outcome of `until` is latched (at once if it already is).
+    /// Returns the steps taken.
+    pub fn advance_until(&mut self, until: impl Into<OutcomeSet>, steps: u64) -> Result<u64, Failure> {
+        self.system.sound()?;
+        let until = until.into();
+        let mut taken = 0;
+        while taken < steps && !self.system.state.watch.mask().has(until) {
+            taken += self.step_some(steps - taken)?;
+        }
+        Ok(taken)
+    }
+
+    /// Moves a prescribed body along `path` for `steps` steps. Call again with the same path to go on along it: the bits do
+    /// not depend on how the path is split.
+    ///
+    /// # Errors
+    /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite, or too fast.
+    pub fn follow(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
+        self.start_path(path, steps)?;
+        Ok(self.advance(steps)?)
+    }
+
+    /// Starts a path, or goes on along it, for `steps` steps to come.
+    #[inline(never)] // It must not add to the stack of the steps.
+    fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
+        self.system.sound()?;
+        if self.system.scene.drive != Drive::Prescribed {
+            return Err(Error::plain(Code::WrongDrive, "drive"));
+        }
+        let step = self.system.state.step;
+        let bad = |field, value: u64, limit: u64| Error::new(Code::BadPath, field, value as f64, limit as f64);
+        let Some(last) = path.first.checked_add(path.steps).filter(|&last| path.steps > 0 && last <= COUNT_MAX) else {
+            return Err(bad("path.steps", path.steps, 1));
+        };
+        let end = self.body_of_path(path)?;
+        let track = &self.system.state.track;
+        let continued = track.steps == path.steps && track.first == path.first && track.end == end && step < last;
+        if !continued && path.first != step {
+            return Err(bad("path.first", path.first, step));
+        }
+        if steps > last - step {
+            return Err(bad("steps", steps, last - step));
+        }
+        if !continued {
+            let track = Track { first: path.first, steps: path.steps, start: self.path_start(), end };
+            self.system.model.check_track(&track)?;
+            self.system.state.track = track;
+        }
+        Ok(())
+    }
+
+    /// The body as a path starts from it: with the rates the path before ended with, if one ended just here.
+    fn path_start(&self) -> Body {
+        let (body, track) = (self.system.state.body, &self.system.state.track);
+        if track.steps > 0 && track.first + track.steps == self.system.state.step {
+            Body { velocity: track.end.velocity, angular_velocity: track.end.angular_velocity, ..body }
+        } else {
+            body
+        }
+    }
+
+    fn body_of_path(&self, path: &Path) -> Result<Body, Error> {
+        use crate::ground::error::{finite3, unit_quaternion};
+        finite3("path.position", path.end.position)?;
+        finite3("path.velocity", path.end.velocity)?;
+        unit_quaternion("path.orientation", path.end.orientation)?;
+        finite3("path.angular_velocity", path.end.angular_velocity)?;
+        Ok(Body::of(&path::into_sheet(&self.system.model.pose, &path.end)))
+    }
+
+    /// Sets the force, N, and torque, N m, that act on a free body from now on, host's axes (gravity, drag, a host).
+    pub fn set_external_load(&mut self, force: [f64; 3], torque: [f64; 3]) -> Result<(), Error> {
+        self.system.sound()?;
+        crate::ground::error::finite3("external.force", force)?;
+        crate::ground::error::finite3("external.torque", torque)?;
+        if self.system.scene.drive != Drive::Free {
+            return Err(Error::plain(Code::WrongDrive, "drive"));
+        }
+        let force = Vector::from(self.system.model.pose.vector_in(force));
+        let torque = Vector::from(self.system.model.pose.vector_in(torque));
+        // What is a number in the host's axes may be none in the sheet's.
+        crate::ground::error::finite3("external.force", force.into())?;
+        crate::ground::error::finite3("external.torque", torque.into())?;
+        self.system.scene.symmetry.check_load(&force, &torque)?;
+        self.system.state.force = force.component_mul(&self.system.scene.symmetry.force_mask());
+        self.system.state.torque = torque.component_mul(&self.system.scene.symmetry.torque_mask());
+        Ok(())
+    }
+
+    /// Starts from given positions, m, and velocities, m/s, at t_0 (3 per node, node by node, host's frame): restart from
+    /// another code, pre-stretched sheets. Fixed nodes stay where this puts them; their velocity must be 0.
+    ///
+    /// # Errors
+    /// Wrong lengths, numbers that are not finite or beyond 1e30 spacings (a step), a moving fixed node, a node inside the
+    /// projectile (a fixed one in a prescribed body may be), plies through each other, or a step already taken.
+    pub fn set_motion(&mut self, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
+        start::set_motion(&mut self.system, positions, velocities)
+    }
+
+    /// Gives every segment the largest stretch it has ever had (1 or less: undamaged), in the order of the segments'
+    /// numbers: a pre-damaged sheet. Call before [`Sim::set_motion`] if both are used.
+    pub fn set_largest_stretch(&mut self, stretches: &[f64]) -> Result<(), Error> {
+        start::set_largest_stretch(&mut self.system, stretches)
+    }
+
+    /// Cuts the sheet into `of` bands of rows for threads of the caller's. `scratch`: as many lines as
+    /// [`Layout::band_lines`] says, content does not matter. `steps`: how many steps will be taken at least before the bands are
+    /// dropped; a sheet that is too large for the caches takes eight of these in one block of nine passes. 0 if it is not known. If
+    /// fewer are taken, dropping the bands completes the block: up to eight steps more.
+    ///
+    /// # Errors
+    /// More bands than [`crate::memory::layout::MAX_BANDS`] or none, too little scratch or more than there can be, the theta rule, a latched failure.
+    pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32, steps: u64) -> Result<Bands<'s, 'a>, Error> {
+        Bands::of(&mut self.system, scratch, of, steps)
+    }
+
+    /// Steps every row, also those still exactly at rest; the bits are the same. For measuring what skipping saves.
+    pub fn step_every_row(&mut self) {
+        self.system.skip_rest = false;
+    }
+
+    /// Uses another instruction set than the widest this machine has; the bits are the same. One that it lacks is refused.
+    pub fn use_instructions(&mut self, set: InstructionSet) -> Result<(), Error> {
+        if !set.available() {
+            return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
+        }
+        self.system.instructions = set;
+        self.system.block_steps = waves::block_steps(&self.system.layout, set);
+        Ok(())
+    }
+
+    /// The instruction set in use.
+    pub fn instructions(&self) -> InstructionSet {
+        self.system.instructions
+    }
+
+    /// The scene this simulation was made with.
+    pub fn scene(&self) -> &Scene {
+        &self.system.scene
+    }
+
+    /// Sizes.
+    pub fn layout(&self) -> &Layout {
+        &self.system.layout
+    }
+
+    /// Steps taken.
+    pub fn step_count(&self) -> u64 {
+        self.system.state.step
+    }
+
+    /// Time, s: step count times dt.
+    pub fn time(&self) -> f64 {
+        self.system.state.step as f64 * self.system.model.limits.dt
+    }
+
+    /// The time step and its limits.
+    pub fn step_limits(&self) -> StepLimits {
+        self.system.model.limits
+    }
+
+    /// The latched failure, if any.
+    pub fn failure(&self) -> Option<Failure> {
+        self.system.failure
+    }
+
+    /// The projectile, host's frame: pose at t_n, rates at t_{n-1/2} (constant between impulses; on a path the means over the
+    /// last step; with the theta rule the rates at t_n).
+    pub fn projectile(&self) -> Result<Motion, Failure> {
+        self.system.sound()?;
+        Ok(path::out_of_sheet(&self.system.model.pose, &self.system.state.body.motion()))
+    }
+
+    /// Contact sums.
+    pub fn contact(&self) -> Result<Contact, Failure> {
+        self.system.sound()?;
+        let (sums, steps) = (&self.system.state.sums, self.system.state.step);
+        // No window has been closed before the first is full: a run shorter than that still has its mean force.
+        let force_peak = if steps > 0 && steps < self.system.model.window_steps {
+            math::length(sums.window.into()) / (steps as f64 * self.system.model.limits.dt)
+        } else {
+            sums.force_peak
+        };
+        Ok(Contact {
+            impulse: self.system.model.pose.vector_out(sums.impulse.into()),
+            angular_impulse: self.system.model.pose.vector_out(sums.angular_impulse.into()),
+            work: sums.work,
+            loss: sums.loss,
+            force_peak,
+        })
+    }
+
+    /// Impulses on the supports; zero without `track_support`.
+    pub fn support(&self) -> Result<Support, Failure> {
+        self.system.sound()?;
+        let mut total = Vector::zeros();
+        let attachments = self.system.state.sums.support.map(|support| {
+            let impulse = support * self.system.model.unit_impulse;
+            total += impulse;
+            self.system.model.pose.vector_out(impulse.into())
+        });
+        Ok(Support { total: self.system.model.pose.vector_out(total.into()), attachments })
+    }
+
+    /// The energies, with a full pass over the sheet. Commits nothing.
+    pub fn energy(&self) -> Result<Energy, Failure> {
+        energy::energy(&self.system)
+    }
+
+    /// What one ply holds, with a pass over it: failed segments and energies. Of a single sheet ply 0 is all. Commits nothing.
+    ///
+    /// # Errors
+    /// No such ply; a latched failure.
+    pub fn ply(&self, ply: u32) -> Result<Ply, Error> {
+        energy::ply(&self.system, ply)
+    }
+
+    /// Linear momentum that the balance of fabric, projectile, supports and loads does not close by, N s, host's axes.
+    /// Meaningful with `track_support` (or without fixed nodes). Commits nothing.
+    pub fn momentum_residual(&self) -> Result<[f64; 3], Failure> {
+        energy::momentum_residual(&self.system)
+    }
+
+    /// Deflection and stretch, with a full pass over the sheet. Changes nothing but scratch.
+    pub fn fabric(&mut self) -> Result<Fabric, Failure> {
+        self.system.sound()?;
+        // Of a free sheet every node counts.
+        let pieces = if self.system.scene.attachment.kind == AttachmentKind::Free {
+            None
+        } else {
+            Some(outcome::pieces(&mut self.system))
+        };
+        let (mut deflection, mut largest) = (0.0, 0.0);
+        for j in 0..self.system.layout.nodes_y {
+            for i in 0..self.system.layout.nodes_x {
+                let (u, _) = self.system.node(i, j);
+                let z = math::abs(u[2]);
+                let held = pieces.as_ref().is_none_or(|pieces| pieces.hold(outcome::piece(&self.system, pieces, i, j)));
+                if held {
+                    deflection = math::max(z, deflection);
+                }
+            }
+            let row = GreatestOfRow { system: &self.system, j };
+            largest = math::max(lanes::dispatch(self.system.instructions, row), largest);
+        }
+        Ok(Fabric { max_deflection: deflection * self.system.scene.sheet.spacing, max_stretch: law::stretch(largest) })
+    }
+
+    /// Counters; also after a failure.
+    pub fn counters(&self) -> Counters {
+        let sums = &self.system.state.sums;
+        Counters {
+            steps: self.system.state.step,
+            failed_segments: self.system.failed_segments,
+            contacts: sums.contacts,
+            unconverged: sums.unconverged,
+            most_sweeps: sums.most_sweeps,
+            most_candidates: sums.most_candidates,
+            candidate_capacity: self.system.layout.candidates as u64,
+            worst_penetration: sums.worst_penetration,
+            iterations: sums.iterations,
+            most_iterations: sums.most_iterations,
+            ply_penetration: sums.ply_penetration,
+            beyond_fine: sums.beyond_fine,
+            contact_residual: sums.contact_residual,
+        }
+    }
+
+    /// Outcomes latched so far.
+    pub fn outcomes(&self) -> Outcomes {
+        let watch = &self.system.state.watch;
+        let status = match self.system.failure {
+            Some(_) => Status::Faulted,
+            None if self.system.state.sums.contacts > 0 => Status::Contact,
+            None => Status::Flight,
+        };
+        Outcomes {
+            status,
+            mask: watch.mask(),
+            first_contact: watch.first.map(|first: FirstContact| first.step),
+            latched: watch.latched,
+        }
+    }
+
+    /// Bytes of a snapshot image of this simulation.
+    pub fn snapshot_bytes(&self) -> usize {
+        self.system.layout.snapshot_bytes()
+    }
+
+    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing.
+    pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
+        snapshot::save(&self.system, image)
+    }
+
+    /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
+    /// On an error nothing has changed.
+    pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
+        snapshot::load(&mut self.system, image)
+    }
+
+    /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
+    /// happens to bytes on their way, is not looked at. Everything else is.
+    pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
+        snapshot::load_kept(&mut self.system, image)
+    }
+
+    /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set
+    /// and number of threads. Commits nothing.
+    pub fn digest(&self) -> u64 {
+        snapshot::digest(&self.system)
+    }
+
+    /// Positions at t_n, m, 3 per node modelled, node by node (rows along x first), host's frame.
+    pub fn copy_positions(&self, out: &mut [f64]) -> Result<(), Error> {
+        self.system.sound()?;
+        self.copy_nodes("out", out, |sim, i, j| sim.system.model.pose.point_out(sim.system.position(i, j).into()))
+    }
+
+    /// Velocities at t_n, m/s, 3 per node modelled, host's axes: the stored half-step velocities and half a step of the forces, or those
+    /// that the theta rule stores.
+    pub fn copy_velocities(&self, out: &mut [f64]) -> Result<(), Error> {
+        self.system.sound()?;
+        self.copy_nodes("out", out, |sim, i, j| {
+            let (_, v) = sim.system.node(i, j);
+            let stored = sim.system.layout.implicit || sim.system.is_fixed(i, j);
+            let a = if stored { [0.0; 3] } else { sim.system.acceleration(i, j) };
+            let b = if stored || !sim.system.layout.viscous { [0.0; 3] } else { viscosity::push(&sim.system, i, j) };
+            let unit = sim.system.model.unit_speed;
+            let v = [0, 1, 2].map(|k| (v[k] + 0.5 * (a[k] + b[k])) * unit);
+            sim.system.model.pose.vector_out(v)
+        })
+    }
+
+    /// alpha at t_n of every segment in the order of their numbers: 1 whole, 0 failed.
+    pub fn copy_damage(&self, out: &mut [f64]) -> Result<(), Error> {
+        self.system.sound()?;
+        self.copy_segments(out, |sim, segment| {
+            let q = segment.twice_strain();
+            let largest = math::max(sim.system.rate_law(segment.axis).seen_at(q), segment.history);
+            sim.system.law_of(segment).alpha(segment.damage_rate, largest)
+        })
+    }
+
+    /// Stretch at t_n of every segment in the order of their numbers.
+    pub fn copy_stretch(&self, out: &mut [f64]) -> Result<(), Error> {
+        self.system.sound()?;
+        self.copy_segments(out, |_, segment| law::stretch(segment.twice_strain()))
+    }
+
+    fn copy_segments(&self, out: &mut [f64], value: impl Fn(&Self, &SegmentView) -> f64) -> Result<(), Error> {
+        let needed = self.system.layout.segments();
+        if out.len() != needed {
+            return Err(Error::new(Code::WrongLength, "out", out.len() as f64, needed as f64));
+        }
+        let mut slots = out.iter_mut();
+        let plies = 0..self.system.layout.plies;
+        for (ply, axis) in plies.flat_map(|ply| [(ply, Axis::Horizontal), (ply, Axis::Vertical)]) {
+            let [first, end] = self.system.layout.rows_of(ply);
+            for j in first..end {
+                for i in 0..self.system.layout.nodes_x {
+                    if let Some(segment) = self.system.segment(axis, i, j)
+                        && let Some(slot) = slots.next()
+                    {
+                        *slot = value(self, &segment);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn copy_nodes(
+        &self,
+        field: &'static str,
+        out: &mut [f64],
+        value: impl Fn(&Self, usize, usize) -> [f64; 3],
+    ) -> Result<(), Error> {
+        let needed = 3 * self.system.layout.nodes();
+        if out.len() != needed {
+            return Err(Error::new(Code::WrongLength, field, out.len() as f64, needed as f64));
+        }
+        let (slots, _) = out.as_chunks_mut::<3>();
+        for (k, slot) in slots.iter_mut().enumerate() {
+            let (i, j) = self.system.layout.column_and_row(k);
+            *slot = value(self, i, j);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,245 @@
+//! Starts: the projectile's first motion, and sheets that a host has moved or damaged before the first step.
+
+use crate::body::path;
+use crate::body::pose::Vector;
+use crate::body::projectile::Body;
+use crate::body::shape::Solid;
+use crate::contact::solve::{Search, TOUCHING};
+use crate::ground::error::{Code, Error};
+use crate::ground::lanes::InstructionSet;
+use crate::ground::planes::{self, Axis};
+use crate::memory::layout::Layout;
+use crate::memory::model::{Model, start_motion};
+use crate::memory::system::System;
+use crate::scene::parts::{Drive, Scene, StepLimits};
+use crate::sheet::check::LOOKED_AT;
+use crate::sheet::places::Places;
+use crate::sheet::weave::{self, in_runs};
+use crate::step::energy;
+use crate::step::explicit;
+use crate::yarn::law::twice_strain_at;
+
+/// Largest stretch that a segment may be given beforehand; its square is far from overflow.
+pub(crate) const LARGEST_STRETCH: f64 = 1e100;
+/// Largest displacement, in spacings, and velocity, in spacings a step, that a sheet may be given: its energy is a number then. The
+/// first step may find it lost (see [`crate::yarn::law::LOST`]).
+const LARGEST_GIVEN_MOTION: f64 = 1e30;
+
+impl Scene {
+    /// Refuses in a bounded time, some milliseconds, what [`Sim::new`](crate::Sim::new) refuses, but for the memory that is handed over.
+    /// The answer is the same, unless more than 8192 segments are drawn or nodes lie under the projectile: only so many are looked at
+    /// then, evenly spread, and what another one alone forbids is found by [`Sim::new`](crate::Sim::new).
+    ///
+    /// # Errors
+    /// Those of [`Sim::new`](crate::Sim::new).
+    pub fn check_start(&self) -> Result<(), Error> {
+        Layout::of(self)?;
+        check_body(self, self.limits_of_a_look()?, LOOKED_AT)
+    }
+}
+
+/// Refuses a start of the projectile that the checks of the scene let pass. Looks for at most so many nodes under the projectile.
+///
+/// # Errors
+/// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
+#[inline(never)] // What it needs must not add to the stack of the caller, who makes another model in its place.
+pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
+    let (mut solid, mut body) = (Solid::NOTHING, Body::AT_REST);
+    solid.set(&scene.projectile);
+    check_motion(scene, limits, &solid, &mut body)?;
+    refuse_overlap(scene, &solid, &body, most)
+}
+
+/// Every how many columns, rows and plies are looked at, so that these are some `most` nodes.
+fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
+    let [columns, rows, plies] = counts;
+    let excess = columns.saturating_mul(rows).saturating_mul(plies).div_ceil(most.max(1)).max(1);
+    let along = excess.isqrt().min(columns).max(1);
+    let up = excess.div_ceil(along).min(rows).max(1);
+    [along, up, excess.div_ceil(along.saturating_mul(up).max(1))]
+        .map(|stride| usize::try_from(stride).unwrap_or(usize::MAX))
+}
+
+/// Puts the projectile where the scene places it, with a model of its own.
+#[inline(never)] // The model must not add to the stack of the search for overlaps.
+fn check_motion(scene: &Scene, limits: StepLimits, solid: &Solid, body: &mut Body) -> Result<(), Error> {
+    let mut model = Model::NOTHING;
+    model.derive(scene, limits, solid);
+    place_body(scene, &model, solid, body)
+}
+
+/// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does not suit the scene.
+#[inline(never)] // What it needs must not add to the stack of the search for overlaps.
+pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut Body) -> Result<(), Error> {
+    let motion = path::into_sheet(&model.pose, &start_motion(scene));
+    model.check_speed(&motion)?;
+    *body = Body::of(&motion);
+    scene.symmetry.align(solid, body, scene.sheet.spacing)
+}
+
+/// Rounding aside, a node that does more than touch is inside.
+fn overlaps(scene: &Scene, gap: f64) -> bool {
+    gap < -TOUCHING * scene.sheet.spacing
+}
+
+/// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
+/// which it has no contact. Looks at the nodes in the body's box, of more than `most` at some.
+#[inline(never)] // What it needs must not add to the stack of making the model.
+fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
+    let [h_x, h_y] = scene.spacings();
+    let places = Places::both(scene);
+    let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
+    let (movable, [columns, rows, plies]) = (scene.drive == Drive::Free, search.box_at_rest(scene, &places));
+    let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
+    for j in rows.step_by(up.max(1)) {
+        let y = places[1].offset(j) * h_y;
+        let [[a, b], [c, d]] = if movable { [[0; 2]; 2] } else { weave::runs_among(scene, &places, j) };
+        for i in columns.clone().step_by(along.max(1)).filter(|&i| movable || !in_runs(&[a, b, c, d], i)) {
+            let x = places[0].offset(i) * h_x;
+            for ply in plies.clone().step_by(through.max(1)) {
+                let gap = search.gap(&Vector::new(x, y, ply as f64 * scene.stack.gap));
+                if overlaps(scene, gap) {
+                    return Err(Error::new(Code::InitialOverlap, "projectile.position", gap, 0.0));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// See [`Sim::set_motion`](crate::Sim::set_motion).
+pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities: &[f64]) -> Result<(), Error> {
+    system.sound()?;
+    refuse_if_started(system)?;
+    for (field, values) in [("positions", positions), ("velocities", velocities)] {
+        if values.len() != 3 * system.layout.nodes() {
+            let wanted = 3.0 * system.layout.nodes() as f64;
+            return Err(Error::new(Code::WrongLength, field, values.len() as f64, wanted));
+        }
+        values.iter().try_for_each(|&x| crate::ground::error::finite(field, x))?;
+    }
+    let (points, _) = positions.as_chunks::<3>();
+    let (speeds, _) = velocities.as_chunks::<3>();
+    let margin = system.scene.largest_spacing();
+    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
+    for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
+        let (i, j) = system.layout.column_and_row(k);
+        let fixed = system.is_fixed(i, j);
+        if let Some(&moves) = velocity.iter().find(|&&v| fixed && v != 0.0) {
+            return Err(Error::new(Code::OutOfRange, "velocities", moves, 0.0));
+        }
+        let x = Vector::from(system.model.pose.point_in(*point));
+        let meets = !fixed || system.scene.drive == Drive::Free;
+        let near = if meets { search.candidate(&x) } else { None };
+        if let Some((gap, _, _)) = near.filter(|(gap, _, _)| overlaps(&system.scene, *gap)) {
+            return Err(Error::new(Code::InitialOverlap, "positions", gap, 0.0));
+        }
+        let v = Vector::from(system.model.pose.vector_in(*velocity));
+        let units = [("positions", x, system.scene.sheet.spacing), ("velocities", v, system.model.unit_speed)];
+        for (field, vector, unit) in units {
+            let limit = LARGEST_GIVEN_MOTION * unit;
+            if let Some(&beyond) = vector.iter().find(|&component| !(-limit..=limit).contains(component)) {
+                return Err(Error::new(Code::OutOfRange, field, beyond, limit));
+            }
+            if let Some(off) = leaves_plane(system, i, j, &vector, unit) {
+                return Err(Error::new(Code::NotSymmetric, field, off, 0.0));
+            }
+        }
+    }
+    let nodes_of_ply = system.layout.nodes_x * system.layout.y.modelled();
+    let height = |point: &[f64; 3]| system.model.pose.point_in(*point)[2];
+    for (below, above) in points.iter().zip(points.iter().skip(nodes_of_ply)) {
+        // Rounding aside, a node lies on or above the one that it faces below.
+        let gap = height(above) - height(below);
+        if system.layout.is_stack() && overlaps(&system.scene, gap) {
+            return Err(Error::new(Code::PliesOverlap, "positions", gap, 0.0));
+        }
+    }
+    let h = system.scene.sheet.spacing;
+    for (k, (point, velocity)) in points.iter().zip(speeds).enumerate() {
+        let (i, j) = system.layout.column_and_row(k);
+        let x = system.model.pose.point_in(*point);
+        let v = system.model.pose.vector_in(*velocity);
+        let rest = system.rest(i, j);
+        let mut u = [x[0] / h - rest[0], x[1] / h - rest[1], x[2] / h - rest[2]];
+        let mut v = v.map(|v| v / system.model.unit_speed);
+        for (axis, on_plane) in on_planes(system, i, j).into_iter().enumerate() {
+            if on_plane {
+                (u[axis], v[axis]) = (0.0, 0.0);
+            }
+        }
+        system.set_node(i, j, u, v);
+    }
+    system.state.loaded = 1;
+    system.rebuild_derived();
+    explicit::start_forces(system);
+    // The explicit scheme stores the velocity at t_{-1/2}: back by half a step with the forces at t_0.
+    if !system.layout.implicit {
+        for (i, j) in system.nodes() {
+            if !system.is_fixed(i, j) {
+                let (u, v) = system.node(i, j);
+                let a = system.acceleration(i, j);
+                system.set_node(i, j, u, [v[0] - 0.5 * a[0], v[1] - 0.5 * a[1], v[2] - 0.5 * a[2]]);
+            }
+        }
+    }
+    energy::start_audit(system);
+    Ok(())
+}
+
+/// See [`Sim::set_largest_stretch`](crate::Sim::set_largest_stretch).
+pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) -> Result<(), Error> {
+    system.sound()?;
+    refuse_if_started(system)?;
+    if stretches.len() != system.layout.segments() {
+        let wanted = system.layout.segments() as f64;
+        return Err(Error::new(Code::WrongLength, "stretches", stretches.len() as f64, wanted));
+    }
+    stretches.iter().try_for_each(|&x| crate::ground::error::finite("stretches", x))?;
+    if let Some(&below) = stretches.iter().find(|&&x| x < 0.0) {
+        return Err(Error::new(Code::OutOfRange, "stretches", below, 0.0));
+    }
+    if let Some(&above) = stretches.iter().find(|&&x| x > LARGEST_STRETCH) {
+        return Err(Error::new(Code::OutOfRange, "stretches", above, LARGEST_STRETCH));
+    }
+    let mut stretches = stretches.iter();
+    let chunks = system.layout.chunks;
+    let layout = system.layout;
+    let all = (0..layout.plies).flat_map(|ply| [(Axis::Horizontal, ply), (Axis::Vertical, ply)]);
+    for (axis, ply) in all {
+        let [first, end] = layout.rows_of(ply);
+        let columns = if axis == Axis::Horizontal { layout.x.segments() } else { layout.nodes_x };
+        for j in (first..end).filter(|&j| axis == Axis::Horizontal || layout.has_verticals(j)) {
+            let critical = system.direction(axis, j).critical;
+            let history = planes::row_mut(system.blocks.history, chunks, j);
+            for i in 0..columns {
+                let q = twice_strain_at(stretches.next().copied().unwrap_or(0.0));
+                let strength = planes::row(system.blocks.strength, chunks, j);
+                let whole = planes::get(strength, axis as usize, i).map(twice_strain_at);
+                if let Some(slot) = planes::get_mut(history, axis as usize, i) {
+                    *slot = if q > whole.unwrap_or(critical) { q } else { whole.unwrap_or(0.0) };
+                }
+            }
+        }
+    }
+    system.rebuild_derived();
+    explicit::start_forces(system);
+    energy::start_audit(system);
+    Ok(())
+}
+
+/// Whether a node lies on the mirror planes x = 0 and y = 0.
+fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
+    [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
+}
+
+/// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of its unit.
+fn leaves_plane(system: &System<'_>, i: usize, j: usize, vector: &Vector, unit: f64) -> Option<f64> {
+    let small = |value: f64| value <= 1e-9 * unit && value >= -1e-9 * unit;
+    let across = vector.iter().zip(on_planes(system, i, j));
+    across.filter(|(_, on_plane)| *on_plane).map(|(component, _)| *component).find(|&component| !small(component))
+}
+
+fn refuse_if_started(system: &System<'_>) -> Result<(), Error> {
+    if system.state.step == 0 { Ok(()) } else { Err(Error::plain(Code::AlreadyStarted, "")) }
+}

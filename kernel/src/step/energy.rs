@@ -1,0 +1,646 @@
+//! The balance of energy and momentum, computed only when asked for.
+//!
+//! Method: second-order audit of the staggered scheme. Kinetic energy from the stored half-step velocities, strain and
+//! dissipated energy as means of the states at t_{n-1} and t_n. Dissipation is a state function of alpha, so nothing is
+//! accumulated but contact loss, what friction, viscosity and rate take, work and impulses. Integer-time kinetic energy would carry a first-order bias in contact.
+//! Limits: second order in dt; a slackened sheet gains energy at the stiffness jump at U = 1 (docs/model.md).
+//! Reference: docs/model.md, "Energy balance".
+
+use crate::body::pose::Vector;
+use crate::ground::error::{Code, Error, Failure};
+use crate::ground::lanes::{self, Job, Lane};
+use crate::ground::planes::{self, Axis, CHUNK};
+use crate::memory::system::{SegmentView, System};
+use crate::scene::parts::Drive;
+use crate::sheet::direction::{Along, Direction};
+use crate::step::readout::Around;
+use crate::yarn::law::{self, Segment};
+use crate::yarn::rate::RateLaw;
+
+/// Energies (M15), J.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Energy {
+    /// Kinetic energy of the projectile, translation and rotation, J; 0 if its mass is unknown.
+    pub projectile_kinetic: f64,
+    /// Kinetic energy of the fabric, J.
+    pub fabric_kinetic: f64,
+    /// Strain energy of the yarns, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+    /// Kinetic energy lost in impacts of nodes on the projectile, J.
+    pub contact_loss: f64,
+    /// Work of the projectile on the fabric: the energy absorbed, J.
+    pub contact_work: f64,
+    /// Work of the external load on the projectile, J.
+    pub external_work: f64,
+    /// Change of the audited energy when the step was halved, J, of second order in dt; 0 if it was not.
+    pub halving: f64,
+    /// What the balance does not close by, J; in a sound run below 1 % of the kinetic energy at impact.
+    pub residual: f64,
+    /// Energy that the viscosity of the yarn and its dependence on the rate of strain have taken, J.
+    pub viscous: f64,
+    /// Energy rubbed away between yarn and projectile, J.
+    pub friction: f64,
+    /// Kinetic energy lost where separate plies meet, J.
+    pub ply_loss: f64,
+    /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
+    /// `contact_loss` and `friction` hold it.
+    pub support_work: f64,
+}
+
+/// (M15) The energies, with a full pass over the sheet. Commits nothing.
+pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
+    system.sound()?;
+    let sums = &system.state.sums;
+    let prescribed = system.scene.drive == Drive::Prescribed;
+    let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
+    let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
+    let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.ply_loss + sums.loss;
+    let residual = if prescribed {
+        held - sums.work - sums.first_energy - sums.halving_energy
+    } else {
+        held + projectile_kinetic - sums.external_work - sums.first_energy - sums.halving_energy
+    };
+    Ok(Energy {
+        projectile_kinetic,
+        fabric_kinetic,
+        strain,
+        dissipated,
+        contact_loss: sums.loss,
+        contact_work: sums.work,
+        external_work: sums.external_work,
+        halving: sums.halving_energy,
+        residual,
+        viscous: sums.viscous,
+        friction: sums.friction,
+        ply_loss: sums.ply_loss,
+        support_work: sums.support_work,
+    })
+}
+
+/// Linear momentum that the balance does not close by, N s, host's axes. Commits nothing.
+pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure> {
+    system.sound()?;
+    let sums = &system.state.sums;
+    let mut balance = momentum(system) - sums.first_momentum - sums.external_impulse;
+    if system.scene.drive == Drive::Prescribed {
+        // The body's reaction is the load the fabric received.
+        balance += sums.impulse;
+    }
+    for support in &sums.support {
+        balance += support * system.model.unit_impulse;
+    }
+    Ok(system.model.pose.vector_out(balance.into()))
+}
+
+/// Starts the audit from the present state.
+pub(crate) fn start_audit(system: &mut System<'_>) {
+    let (kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
+    let mut energy = kinetic + strain + dissipated;
+    if system.scene.drive == Drive::Free {
+        energy += system.state.body.kinetic_energy(&system.model.inertia);
+    }
+    system.state.sums.first_energy = energy;
+    system.state.sums.first_momentum = momentum(system);
+}
+
+/// Momentum of the fabric, and of the projectile where it is free, N s, sheet's frame.
+fn momentum(system: &System<'_>) -> Vector {
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let mut total = Vector::zeros();
+    for j in 0..ny {
+        let row = planes::row(system.blocks.hot, chunks, j);
+        let weighted = |plane: usize, i: usize| Some(planes::get(row, plane, i)? * system.share(i, j));
+        let sum = |plane: usize| -> f64 { (0..nx).filter_map(|i| weighted(plane, i)).sum() };
+        total += Vector::new(sum(3), sum(4), sum(5)) * system.mass_share_of_row(j);
+    }
+    let mut momentum = total.component_mul(&system.scene.symmetry.force_mask()) * system.model.unit_impulse;
+    if system.scene.drive == Drive::Free {
+        momentum += system.state.body.velocity * system.model.inertia.mass;
+    }
+    momentum
+}
+
+/// What one ply of a stack holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct Ply {
+    /// Segments with alpha = 0 (M5) in the forces of the last step.
+    pub failed_segments: u64,
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+    /// Strain energy, J.
+    pub strain: f64,
+    /// Energy dissipated by rupture, J.
+    pub dissipated: f64,
+}
+
+/// What a ply holds, with a pass over its rows. Commits nothing.
+pub(crate) fn ply(system: &System<'_>, ply: u32) -> Result<Ply, Error> {
+    system.sound()?;
+    let plies = system.layout.plies;
+    if ply as usize >= plies {
+        return Err(Error::new(Code::OutOfRange, "ply", f64::from(ply), plies as f64 - 1.0));
+    }
+    let rows = system.layout.rows_of(ply as usize);
+    let (kinetic, strain, dissipated) = energy_of_rows(system, rows);
+    Ok(Ply { failed_segments: system.count_failed(rows), kinetic, strain, dissipated })
+}
+
+/// Kinetic, strain and dissipated energy of rows [first, end), J. Summed row by row, rows in order.
+fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f64) {
+    let (mut kinetic, mut strain, mut dissipated) = (0.0, 0.0, 0.0);
+    // Before and now, along x and along y.
+    let rates = [Axis::Horizontal, Axis::Vertical].map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
+    for j in first..end {
+        let share = system.mass_share_of_row(j);
+        kinetic += share * squared_velocities(system, j);
+        let (row_strain, row_dissipated) = yarns_of_row(system, &rates, j);
+        strain += share * row_strain;
+        dissipated += row_dissipated;
+    }
+    let unit = system.model.unit_energy;
+    (0.5 * unit * kinetic, unit * strain, dissipated * system.model.segment_volume)
+}
+
+/// Sum of the squared velocities of a row, each component by itself, in units of (h/dt)^2 and of a node's mass.
+#[inline(never)] // It must not add to the stack of the laws.
+fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
+    let (layout, mut sums) = (&system.layout, [0.0; 3]);
+    let row = planes::row(system.blocks.hot, layout.chunks, j);
+    let weighted = layout.graded || layout.x.mirrored || layout.y.mirrored;
+    for (c, [_, _, _, vx, vy, vz, ..]) in row.iter().enumerate() {
+        for (k, ((vx, vy), vz)) in vx.iter().zip(vy).zip(vz).enumerate().take(layout.nodes_x.saturating_sub(c * CHUNK))
+        {
+            let share = if weighted { system.share(c * CHUNK + k, j) } else { 1.0 };
+            sums = [sums[0] + vx * vx * share, sums[1] + vy * vy * share, sums[2] + vz * vz * share];
+        }
+    }
+    sums[0] + sums[1] + sums[2]
+}
+
+/// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have dissipated, in J/m^3 times
+/// `segment_volume`. `rates`: before and now, along x and along y. Those of a chunk of plain yarn without damage are found side by side;
+/// all are summed in one order.
+#[inline(never)] // As above.
+fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {
+    let layout = &system.layout;
+    let ends = [layout.x.segments(), if layout.has_verticals(j) { layout.nodes_x } else { 0 }];
+    let plain = !(layout.implicit || layout.toe || layout.rate);
+    let Along { horizontal, vertical, .. } = system.directions_of_row(j);
+    let areas = [horizontal, vertical].map(|direction| direction.rest.length * direction.rest.length);
+    let (mut strain, mut dissipated) = (0.0, 0.0);
+    for (c, [across, up]) in planes::row(system.blocks.history, layout.chunks, j).iter().enumerate() {
+        let [mut along_x, mut along_y] = [[0.0; CHUNK]; 2];
+        let mut whole = [false; 2];
+        if plain && let Some(around) = Around::of(system, c, j) {
+            whole = [
+                stored_in_chunk(system, &around, horizontal, (Axis::Horizontal, across), &mut along_x),
+                stored_in_chunk(system, &around, vertical, (Axis::Vertical, up), &mut along_y),
+            ];
+        }
+        for (k, (x, y)) in along_x.iter().zip(&along_y).enumerate() {
+            let i = c * CHUNK + k;
+            for (axis, a, stored) in [(Axis::Horizontal, 0, x), (Axis::Vertical, 1, y)] {
+                if whole[a] && i < ends[a] {
+                    strain += stored * areas[a];
+                } else if i < ends[a] {
+                    let (stored, lost) = weighted_energy(system, &rates[a], axis, i, j);
+                    strain += stored;
+                    dissipated += lost;
+                }
+            }
+        }
+    }
+    (strain, dissipated)
+}
+
+/// The mean strain energies of the segments along an axis from a chunk of nodes, with their history, as [`segment_energy`] has them of plain
+/// yarn without damage; false if one of them is damaged.
+#[inline(never)] // It must not add to the stack of the laws.
+fn stored_in_chunk(
+    system: &System<'_>,
+    around: &Around<'_>,
+    direction: &Direction,
+    (axis, history): (Axis, &[f64; CHUNK]),
+    stored: &mut [f64; CHUNK],
+) -> bool {
+    lanes::dispatch(system.instructions, StoredInChunk { around, axis, direction, history, stored })
+}
+
+/// [`stored_in_chunk`] as a job for the lanes.
+struct StoredInChunk<'a> {
+    around: &'a Around<'a>,
+    axis: Axis,
+    direction: &'a Direction,
+    history: &'a [f64; CHUNK],
+    stored: &'a mut [f64; CHUNK],
+}
+
+impl Job for StoredInChunk<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> bool {
+        let StoredInChunk { around, axis, direction, history, stored } = self;
+        let (rest, critical) = (direction.rest.lanes::<L>(), L::splat(direction.critical));
+        let mut whole = true;
+        for g in 0..CHUNK / L::WIDTH {
+            let (d, v) = (around.displacement::<L>(axis, g), around.velocity::<L>(axis, g));
+            let now = rest.twice_strain(d);
+            let before = rest.twice_strain([d[0].sub(v[0]), d[1].sub(v[1]), d[2].sub(v[2])]);
+            let stiffness = around.stiffness::<L>(axis, g);
+            let sum = law::strain_energy(stiffness, before).add(law::strain_energy(stiffness, now));
+            L::splat(0.5).mul(sum).store(&mut L::groups_mut(stored)[g]);
+            whole &= !(now.any_above(critical) || L::load(&L::groups(history)[g]).any_above(critical));
+        }
+        whole
+    }
+}
+
+/// What [`segment_energy`] finds of a segment, times how much of it there is, in the units of [`yarns_of_row`].
+#[inline(never)] // It must not add to the stack of the rest.
+pub(crate) fn weighted_energy(system: &System<'_>, rates: &[RateLaw; 2], axis: Axis, i: usize, j: usize) -> (f64, f64) {
+    let Some(segment) = system.segment(axis, i, j) else { return (0.0, 0.0) };
+    let (stored, lost) = segment_energy(system, rates, &segment);
+    let [segments, yarns] = segment.bar;
+    let weight = system.layout.segment_weight(axis, i, j) * yarns;
+    let volume = system.direction_of(&segment).volume;
+    (weight * (stored * (segment.rest.length * segment.rest.length)), weight * (lost * (volume * segments)))
+}
+
+/// Strain energy in units of m (h/dt)^2 over l^2 and dissipated energy density, J/m^3, as means over t_{n-1} and t_n.
+fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], segment: &SegmentView) -> (f64, f64) {
+    let (before, now) = (segment.twice_strain_before(), segment.twice_strain());
+    let (direction, toe) = (system.direction_of(segment), &system.model.toe);
+    let marked = segment.alpha_when_marked();
+    let stored = |rate: &RateLaw, stiffness: f64, q: f64| {
+        let without_toe = rate.stored(stiffness, q);
+        if marked.is_some() && q > 0.0 { without_toe * toe.stored_share(0.5 * q) } else { without_toe }
+    };
+    let seen = rate_now.seen_at(now);
+    let fresh = direction.law.is_damaging(seen, segment.history);
+    if segment.history <= direction.critical && !fresh {
+        let stiffness = segment.stiffness;
+        return (0.5 * (stored(rate_before, stiffness, before) + stored(rate_now, stiffness, now)), 0.0);
+    }
+    let law = system.law_of(segment);
+    let [segments, _] = segment.bar;
+    let modulus = segment.undamaged * (direction.modulus_per_stiffness * segments);
+    let material = Segment { modulus, damage_rate: segment.damage_rate };
+    let alpha_before = law.alpha(segment.damage_rate, segment.history);
+    let alpha_now = if fresh { law.alpha(segment.damage_rate, seen) } else { alpha_before };
+    let stored_before = stored(rate_before, segment.stiffness, before);
+    let stored_now = stored(rate_now, alpha_now * segment.undamaged, now);
+    let dissipated = |alpha: f64| {
+        let saved = marked.map_or(0.0, |first| toe.saved(material.modulus, first - alpha));
+        law.dissipated(&material, alpha) - saved
+    };
+    let lost = dissipated(alpha_before) + dissipated(alpha_now);
+    (0.5 * (stored_before + stored_now), 0.5 * lost)
+}
+
+/// The balance, entry by entry, from positions and damage at t_{n-1} and t_n and the formulas of the model.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::math;
+    use crate::scene::parts::{AttachmentKind, Scene, Shape, StepAfterFailure, StrengthDraw, Symmetry};
+    use crate::yarn::law::DamageLaw;
+    use crate::yarn::toe::NO_TOE;
+    use crate::{Layout, Sim};
+    use std::vec::Vec;
+
+    fn close(value: f64, expected: f64, relative: f64) {
+        assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} is not {expected:e}");
+    }
+
+    /// Calls a function with a simulation of the scene.
+    fn with_sim<R>(scene: &Scene, act: impl FnOnce(&mut Sim<'_>) -> R) -> R {
+        let layout = Layout::of(scene).unwrap();
+        let mut memory = std::vec![crate::CacheLine::ZERO; layout.lines()];
+        act(&mut Sim::new(scene, &mut memory).unwrap())
+    }
+
+    /// 21 x 21 nodes, four sides held, uniform yarn, the preset sphere at 60 m/s.
+    fn sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (21, 21);
+        scene.yarn.stochastic = false;
+        (scene.track_support, scene.projectile.velocity) = (true, [0.0, 0.0, 60.0]);
+        scene
+    }
+
+    /// A tumbling cylinder that tears drawn yarns, whose law has an offset and drops at once at the critical stretch.
+    fn cylinder() -> Scene {
+        let mut scene = sphere();
+        (scene.yarn.stochastic, scene.yarn.damage_a, scene.yarn.damage_b) = (true, 0.95, 0.02);
+        let (radius, length, tilt) = (6.35e-3, 0.0381, 0.35);
+        let body = &mut scene.projectile;
+        (body.shape, body.radius, body.length, body.mass) = (Shape::Cylinder, radius, length, 0.037);
+        let lowest = 0.5 * length * math::cos(tilt) + radius * math::sin(tilt);
+        (body.position, body.velocity) = ([0.0, 0.0, -lowest - 1e-6], [0.0, 0.0, 120.0]);
+        (body.orientation, body.angular_velocity) =
+            ([math::cos(0.5 * tilt), math::sin(0.5 * tilt), 0.0, 0.0], [300.0, -500.0, 2000.0]);
+        scene
+    }
+
+    fn positions(sim: &Sim<'_>) -> Vec<Vector> {
+        let mut flat = std::vec![0.0; 3 * sim.layout().nodes()];
+        sim.copy_positions(&mut flat).unwrap();
+        flat.as_chunks::<3>().0.iter().map(|x| Vector::from(*x)).collect()
+    }
+
+    fn damage(sim: &Sim<'_>) -> Vec<f64> {
+        let mut alpha = std::vec![0.0; sim.layout().segments()];
+        sim.copy_damage(&mut alpha).unwrap();
+        alpha
+    }
+
+    /// The nodes of every segment: horizontal row by row, then vertical.
+    fn ends(scene: &Scene) -> Vec<[usize; 2]> {
+        let (nx, ny) = (scene.sheet.nodes_x as usize, scene.sheet.nodes_y as usize);
+        let across = (0..ny).flat_map(|j| (0..nx - 1).map(move |i| [j * nx + i, j * nx + i + 1]));
+        let up = (0..ny - 1).flat_map(|j| (0..nx).map(move |i| [j * nx + i, (j + 1) * nx + i]));
+        across.chain(up).collect()
+    }
+
+    /// Strain and dissipated energy, J, of the sheet with these positions and damage.
+    fn in_yarns(scene: &Scene, x: &[Vector], alpha: &[f64]) -> (f64, f64) {
+        let (yarn, h) = (&scene.yarn, scene.sheet.spacing);
+        let law = DamageLaw {
+            critical_stretch: yarn.critical_stretch,
+            a: yarn.damage_a,
+            b: yarn.damage_b,
+            alpha_fail: yarn.alpha_fail,
+        };
+        let (mut strain, mut dissipated) = (0.0, 0.0);
+        for (k, [from, to]) in ends(scene).into_iter().enumerate() {
+            let (segment, volume) = (scene.draw_segment(k as u64).unwrap(), scene.lumped_area() * h);
+            let stretch = (x[to] - x[from]).norm() / h;
+            let green_lagrange = math::max(0.5 * (stretch * stretch - 1.0), 0.0);
+            strain += volume * 0.5 * alpha[k] * segment.modulus * green_lagrange * green_lagrange;
+            let own = law.at(scene.draw_critical_stretch(k as u64));
+            dissipated += volume * own.dissipated(&segment, alpha[k]);
+        }
+        (strain, dissipated)
+    }
+
+    fn of_projectile(sim: &Sim<'_>) -> f64 {
+        let (motion, mass) = (sim.projectile().unwrap(), sim.scene().projectile.mass);
+        let (v, moments) = (Vector::from(motion.velocity), sim.system.model.inertia.moments);
+        let q = crate::body::pose::quaternion(motion.orientation);
+        let w = crate::body::pose::into_body(&q, &Vector::from(motion.angular_velocity));
+        0.5 * mass * v.norm_squared() + 0.5 * w.component_mul(&moments).dot(&w)
+    }
+
+    #[test]
+    fn every_entry_is_a_sum_over_nodes_or_segments() {
+        entries_are_sums(&cylinder());
+    }
+
+    #[test]
+    fn so_is_every_entry_of_drawn_strength() {
+        let mut scene = cylinder();
+        (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (StrengthDraw::Weibull, 6.0);
+        entries_are_sums(&scene);
+    }
+
+    fn entries_are_sums(scene: &Scene) {
+        with_sim(scene, |sim| {
+            let (m, dt) = (scene.sheet.node_mass, sim.step_limits().dt);
+            let first = of_projectile(sim);
+            sim.set_external_load([40.0, -25.0, 300.0], [0.02, -0.03, 0.01]).unwrap();
+            let (mut x, mut alpha) = (positions(sim), damage(sim));
+            let (mut partly, mut broken) = (0, 0);
+            for n in 0..900 {
+                sim.step().unwrap();
+                let (x_now, alpha_now) = (positions(sim), damage(sim));
+                if n % 15 == 0 {
+                    let energy = sim.energy().unwrap();
+                    // The velocity is that between two positions; strain and dissipation are means of both.
+                    let kinetic: f64 = x_now.iter().zip(&x).map(|(a, b)| 0.5 * m * ((a - b) / dt).norm_squared()).sum();
+                    let (before, now) = (in_yarns(scene, &x, &alpha), in_yarns(scene, &x_now, &alpha_now));
+                    let (strain, dissipated) = (0.5 * (before.0 + now.0), 0.5 * (before.1 + now.1));
+                    // The sheet at rest is so but for the rounding of its positions.
+                    for (entry, sum) in
+                        [(energy.fabric_kinetic, kinetic), (energy.strain, strain), (energy.dissipated, dissipated)]
+                    {
+                        assert!((entry - sum).abs() <= 1e-9 * sum + 1e-15 * first, "{entry:e} is not {sum:e}");
+                    }
+                    close(energy.projectile_kinetic, of_projectile(sim), 1e-12);
+                    let held = kinetic + strain + dissipated + energy.contact_loss;
+                    let residual = held + energy.projectile_kinetic - energy.external_work - first;
+                    assert!((energy.residual - residual).abs() < 1e-9 * first && energy.external_work != 0.0);
+                    let balance = Vector::from(sim.momentum_residual().unwrap());
+                    assert!(balance.norm() < 1e-11 * 0.037 * 120.0);
+                    partly += alpha_now.iter().filter(|alpha| **alpha > 0.0 && **alpha < 1.0).count();
+                    broken += alpha_now.iter().filter(|alpha| **alpha == 0.0).count();
+                }
+                (x, alpha) = (x_now, alpha_now);
+            }
+            assert!(partly > 10 && broken > 10, "{partly} {broken}");
+        });
+    }
+
+    #[test]
+    fn a_prescribed_body_gives_its_work_and_its_impulse() {
+        let mut scene = cylinder();
+        scene.drive = Drive::Prescribed;
+        with_sim(&scene, |sim| {
+            sim.advance(300).unwrap();
+            let energy = sim.energy().unwrap();
+            let held = energy.fabric_kinetic + energy.strain + energy.dissipated + energy.contact_loss;
+            close(held - energy.residual, energy.contact_work, 1e-12);
+            assert!(energy.residual.abs() < 1e-2 * held, "{:e} of {held:e}", energy.residual);
+            let given = Vector::from(sim.contact().unwrap().impulse).norm();
+            assert!(Vector::from(sim.momentum_residual().unwrap()).norm() < 1e-11 * given);
+        });
+    }
+
+    /// Without the supports' share the momentum balance is open by just what they have taken.
+    #[test]
+    fn the_supports_share_closes_the_momentum_balance() {
+        let mut scene = cylinder();
+        let mut left_open = |track| {
+            scene.track_support = track;
+            with_sim(&scene, |sim| {
+                sim.advance(400).unwrap();
+                let open = Vector::from(sim.momentum_residual().unwrap());
+                (open, Vector::from(sim.support().unwrap().total))
+            })
+        };
+        let ((closed, taken), (open, _)) = (left_open(true), left_open(false));
+        assert!(taken.norm() > 1e-6 && closed.norm() < 1e-9 * taken.norm());
+        assert!((open + taken).norm() < 1e-9 * taken.norm());
+    }
+
+    #[test]
+    fn the_audit_starts_with_what_is_there() {
+        for drive in [Drive::Free, Drive::Prescribed] {
+            let mut scene = sphere();
+            (scene.drive, scene.attachment.kind) = (drive, AttachmentKind::Free);
+            with_sim(&scene, |sim| {
+                let x = positions(sim);
+                sim.set_largest_stretch(&std::vec![1.034; sim.layout().segments()]).unwrap();
+                let stretched: Vec<f64> = x.iter().flat_map(|x| [1.01 * x.x, 1.02 * x.y, x.z]).collect();
+                let speeds: Vec<f64> = x.iter().flat_map(|x| [30.0 * x.y, 10.0, 200.0 * x.x]).collect();
+                sim.set_motion(&stretched, &speeds).unwrap();
+                let energy = sim.energy().unwrap();
+                let held = energy.fabric_kinetic + energy.strain + energy.dissipated;
+                assert!(energy.fabric_kinetic > 1e-6 && energy.strain > 1e-3 && energy.dissipated > 1e-3);
+                assert!(energy.residual.abs() < 1e-12 * (held + energy.projectile_kinetic));
+                let momentum = 441.0 * scene.sheet.node_mass * 10.0;
+                assert!(Vector::from(sim.momentum_residual().unwrap()).norm() < 1e-12 * momentum);
+            });
+        }
+    }
+
+    #[test]
+    fn a_quarter_counts_for_the_whole() {
+        let mut scene = sphere();
+        let ledger = |scene: &Scene| {
+            with_sim(scene, |sim| {
+                sim.advance(250).unwrap();
+                let open = Vector::from(sim.momentum_residual().unwrap());
+                assert!(open.norm() < 1e-12 * 8.4e-3 * 60.0);
+                sim.energy().unwrap()
+            })
+        };
+        let whole = ledger(&scene);
+        scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+        let quarter = ledger(&scene);
+        close(quarter.fabric_kinetic, whole.fabric_kinetic, 1e-9);
+        close(quarter.strain, whole.strain, 1e-9);
+        close(quarter.projectile_kinetic, whole.projectile_kinetic, 1e-9);
+        assert!(whole.strain > 1e-3);
+    }
+
+    /// At the first failure the step is halved, and the energies are others at once: what is no work is not in the balance.
+    #[test]
+    fn the_residual_leaves_out_what_the_halving_of_the_step_changes() {
+        for drive in [Drive::Free, Drive::Prescribed] {
+            let mut scene = cylinder();
+            (scene.drive, scene.step_after_failure) = (drive, StepAfterFailure::Half);
+            with_sim(&scene, |sim| {
+                let first = if drive == Drive::Free { of_projectile(sim) } else { 0.0 };
+                sim.advance(800).unwrap();
+                let energy = sim.energy().unwrap();
+                let held = energy.fabric_kinetic + energy.strain + energy.dissipated + energy.contact_loss;
+                let given = if drive == Drive::Free { first - energy.projectile_kinetic } else { energy.contact_work };
+                assert!(energy.halving.abs() > 1e-6 * held, "{:e} of {held:e}", energy.halving);
+                assert!((held - given - energy.halving - energy.residual).abs() < 1e-9 * (held + first));
+            });
+        }
+    }
+
+    /// Strain energy and dissipation of single segments with and without a toe, whole, torn and torn just now, against integrals
+    /// over the stress and over the energy that falling alpha releases.
+    #[test]
+    fn a_toe_lowers_the_energy_stored_and_that_released_later() {
+        const WIDTH: f64 = 0.02;
+        let scene = Scene { slack_toe: WIDTH, ..sphere() };
+        let (yarn, law) = (scene.mean_segment(Axis::Horizontal), scene.damage_law(Axis::Horizontal));
+        let strain = |stretch: f64| 0.5 * (stretch * stretch - 1.0);
+        let alpha = |stretch: f64| law.alpha(yarn.damage_rate, stretch * stretch - 1.0);
+        // Energy density at alpha = 1. Simpson's rule is exact for the stress, of third degree in the toe and of first beyond.
+        let work = |stretch: f64, toe: bool| {
+            let stress = |e: f64| {
+                let t = (e / WIDTH).min(1.0);
+                yarn.modulus * e * if toe { t * (2.0 - t) } else { 1.0 }
+            };
+            let simpson = |a: f64, b: f64| (b - a) / 6.0 * (stress(a) + 4.0 * stress(0.5 * (a + b)) + stress(b));
+            let e = strain(stretch).max(0.0);
+            simpson(0.0, e.min(WIDTH)) + simpson(e.min(WIDTH), e)
+        };
+        // Released while the largest stretch goes from one to another.
+        let released = |from: f64, to: f64, toe: bool| -> f64 {
+            let (steps, at) = (4000, |k: i32| from + (to - from) * f64::from(k) / 4000.0);
+            (0..steps).map(|k| work(0.5 * (at(k) + at(k + 1)), toe) * (alpha(at(k)) - alpha(at(k + 1)))).sum()
+        };
+        with_sim(&scene, |sim| {
+            let model = &sim.system.model;
+            let direction = &sim.system.directions.front.horizontal;
+            let (mut fresh, mut torn) = (0, 0);
+            // Largest stretch when the segment got its toe, if it has one; largest stretch stored; stretches of the two states.
+            for marked in [None, Some(1.0), Some(1.032)] {
+                for largest in
+                    [1.0, 1.034, 1.04].into_iter().filter(|largest| marked.is_none_or(|first| first <= *largest))
+                {
+                    for before in [0.99, 1.0, 1.004, 1.015, 1.028] {
+                        for now in [0.98, 1.0, 1.006, 1.012, 1.03, 1.033, 1.037, 1.045, 1.06] {
+                            let along = |stretch: f64| [stretch - 1.0, 0.0, 0.0];
+                            let view = SegmentView {
+                                axis: Axis::Horizontal,
+                                ply: 0,
+                                rest: direction.rest,
+                                bar: [1.0; 2],
+                                stiffness: alpha(largest) * direction.stiffness,
+                                undamaged: direction.stiffness,
+                                damage_rate: yarn.damage_rate,
+                                critical_stretch: law.critical_stretch,
+                                history: if largest > law.critical_stretch { largest * largest - 1.0 } else { 0.0 },
+                                mark: marked.map_or(NO_TOE, |first| alpha(first) - 1.0),
+                                d: along(now),
+                                d_before: along(before),
+                            };
+                            let then = math::max(now, largest);
+                            let dissipated = |largest: f64| match marked {
+                                None => released(1.0, largest, false),
+                                Some(first) => released(1.0, first, false) + released(first, largest, true),
+                            };
+                            let stored = alpha(largest) * work(before, marked.is_some())
+                                + alpha(then) * work(now, marked.is_some());
+                            let lost = dissipated(largest) + dissipated(then);
+                            let found = segment_energy(&sim.system, &[RateLaw::NONE; 2], &view);
+                            close(found.0 * model.unit_energy, 0.5 * stored * model.segment_volume, 1e-12);
+                            close(found.1, 0.5 * lost, 1e-4);
+                            fresh += usize::from(alpha(then) < alpha(largest));
+                            torn += usize::from(lost > 0.0);
+                        }
+                    }
+                }
+            }
+            assert!(fresh > 50 && torn > 100, "{fresh} {torn}");
+        });
+    }
+
+    #[test]
+    fn slack_is_nearer_than_at_rest_now_and_before() {
+        let view = |axis: Axis, before: f64, now: f64| {
+            let along = |u: f64| if axis == Axis::Horizontal { [u, 0.0, 0.0] } else { [0.0, u, 0.0] };
+            let (d, d_before) = (along(now), along(before));
+            let (rest, stiffness, critical_stretch) = (crate::yarn::law::Rest::PLAIN, 1.0, 1.03);
+            SegmentView {
+                axis,
+                ply: 0,
+                rest,
+                bar: [1.0; 2],
+                stiffness,
+                undamaged: 1.0,
+                damage_rate: 9.0,
+                critical_stretch,
+                history: 0.0,
+                mark: 0.0,
+                d,
+                d_before,
+            }
+        };
+        for axis in [Axis::Horizontal, Axis::Vertical] {
+            for (before, now, slack) in [
+                (-0.1, -0.2, true),
+                (0.1, -0.2, false),
+                (-0.1, 0.2, false),
+                (0.0, -0.2, false),
+                (-0.1, 0.0, false),
+                (0.1, 0.2, false),
+            ] {
+                assert_eq!(view(axis, before, now).is_slack(), slack, "{before} {now}");
+            }
+            // U = 1.2: U^2 - 1 = 0.44.
+            close(view(axis, 0.0, 0.2).twice_strain(), 0.44, 1e-15);
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! One step: velocity Verlet in sweep form with impulse contact, or the theta rule (`theta.rs`), and what both share.
+//!
+//! Method: nodes near the projectile are found, every row is swept (damage, velocity, position), the touched nodes are corrected by
+//! contact impulses, the body moves. Positions live at t_n, velocities at t_{n-1/2}; they are never synchronised.
+//! Limits: dt <= 0.5 dt_crit; a projectile slower than one node spacing in a step.
+//! Reference: docs/model.md, "The step"; L. Verlet, Phys. Rev. 159 (1967) 98.
+
+use crate::body::pose::Vector;
+use crate::body::projectile::Body;
+use crate::contact::solve::{self, Gathered};
+use crate::contact::stack;
+use crate::ground::error::Failure;
+use crate::ground::math;
+use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
+use crate::memory::layout::Layout;
+use crate::memory::rows::{Rows, Terms};
+use crate::memory::state::Sums;
+use crate::memory::system::System;
+use crate::scene::parts::{IntegratorKind, Scene, Symmetry};
+use crate::sheet::sweep::Report;
+use crate::sheet::weave;
+use crate::step::energy;
+use crate::step::marks;
+use crate::step::motion;
+use crate::step::outcome::{self, TEST_INTERVAL};
+use crate::step::relaxation;
+#[cfg(feature = "implicit")]
+use crate::step::theta;
+use crate::step::viscosity;
+use crate::yarn::rate::Rates;
+use crate::yarn::toe::MARK_INTERVAL;
+
+/// One step. A projectile that is too fast and too many candidates are found before anything is changed.
+pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
+    let failed_before = system.failed_segments;
+    if system.state.halved {
+        pass(system, 0.5)?;
+    }
+    pass(system, 1.0)?;
+    end_step(system, failed_before)
+}
+
+/// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been changed by hand.
+pub(crate) fn start_forces(system: &mut System<'_>) {
+    #[cfg(feature = "implicit")]
+    theta::start_iterates(system);
+    #[cfg(not(feature = "implicit"))]
+    let _ = system;
+}
+
+/// What follows the last pass of a step.
+pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<(), Failure> {
+    if system.layout.halving && !system.state.halved && system.failed_segments > failed_before {
+        halve_step(system)?;
+    }
+    system.state.step += 1;
+    if system.layout.rate && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
+        system.state.loaded += 1;
+    }
+    if system.layout.toe && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL) {
+        marks::mark_slack(system);
+    }
+    close_window(system);
+    if system.state.step.is_multiple_of(TEST_INTERVAL) {
+        outcome::test_outcomes(system);
+    }
+    Ok(())
+}
+
+/// One pass of the scheme, to the part `end` of the step.
+fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
+    let at_start = system.state.body;
+    let target = motion::prescribe_rates(system, end);
+    let all = [0, system.layout.nodes_y];
+    let found = motion::refuse_too_fast(system).and_then(|()| solve::gather(system, all));
+    let gathered = found.inspect_err(|_| system.state.body = at_start)?;
+    match system.scene.integrator.kind {
+        IntegratorKind::Verlet => {
+            let report = sweep(system);
+            after_sweep(system, report, &gathered, &at_start)?;
+        }
+        #[cfg(feature = "implicit")]
+        IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, &gathered, &at_start)?,
+        // Refused by the scene's check in a build without it.
+        #[cfg(not(feature = "implicit"))]
+        IntegratorKind::Theta => return Err(Failure::NotConverged),
+    }
+    end_pass(system, &gathered, target)
+}
+
+/// The body moves; high-water marks.
+#[inline(never)] // It must not add to the stack of the sweep.
+fn end_pass(
+    system: &mut System<'_>,
+    gathered: &Gathered,
+    target: Option<(Vector, nalgebra::Quaternion<f64>)>,
+) -> Result<(), Failure> {
+    motion::move_body(system, target);
+    let (sums, deepest) = (&mut system.state.sums, gathered.deepest);
+    sums.worst_penetration = math::max(deepest, sums.worst_penetration);
+    sums.beyond_fine += u64::from(gathered.is_beyond_fine);
+    sums.most_candidates = sums.most_candidates.max(gathered.count as u64);
+    motion::refuse_lost_body(system)
+}
+
+/// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The state stays as it
+/// is.
+#[inline(never)] // It must not add to the stack of a sweep.
+pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) -> Result<Gathered, Failure> {
+    let at_start = system.state.body;
+    motion::prescribe_rates(system, end);
+    let found = motion::refuse_too_fast(system).and_then(|()| solve::gather(system, rows));
+    system.state.body = at_start;
+    found
+}
+
+/// For bands and blocks, behind the sweep: the rest of the pass.
+#[inline(never)] // As above.
+pub(crate) fn close_pass(
+    system: &mut System<'_>,
+    end: f64,
+    gathered: &Gathered,
+    report: Report,
+) -> Result<(), Failure> {
+    let at_start = system.state.body;
+    let target = motion::prescribe_rates(system, end);
+    after_sweep(system, report, gathered, &at_start)?;
+    end_pass(system, gathered, target)
+}
+
+/// (M9) Goes over to two passes a step. The stored velocities belong to t_n - dt/2 and the halves need them at t_n - dt/4:
+/// a quarter of the change that the forces make in a step, not only another unit. Contact needs nothing: its next impulse covers what is missing.
+fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
+    let before = energy::energy(system).map_or(0.0, |energy| energy.residual);
+    let quarter = 0.25 * system.model.limits.dt;
+    let body = system.state.body;
+    motion::load_body(system, quarter);
+    motion::book_load(system, quarter, &body);
+    for j in 0..system.layout.nodes_y {
+        let share = system.mass_share_of_row(j);
+        for i in 0..system.layout.nodes_x {
+            let a = system.acceleration(i, j);
+            if system.is_fixed(i, j) {
+                system.load_support(i, j, &(Vector::from(a) * (0.25 * share)));
+            } else {
+                let (u, v) = system.node(i, j);
+                system.set_node(i, j, u, [0, 1, 2].map(|k| 0.5 * (v[k] + 0.25 * a[k])));
+            }
+        }
+    }
+    // Impulses on the supports are summed in units of a pass.
+    system.state.sums.support.iter_mut().for_each(|support| *support *= 0.5);
+    system.state.halved = true;
+    system.use_half_steps(true);
+    let after = energy::energy(system).map_or(before, |energy| energy.residual);
+    system.state.sums.halving_energy += after - before;
+    motion::refuse_lost_body(system)
+}
+
+/// What the sweep leaves to do: failures, loads and contact.
+#[inline(never)] // It must not add to the stack of the sweep.
+fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
+    let count = gathered.count;
+    if report.non_finite {
+        return Err(Failure::NonFinite);
+    }
+    if system.scene.symmetry == Symmetry::default() {
+        system.failed_segments += report.newly_failed;
+    } else if report.newly_failed > 0 {
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
+    }
+    motion::load_body(system, system.model.pass_dt);
+    if count > 0 {
+        solve::complete_candidates(system, count);
+        let kept = solve::let_pass(system, count, gathered.deepest);
+        let (solved, _) = if system.layout.is_stack() {
+            solve::solve_contact(system, kept, count, stack::solve)
+        } else {
+            solve::solve_contact(system, kept, count, solve::solve_first)
+        };
+        solve::set_rates(system, &solved);
+        solve::book_contact(system, count, before);
+    } else {
+        system.state.sums.contacts = 0;
+    }
+    if system.layout.is_stack() {
+        stack::part(system, count);
+    }
+    motion::book_load(system, system.model.pass_dt, before);
+    Ok(())
+}
+
+/// The hot pass over all rows that are awake or next to one, with fixed nodes put back and their pull booked.
+fn sweep(system: &mut System<'_>) -> Report {
+    let mut report = Report::default();
+    for ply in 0..system.layout.plies {
+        report = report.merged(sweep_ply(system, ply));
+    }
+    report
+}
+
+/// The hot pass over a ply.
+fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
+    let rows = system.rows_to_step(ply);
+    if rows[0] == rows[1] {
+        return Report::default();
+    }
+    begin_sweep(system, rows);
+    let report = sweep_rows(system, ply, rows, None);
+    book_taken(system, ply, rows);
+    system.set_awake(ply, rows);
+    report
+}
+
+/// What a sweep of rows [first, end) of a ply starts from.
+#[inline(never)] // As above.
+fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
+    place_images_above(system, end);
+    if system.layout.rate {
+        relaxation::find_rates(system, [first, end]);
+    }
+    if system.layout.viscous {
+        viscosity::find_pushes(system, [first, end]);
+    }
+    system.blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+}
+
+/// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
+pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize; 2]) -> Report {
+    sweep_rows(system, 0, rows, Some(step))
+}
+
+/// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
+#[inline(never)] // Its constants must not add to the stack of contact.
+fn sweep_rows(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], in_block: Option<usize>) -> Report {
+    let rates = rates(system);
+    let failed = system.failed_segments > 0;
+    let share = system.mass_share(ply);
+    let System { scene, layout, directions, model, state, blocks, fetches, instructions, .. } = &mut *system;
+    // In a block rows come from memory in the first step alone.
+    let fetches = *fetches && in_block.is_none_or(|step| step == 0);
+    let terms = Terms { layout, directions, toe: model.toe, rates, fetches, instructions: *instructions };
+    let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
+    let (carries, noted) = (core::mem::take(&mut blocks.carries), core::mem::take(&mut blocks.pulls));
+    // No mark before the first failure.
+    let marked = layout.toe && failed;
+    let mut report = Report::LOST;
+    // A block shorter than the layout says is a lost state, never a row that stands still.
+    if let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) {
+        if let Some(step) = in_block {
+            rows.carry = planes::row_mut(carries, layout.chunks, step);
+        }
+        report = rows.sweep(&terms, |j, pulls| match in_block {
+            _ if !scene.track_support => {}
+            None => book_pulls(sums, scene, layout, j - bottom, &pulls, share),
+            Some(step) => {
+                let [a, b] = pulls;
+                if let Some(place) = noted.get_mut(step * layout.nodes_y + j) {
+                    *place = [a.x, a.y, a.z, b.x, b.y, b.z];
+                }
+            }
+        });
+    }
+    (blocks.carries, blocks.pulls) = (carries, noted);
+    report
+}
+
+/// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
+#[inline(never)] // As above.
+pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
+    let unit = system.model.unit_energy * system.mass_share(ply);
+    let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);
+    taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
+}
+
+/// The row of images above a sweep that reaches the plane.
+pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
+    if system.layout.y.mirrored && end == system.layout.nodes_y {
+        system.place_image_row();
+    }
+}
+
+/// What a sweep needs of the dependence on the rate of strain.
+pub(crate) fn rates(system: &System<'_>) -> Rates {
+    // Below it damage sees no strain beyond the critical one.
+    let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
+    Rates::of(&system.scene, [limit(Axis::Horizontal), limit(Axis::Vertical)])
+}
+
+/// At the end of a force window: keeps the largest mean force.
+fn close_window(system: &mut System<'_>) {
+    if !system.state.step.is_multiple_of(system.model.window_steps) {
+        return;
+    }
+    let sums = &mut system.state.sums;
+    let w = sums.window;
+    let mean = math::length([w.x, w.y, w.z]) / (system.model.window_steps as f64 * system.model.limits.dt);
+    sums.force_peak = math::max(mean, sums.force_peak);
+    sums.window = Vector::zeros();
+}
+
+/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt. `share`: mass of
+/// its nodes over that of the front fabric's.
+pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, layout: &Layout, j: usize, pulls: &[Vector; 2], share: f64) {
+    let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
+    for (side, pull) in pulls.iter().enumerate() {
+        let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, j, side);
+        sums.add_to_support(kind, at, &(pull * (symmetry.share() * share)), symmetry);
+    }
+}

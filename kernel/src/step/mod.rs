@@ -1,0 +1,13 @@
+pub mod bands;
+pub mod energy;
+pub mod explicit;
+pub mod marks;
+pub mod motion;
+pub mod outcome;
+pub mod pieces;
+pub mod readout;
+pub mod relaxation;
+#[cfg(feature = "implicit")]
+pub mod theta;
+pub mod viscosity;
+pub mod waves;

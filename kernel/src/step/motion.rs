@@ -1,0 +1,112 @@
+//! The projectile's part of a pass: prescribed rates, external load, motion, and the refusal of a body that is too fast or lost.
+
+use crate::body::path;
+use crate::body::pose::{self, Vector};
+use crate::body::projectile::{self, Body};
+use crate::ground::error::Failure;
+use crate::ground::math;
+use crate::memory::system::System;
+use crate::scene::parts::Drive;
+
+/// Refuses a body whose motion, or a sum over its impulses, is no number, before anyone reads it.
+pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
+    let (body, sums) = (&system.state.body, &system.state.sums);
+    let vectors = [
+        &body.position,
+        &body.velocity,
+        &body.angular_velocity,
+        &sums.impulse,
+        &sums.angular_impulse,
+        &sums.external_impulse,
+    ];
+    let finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()))
+        && body.orientation.coords.iter().all(|x| x.is_finite())
+        && [sums.work, sums.loss, sums.friction, sums.external_work, sums.halving_energy, sums.viscous]
+            .iter()
+            .all(|x| x.is_finite());
+    let (v, w) = (body.velocity, body.angular_velocity);
+    let lost = system.model.loses_body(math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
+    if finite && !lost { Ok(()) } else { Err(Failure::NonFinite) }
+}
+
+/// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. Behind a path it
+/// coasts with the rates the path ended with.
+#[inline(never)] // It must not add to the stack of the sweep.
+pub(crate) fn prescribe_rates(
+    system: &mut System<'_>,
+    end_of_pass: f64,
+) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
+    let state = &mut system.state;
+    let track = &state.track;
+    let end = track.first + track.steps;
+    if track.steps == 0 || state.step >= end {
+        if track.steps > 0 && state.step == end {
+            state.body.velocity = track.end.velocity;
+            state.body.angular_velocity = track.end.angular_velocity;
+        }
+        return None;
+    }
+    let dt = system.model.pass_dt;
+    let elapsed = (state.step - track.first) as f64 + end_of_pass;
+    let (position, orientation) = track.pose(elapsed, system.model.limits.dt);
+    state.body.velocity = (position - state.body.position) / dt;
+    state.body.angular_velocity = path::cayley_rate(&state.body.orientation, &orientation, dt);
+    Some((position, orientation))
+}
+
+pub(crate) fn refuse_too_fast(system: &System<'_>) -> Result<(), Failure> {
+    let body = &system.state.body;
+    let (v, w) = (body.velocity, body.angular_velocity);
+    let (speed, rate) = (math::length([v.x, v.y, v.z]), math::length([w.x, w.y, w.z]));
+    if !(speed.is_finite() && rate.is_finite()) {
+        return Err(Failure::NonFinite);
+    }
+    if system.model.too_fast(speed, rate) { Err(Failure::TooFast) } else { Ok(()) }
+}
+
+/// The external load on the body during dt.
+pub(crate) fn load_body(system: &mut System<'_>, dt: f64) {
+    let (force, torque) = (system.state.force, system.state.torque);
+    if system.scene.drive == Drive::Free {
+        let body = &mut system.state.body;
+        body.velocity += force * (dt * system.model.inertia.inverse_mass);
+        if system.model.inertia.turns {
+            let twist = pose::into_body(&body.orientation, &(torque * dt));
+            body.angular_velocity += twist.component_mul(&system.model.inertia.inverse_moments);
+        }
+    }
+}
+
+/// The external load's work and impulse during dt.
+pub(crate) fn book_load(system: &mut System<'_>, dt: f64, before: &Body) {
+    let (force, torque) = (system.state.force, system.state.torque);
+    if system.scene.drive == Drive::Free {
+        let mean = (before.velocity + system.state.body.velocity) * 0.5;
+        let mut work = force.dot(&mean) * dt;
+        if system.model.inertia.turns {
+            let spin = (before.angular_velocity + system.state.body.angular_velocity) * 0.5;
+            work += pose::into_body(&before.orientation, &torque).dot(&spin) * dt;
+        }
+        system.state.sums.external_work += work;
+        system.state.sums.external_impulse += force * dt;
+    }
+}
+
+pub(crate) fn move_body(system: &mut System<'_>, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
+    let dt = system.model.pass_dt;
+    let state = &mut system.state;
+    match (system.scene.drive, target) {
+        (Drive::Free, _) => state.body.drift(&system.model.inertia, system.scene.rotation_rule, dt),
+        (Drive::Prescribed, Some((position, orientation))) => {
+            state.body.position = position;
+            state.body.orientation = orientation;
+        }
+        (Drive::Prescribed, None) => {
+            state.body.position += state.body.velocity * dt;
+            if system.model.inertia.turns {
+                let w = state.body.angular_velocity;
+                state.body.orientation = projectile::cayley_turn(&state.body.orientation, &w, dt);
+            }
+        }
+    }
+}

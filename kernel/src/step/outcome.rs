@@ -1,0 +1,689 @@
+//! Outcomes: arrested, detached, exited, passed. They latch with their step and are never acted upon: the physics goes on.
+//!
+//! Method: tested when the step count is a multiple of 64. All but "passed" need a first contact.
+//! What is joined to a support is found by joining nodes over live segments into components (union by smaller number).
+//! "Detached" asks whether any node touched in the last 64 steps is joined to a support. "Exited" asks what can still act on
+//! the body: the held part of the sheet must lie behind or beside its flight, and loose pieces in its way must move with it.
+//! Limits: the body is taken to fly on straight (under its present load), and so are the nodes.
+//! Without `track_detachment` nothing is known to be loose once a segment has failed: then no node at all may be in the way.
+//! Reference: docs/model.md, "Outcomes"; R. E. Tarjan, J. ACM 22 (1975) 215 (disjoint sets).
+
+use crate::body::path;
+use crate::body::pose::Vector;
+use crate::ground::math;
+use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES};
+use crate::memory::blocks::Blocks;
+use crate::memory::model::start_motion;
+use crate::memory::system::System;
+use crate::memory::watch::Outcome;
+use crate::scene::parts::{AttachmentKind, Drive};
+
+/// Steps between two tests.
+pub const TEST_INTERVAL: u64 = 64;
+/// "Exited" beside loose pieces: over a travel of R the work may change by this part of it or, if that is more, by what one node takes that
+/// the body meets at its present speed; and what the pieces can still take may be four times as much.
+pub const SETTLED_PART: f64 = 0.0025;
+
+/// The body as it flies on when nothing touches it.
+struct Flight {
+    position: Vector,
+    velocity: Vector,
+    /// Of the present external load, m/s^2.
+    acceleration: Vector,
+    /// Half extents along the sheet's axes as it lies now, m.
+    extents: [f64; 3],
+    /// Distance from the centre to the farthest surface point, m.
+    reach: f64,
+    /// Speed of that point by turning, m/s.
+    turning: f64,
+}
+
+impl Flight {
+    /// Whether it leaves a box for good: along some axis it lies beyond it, moves away faster than anything in the box, and no load
+    /// pulls it back. A body that turns faster than it moves away must lie beyond it in any orientation.
+    fn leaves(&self, region: &Region) -> bool {
+        [(self.extents, self.turning), ([self.reach; 3], 0.0)].iter().any(|(extents, turning)| {
+            (0..3).any(|k| {
+                let (x, v, a) = (self.position[k], self.velocity[k], self.acceleration[k]);
+                let above = x - extents[k] > region.high[k] && v - turning > region.fastest[k] && a >= 0.0;
+                let below = x + extents[k] < region.low[k] && v + turning < region.slowest[k] && a <= 0.0;
+                above || below
+            })
+        })
+    }
+
+    /// Whether a point lies behind the whole body, in any orientation, and no load turns the body back to it.
+    fn has_behind(&self, position: &Vector) -> bool {
+        let behind = (position - self.position).dot(&self.velocity) < -self.reach * self.velocity.norm();
+        behind && self.acceleration.dot(&self.velocity) >= 0.0
+    }
+
+    /// Whether a point lies before the body's centre.
+    fn has_ahead(&self, position: &Vector) -> bool {
+        (position - self.position).dot(&self.velocity) > 0.0
+    }
+
+    /// Whether a node that flies on straight never comes within the body's reach.
+    fn misses(&self, position: &Vector, velocity: &Vector) -> bool {
+        let (r, v) = (position - self.position, velocity - self.velocity);
+        let (x, u) = ((*position).into(), (*velocity).into());
+        // A load that drives the two further apart all the time leaves the straight flight as the nearer one.
+        if r.dot(&self.acceleration) > 0.0 || v.dot(&self.acceleration) > 0.0 {
+            return self.leaves(&Region { low: x, high: x, slowest: u, fastest: u });
+        }
+        let (distance2, reach2, approach) = (r.norm_squared(), self.reach * self.reach, -r.dot(&v));
+        // The least squared distance is r^2 - (r.v)^2/v^2.
+        distance2 > reach2 && (approach <= 0.0 || (distance2 - reach2) * v.norm_squared() > approach * approach)
+    }
+}
+
+/// A box about nodes, m, and the range of their velocities, m/s.
+#[derive(Clone, Copy)]
+struct Region {
+    low: [f64; 3],
+    high: [f64; 3],
+    slowest: [f64; 3],
+    fastest: [f64; 3],
+}
+
+impl Region {
+    const EMPTY: Region = Region { low: [f64::MAX; 3], high: [f64::MIN; 3], slowest: [0.0; 3], fastest: [0.0; 3] };
+
+    fn include(&mut self, x: &Vector) {
+        for k in 0..3 {
+            self.low[k] = math::min(x[k], self.low[k]);
+            self.high[k] = math::max(x[k], self.high[k]);
+        }
+    }
+
+    fn include_velocity(&mut self, v: &Vector) {
+        for k in 0..3 {
+            self.slowest[k] = math::min(v[k], self.slowest[k]);
+            self.fastest[k] = math::max(v[k], self.fastest[k]);
+        }
+    }
+
+    /// The box with its mirror images about the planes across axis k, from that at 0 to that at `last`.
+    fn mirror(&mut self, k: usize, last: f64) {
+        let beyond = self.high[k] - last;
+        let far = math::max(-self.low[k], beyond);
+        (self.low[k], self.high[k]) = (-far, last + far);
+    }
+}
+
+/// What hangs together, for one look.
+pub(crate) struct Pieces {
+    /// Number of the piece that holds the supports.
+    support: Option<usize>,
+    /// Whether every node is labelled with the number of its piece.
+    labelled: bool,
+    /// Without labels: whether the sheet, one piece, counts as held.
+    held: bool,
+}
+
+impl Pieces {
+    /// Whether a piece is joined to a support.
+    pub(crate) fn hold(&self, piece: usize) -> bool {
+        if self.labelled { self.support == Some(piece) } else { self.held }
+    }
+}
+
+/// What loose pieces do in the body's way.
+struct Loose {
+    /// Some may meet the body: they are flagged.
+    in_the_way: bool,
+    /// Those ahead are on average no faster than the body.
+    are_overtaken: bool,
+    /// Those behind are on average no slower.
+    pursue: bool,
+}
+
+/// Nodes with their weights and the sum of a number of theirs.
+struct Swarm {
+    weight: f64,
+    sum: f64,
+}
+
+impl Swarm {
+    const NOTHING: Swarm = Swarm { weight: 0.0, sum: 0.0 };
+
+    fn add(&mut self, weight: f64, number: f64) {
+        self.weight += weight;
+        self.sum += weight * number;
+    }
+}
+
+/// Tests every outcome that has not latched. Called every 64 steps.
+pub(crate) fn test_outcomes(system: &mut System<'_>) {
+    let (step, work, velocity) = (system.state.step, system.state.sums.work, system.state.body.velocity);
+    if system.state.watch.first.is_none() {
+        if !system.state.watch.has(Outcome::Passed) && has_passed(system) {
+            system.state.watch.latch(Outcome::Passed, step, work);
+        }
+    } else {
+        if !system.state.watch.has(Outcome::Detached) && contact_is_detached(system) {
+            system.state.watch.latch(Outcome::Detached, step, work);
+        }
+        let direction = system.state.watch.direction(&velocity);
+        let settled = pass_checkpoint(system);
+        if direction == Vector::zeros() {
+            // At rest since before the first contact: nothing has been stopped.
+        } else if velocity.dot(&direction) <= 0.0 {
+            system.state.watch.latch(Outcome::Arrested, step, work);
+        } else if !system.state.watch.has(Outcome::Exited) && has_exited(system, settled) {
+            system.state.watch.latch(Outcome::Exited, step, work);
+        }
+    }
+    system.blocks.flags.fill(0);
+}
+
+/// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
+fn pass_checkpoint(system: &mut System<'_>) -> Option<bool> {
+    let settling = settling(system);
+    let (watch, sums, position) = (&mut system.state.watch, &system.state.sums, system.state.body.position);
+    let travel = (position - watch.checkpoint).dot(&watch.first?.direction);
+    if travel < system.solid.radius() {
+        return None;
+    }
+    let change = sums.work - watch.checkpoint_work;
+    let settled = math::abs(change) <= settling;
+    watch.checkpoint = position;
+    watch.checkpoint_work = sums.work;
+    watch.checkpoint_impulses = sums.impulses;
+    Some(settled)
+}
+
+/// Contact is over: the body goes on and nothing that could act on it is in its way, or only loose pieces that take no more.
+fn has_exited(system: &mut System<'_>, settled: Option<bool>) -> bool {
+    match settled {
+        Some(true) => way_is_clear(system, true),
+        // Without a node at the body the end of the travel need not be awaited.
+        _ => system.state.sums.contacts == 0 && way_is_clear(system, false),
+    }
+}
+
+/// The body has missed the sheet.
+fn has_passed(system: &System<'_>) -> bool {
+    let [x, y] = system.scene.half_size();
+    let (low, high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
+    let flight = flight(system);
+    if system.scene.drive == Drive::Prescribed {
+        // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
+        let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
+        return (0..3).any(|k| {
+            let (from, x, extent) = (start[k], flight.position[k], flight.extents[k]);
+            (from < low[k] && x > high[k] + extent) || (from > high[k] && x < low[k] - extent)
+        });
+    }
+    let mut region = Region { low, high, ..Region::EMPTY };
+    for j in (0..system.layout.plies).flat_map(|ply| system.awake_of(ply)[0]..system.awake_of(ply)[1]) {
+        for i in 0..system.layout.nodes_x {
+            // A sheet set in motion by the host may be faster than the body.
+            region.include(&system.position(i, j));
+            region.include_velocity(&system.velocity(i, j));
+        }
+    }
+    complete(system, &mut region);
+    flight.leaves(&region)
+}
+
+/// Adds what mirror planes leave out of a box, and where a held sheet swings back to.
+fn complete(system: &System<'_>, region: &mut Region) {
+    let symmetry = system.scene.symmetry;
+    let swings = system.scene.attachment.kind != AttachmentKind::Free;
+    for (k, mirrored) in [symmetry.mirror_x, symmetry.mirror_y, swings].into_iter().enumerate() {
+        if mirrored {
+            region.mirror(k, if k == 2 { system.scene.stack_height() } else { 0.0 });
+        }
+    }
+}
+
+fn flight(system: &System<'_>) -> Flight {
+    let (body, solid) = (&system.state.body, &system.solid);
+    let free = system.scene.drive == Drive::Free;
+    Flight {
+        position: body.position,
+        velocity: body.velocity,
+        acceleration: if free { system.state.force * system.model.inertia.inverse_mass } else { Vector::zeros() },
+        extents: solid.half_extents(&body.orientation),
+        reach: solid.reach(),
+        turning: if solid.feels_torque() { body.angular_velocity.norm() * solid.reach() } else { 0.0 },
+    }
+}
+
+/// Whether nothing of the sheet will act on the body any more if it flies on as it does. `beside_debris`: loose pieces in its
+/// way are allowed if they have next to nothing to exchange with it.
+fn way_is_clear(system: &mut System<'_>, beside_debris: bool) -> bool {
+    let flight = flight(system);
+    if whole_yarn_is_in_the_way(system, &flight) {
+        return false;
+    }
+    let pieces = pieces(system);
+    if !held_is_clear(system, &pieces, &flight) {
+        return false;
+    }
+    let loose = loose_pieces(system, &pieces, &flight);
+    if loose.pursue {
+        return false;
+    }
+    if !loose.in_the_way && !loose.are_overtaken {
+        return true;
+    }
+    beside_debris && exchange(system, &pieces, &flight, &loose) <= 4.0 * settling(system)
+}
+
+/// What of the sheet is held, as far as it has been looked at.
+struct Held {
+    /// The box about it.
+    region: Region,
+    /// Whether all of it lies behind the body and stays there; true of nothing.
+    behind: bool,
+}
+
+impl Held {
+    const NOTHING: Held = Held { region: Region::EMPTY, behind: true };
+
+    fn include(&mut self, system: &System<'_>, flight: &Flight, i: usize, j: usize) {
+        let x = system.position(i, j);
+        self.region.include(&x);
+        if system.scene.attachment.kind == AttachmentKind::Free {
+            self.region.include_velocity(&system.velocity(i, j));
+        }
+        self.behind = self.behind && !flight.has_ahead(&x) && flight.misses(&x, &system.velocity(i, j));
+    }
+
+    /// Whether it lies behind the body and stays there, or the body leaves the box about it for good. What is not clear stays so,
+    /// whatever is included.
+    fn is_clear(&self, system: &System<'_>, flight: &Flight) -> bool {
+        if self.behind {
+            return true;
+        }
+        let mut region = self.region;
+        complete(system, &mut region);
+        flight.leaves(&region)
+    }
+}
+
+/// Whether all that is held is clear of the body.
+fn held_is_clear(system: &System<'_>, pieces: &Pieces, flight: &Flight) -> bool {
+    let mut held = Held::NOTHING;
+    rows_from(system, flight).all(|j| {
+        for i in (0..system.layout.nodes_x).filter(|&i| pieces.hold(piece(system, pieces, i, j))) {
+            held.include(system, flight, i, j);
+        }
+        held.is_clear(system, flight)
+    })
+}
+
+/// Whether yarn along x near the body that is whole from a fixed node on, and so is held, is not clear of it: the usual case
+/// while the body is in the sheet, found without joining nodes.
+fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
+    let mut held = Held::NOTHING;
+    // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all nodes.
+    let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
+    rows_from(system, flight).take_while(near).any(|j| {
+        let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
+        let [_, left_end, right, right_end] = system.blocks.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
+        let mut whole = left_end;
+        while left_end > 0 && whole < system.layout.nodes_x && live(whole - 1) {
+            held.include(system, flight, whole, j);
+            whole += 1;
+        }
+        for i in (whole..right).rev().take_while(|&i| right < right_end && live(i)) {
+            held.include(system, flight, i, j);
+        }
+        !held.is_clear(system, flight)
+    })
+}
+
+/// All rows, those at rest nearest to the body first, from either side in turn: what is in its way is most likely there.
+fn rows_from(system: &System<'_>, flight: &Flight) -> impl Iterator<Item = usize> + use<> {
+    let rows = system.layout.nodes_y;
+    let by_distance = |a: &usize, b: &usize| distance(system, flight, *a).total_cmp(&distance(system, flight, *b));
+    let nearest = (0..rows).min_by(by_distance).unwrap_or(0);
+    let both = (0..rows).flat_map(move |d| [nearest.checked_add(d), nearest.checked_sub(d + 1)]);
+    both.flatten().filter(move |&j| j < rows)
+}
+
+/// How far a row at rest is from the body's centre along y, m.
+fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
+    math::abs(system.rest(0, j)[1] * system.scene.sheet.spacing - flight.position[1])
+}
+
+/// Looks for loose pieces in the body's way and flags them.
+fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Loose {
+    system.blocks.flags.fill(0);
+    let (mut ahead, mut behind, mut in_the_way) = (Swarm::NOTHING, Swarm::NOTHING, false);
+    for (i, j) in system.nodes() {
+        let piece = piece(system, pieces, i, j);
+        if pieces.hold(piece) {
+            continue;
+        }
+        let (x, v) = (system.position(i, j), system.velocity(i, j));
+        let (node_ahead, node_behind) = (flight.has_ahead(&x), flight.has_behind(&x));
+        let piece_ahead = lies_ahead(system, piece, flight);
+        let weight = system.share(i, j);
+        if piece_ahead && !is_alone(system, i, j) {
+            ahead.add(weight, v.dot(&flight.velocity));
+        }
+        if node_behind {
+            behind.add(weight, v.dot(&flight.velocity));
+        }
+        if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
+            in_the_way = true;
+            if let Some(flags) = system.blocks.flags.get_mut(piece / 32) {
+                *flags |= 1 << (piece % 32);
+            }
+        }
+    }
+    let own = flight.velocity.norm_squared();
+    Loose {
+        in_the_way,
+        are_overtaken: ahead.weight > 0.0 && ahead.sum <= ahead.weight * own,
+        pursue: behind.weight > 0.0 && behind.sum >= behind.weight * own,
+    }
+}
+
+/// What the loose pieces in the way can still change the work by, J: V sqrt(2 m E) with their mass m and their kinetic
+/// energy E seen from the body.
+fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose) -> f64 {
+    let (mut mass, mut energy) = (0.0, 0.0);
+    for (i, j) in system.nodes() {
+        let piece = piece(system, pieces, i, j);
+        let flagged = system.blocks.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
+        let overtaken = || {
+            loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
+        };
+        if flagged || overtaken() {
+            let node_mass = system.share(i, j) * (system.model.node_mass * system.mass_share_of_row(j));
+            mass += node_mass;
+            energy += 0.5 * node_mass * (system.velocity(i, j) - flight.velocity).norm_squared();
+        }
+    }
+    flight.velocity.norm() * math::sqrt(2.0 * mass * energy)
+}
+
+/// Whether a piece, by the node with its smallest number, lies before the body's centre.
+fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
+    let (i, j) = system.layout.column_and_row(piece);
+    flight.has_ahead(&system.position(i, j))
+}
+
+/// Finds what hangs together. Before the first failure all nodes are one piece; later, without labels, none is known to be
+/// loose.
+pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
+    let several = system.failed_segments > 0 || system.layout.is_stack();
+    let labelled = several && system.layout.track_detachment;
+    let support = if labelled { join_nodes(system) } else { None };
+    let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.track_detachment;
+    Pieces { support, labelled, held }
+}
+
+/// The number of the piece that a node belongs to.
+pub(crate) fn piece(system: &System<'_>, pieces: &Pieces, i: usize, j: usize) -> usize {
+    let label = system.blocks.labels.get(j * system.layout.nodes_x + i);
+    label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
+}
+
+/// Whether no live segment ends at a node: then it flies straight.
+fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
+    let before = |axis: Axis, i: Option<usize>, j: Option<usize>| match (i, j) {
+        (Some(i), Some(j)) => is_live(system, axis, i, j),
+        _ => false,
+    };
+    !(is_live(system, Axis::Horizontal, i, j)
+        || before(Axis::Horizontal, i.checked_sub(1), Some(j))
+        || is_live(system, Axis::Vertical, i, j)
+        || before(Axis::Vertical, Some(i), j.checked_sub(1)))
+}
+
+/// Whether the segment that starts at node (i, j) has not failed.
+fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
+    is_live_in(planes::row(system.blocks.hot, system.layout.chunks, j), axis, i)
+}
+
+/// The same of the segment that starts at column i of a row.
+fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
+    planes::get(row, 6 + axis as usize, i).is_some_and(|stiffness| stiffness > 0.0)
+}
+
+/// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
+fn contact_is_detached(system: &mut System<'_>) -> bool {
+    let can_be = system.layout.track_detachment && system.scene.attachment.kind != AttachmentKind::Free;
+    let watched = can_be && system.failed_segments > 0;
+    if !watched || system.blocks.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(system) {
+        return false;
+    }
+    let Some(support) = join_nodes(system) else { return false };
+    let Blocks { labels, flags, .. } = &system.blocks;
+    let mut touched =
+        labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
+    !touched.any(|(_, &label)| label as usize == support)
+}
+
+/// Labels every node with the smallest number of a node that live segments join it to. All fixed nodes count as joined.
+/// Gives the label of the fixed nodes, if there are any.
+fn join_nodes(system: &mut System<'_>) -> Option<usize> {
+    let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
+    let Blocks { hot, labels, runs, .. } = &mut system.blocks;
+    let mut sets = Components::new(labels);
+    join_live_segments(&mut sets, hot, chunks, [nx, ny]);
+    // All fixed nodes into one component.
+    let mut support = None;
+    for (j, run) in runs.iter().enumerate() {
+        for i in (run[0]..run[1]).chain(run[2]..run[3]) {
+            let k = j * nx + i as usize;
+            match support {
+                None => support = Some(k),
+                Some(first) => sets.join(first, k),
+            }
+        }
+    }
+    sets.flatten();
+    support.map(|k| sets.find(k))
+}
+
+/// Joins the ends of every live segment of so many nodes.
+fn join_live_segments(sets: &mut Components<'_>, hot: &[Chunk<HOT_PLANES>], chunks: usize, [nx, ny]: [usize; 2]) {
+    let mut below: &[Chunk<HOT_PLANES>] = &[];
+    for j in 0..ny {
+        let row = planes::row(hot, chunks, j);
+        let mut from_below = false;
+        for i in 0..nx {
+            let k = j * nx + i;
+            let from_left = i > 0 && is_live_in(row, Axis::Horizontal, i - 1);
+            if from_left {
+                sets.join(k - 1, k);
+            }
+            // Most often the other three sides of the cell have joined the two ends already.
+            let joined = from_below && from_left && is_live_in(below, Axis::Horizontal, i - 1);
+            from_below = is_live_in(below, Axis::Vertical, i);
+            if from_below && !joined {
+                sets.join(k - nx, k);
+            }
+        }
+        below = row;
+    }
+}
+
+/// true if live segments run straight from a touched node to a fixed one: the usual case, found without joining nodes.
+fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
+    let (nx, ny) = (system.layout.nodes_x, system.layout.nodes_y);
+    let live = |axis: Axis, i: usize, j: usize| is_live(system, axis, i, j);
+    let fixed = |i: usize, j: usize| system.is_fixed(i, j);
+    let held = |i: usize, j: usize| {
+        // Left, right, down and up, as far as the yarn is whole.
+        (0..i).rev().map_while(|i| live(Axis::Horizontal, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+            || (i + 1..nx).map_while(|i| live(Axis::Horizontal, i - 1, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+            || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
+            || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
+    };
+    let words = system.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
+    words
+        .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
+        .map(|k| system.layout.column_and_row(k))
+        .any(|(i, j)| held(i, j))
+}
+
+/// By how much the work may still change when it counts as final, J.
+fn settling(system: &System<'_>) -> f64 {
+    let part = SETTLED_PART * math::abs(system.state.sums.work);
+    math::max(part, system.model.node_mass * system.state.body.velocity.norm_squared())
+}
+
+/// Disjoint sets over the nodes, in caller's memory.
+pub struct Components<'a> {
+    labels: &'a mut [u32],
+}
+
+impl<'a> Components<'a> {
+    /// Every node by itself.
+    pub fn new(labels: &'a mut [u32]) -> Components<'a> {
+        for (k, label) in labels.iter_mut().enumerate() {
+            *label = k as u32;
+        }
+        Components { labels }
+    }
+
+    /// The representative of a node's component.
+    pub fn find(&mut self, node: usize) -> usize {
+        let mut k = node;
+        loop {
+            let Some(&parent) = self.labels.get(k) else { return node };
+            if parent as usize == k {
+                return k;
+            }
+            let grandparent = self.labels.get(parent as usize).copied().unwrap_or(parent);
+            if let Some(label) = self.labels.get_mut(k) {
+                *label = grandparent;
+            }
+            k = grandparent as usize;
+        }
+    }
+
+    /// Gives every node the number of its component's representative.
+    pub fn flatten(&mut self) {
+        // A representative has the smallest number of its component, so those before are done.
+        for k in 0..self.labels.len() {
+            let root = self.find(k) as u32;
+            if let Some(label) = self.labels.get_mut(k) {
+                *label = root;
+            }
+        }
+    }
+
+    /// Joins two nodes' components.
+    pub fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        let (small, large) = if a < b { (a, b) } else { (b, a) };
+        if let Some(label) = self.labels.get_mut(large) {
+            *label = small as u32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::planes::CHUNK;
+    use crate::ground::random::splitmix64;
+    use crate::{CacheLine, Layout, Scene, Sim};
+    use std::vec::Vec;
+
+    #[test]
+    fn components_join() {
+        let mut labels = [0; 6];
+        let mut sets = Components::new(&mut labels);
+        sets.join(4, 5);
+        sets.join(1, 4);
+        assert_eq!(sets.find(5), sets.find(1));
+        assert_ne!(sets.find(0), sets.find(1));
+        assert_eq!(sets.find(3), 3);
+    }
+
+    #[test]
+    fn the_rows_nearest_to_the_body_come_first() {
+        let mut scene = Scene::sheet_3in_sphere();
+        scene.projectile.position[1] = 7.3 * scene.sheet.spacing;
+        let layout = Layout::of(&scene).unwrap();
+        let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+        let sim = Sim::new(&scene, &mut memory).unwrap();
+        let (system, flight) = (&sim.system, flight(&sim.system));
+        let mut rows: Vec<usize> = rows_from(system, &flight).collect();
+        assert_eq!(rows[..4], [59, 58, 60, 57], "the middle one is 52");
+        let off = |j: usize| (system.position(0, j).y - flight.position.y).abs();
+        for &j in &rows {
+            assert!((distance(system, &flight, j) - off(j)).abs() < 1e-15);
+        }
+        rows.sort_unstable();
+        assert_eq!(rows, Vec::from_iter(0..layout.nodes_y));
+    }
+
+    /// What is not clear of a part of what is held must not be clear of the whole.
+    #[test]
+    fn whole_yarn_in_the_way_is_never_clear() {
+        let (mut found, mut not_found) = (0, 0);
+        for (kind, seed) in
+            [(AttachmentKind::TwoSides, 1), (AttachmentKind::FourSides, 2), (AttachmentKind::TwoSides, 3)]
+        {
+            let mut scene = Scene::sheet_3in_sphere();
+            (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+            (scene.attachment.kind, scene.seed) = (kind, seed);
+            scene.projectile.velocity[2] = 60.0;
+            let layout = Layout::of(&scene).unwrap();
+            let mut memory = std::vec![CacheLine::ZERO; layout.lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            for _ in 0..300 {
+                sim.advance(TEST_INTERVAL).unwrap();
+                let flight = flight(&sim.system);
+                let in_the_way = whole_yarn_is_in_the_way(&sim.system, &flight);
+                let pieces = pieces(&mut sim.system);
+                let mut held = Held::NOTHING;
+                for (i, j) in sim.system.nodes() {
+                    if pieces.hold(piece(&sim.system, &pieces, i, j)) {
+                        held.include(&sim.system, &flight, i, j);
+                    }
+                }
+                let clear = held.is_clear(&sim.system, &flight);
+                assert!(!(in_the_way && clear), "step {}", sim.system.state.step);
+                assert_eq!(held_is_clear(&sim.system, &pieces, &flight), clear);
+                *(if in_the_way { &mut found } else { &mut not_found }) += 1;
+            }
+        }
+        assert!(found > 50 && not_found > 50, "{found} {not_found}");
+    }
+
+    #[test]
+    fn live_segments_join_their_ends_whatever_has_failed() {
+        let ([nx, ny], chunks) = ([19, 17], 3);
+        for case in 0..200 {
+            // Nearly whole, in pieces, dust.
+            let threshold = [u64::MAX / 50, u64::MAX / 2, u64::MAX / 4 * 3][case % 3];
+            let draw = |k: usize| splitmix64((case * 10_000 + k) as u64) > threshold;
+            let mut hot = std::vec![[[0.0; CHUNK]; HOT_PLANES]; chunks * ny];
+            for k in 0..nx * ny {
+                let (i, j) = (k % nx, k / nx);
+                let chunk = &mut hot[j * chunks + i / CHUNK];
+                chunk[6][i % CHUNK] = f64::from(draw(2 * k));
+                chunk[7][i % CHUNK] = f64::from(draw(2 * k + 1));
+            }
+            let mut plainly = std::vec![0; nx * ny];
+            let mut sets = Components::new(&mut plainly);
+            for k in 0..nx * ny {
+                let (i, j) = (k % nx, k / nx);
+                if i + 1 < nx && draw(2 * k) {
+                    sets.join(k, k + 1);
+                }
+                if j + 1 < ny && draw(2 * k + 1) {
+                    sets.join(k, k + nx);
+                }
+            }
+            sets.flatten();
+            let mut labels = std::vec![0; nx * ny];
+            let mut sets = Components::new(&mut labels);
+            join_live_segments(&mut sets, &hot, chunks, [nx, ny]);
+            sets.flatten();
+            assert_eq!(labels, plainly, "case {case}");
+        }
+    }
+}

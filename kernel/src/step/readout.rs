@@ -1,0 +1,195 @@
+//! Read-outs over the segments that start in a row, side by side in lanes.
+//!
+//! Method: the expressions of [`System::segment`], and so its bits. One by one are looked at those next to a mirror plane, in the coarse part
+//! of a graded network, and in a lane group that holds a broken one.
+//! Limits: where there is no segment the stiffness is 0, as of a broken one.
+//! Reference: docs/model.md, "The sweep".
+
+use crate::ground::lanes::{Job, Lane};
+use crate::ground::math;
+use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::memory::system::System;
+use crate::sheet::sweep::{NOTHING, greatest, right_of};
+
+/// A chunk of nodes, with those to the right and above.
+pub(crate) struct Around<'a> {
+    here: &'a Chunk<HOT_PLANES>,
+    right: &'a Chunk<HOT_PLANES>,
+    above: &'a Chunk<HOT_PLANES>,
+}
+
+impl<'a> Around<'a> {
+    /// Chunk c of row j; None next to a mirror plane and in the coarse part of a graded network.
+    #[inline(always)]
+    pub fn of(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
+        let layout = &system.layout;
+        if layout.x.mirrored || layout.y.mirrored || !system.net().is_fine(c, j) {
+            return None;
+        }
+        let row = planes::row(system.blocks.hot, layout.chunks, j);
+        let above = planes::row(system.blocks.hot, layout.chunks, j + 1);
+        Some(Around {
+            here: row.get(c)?,
+            right: row.get(c + 1).unwrap_or(&NOTHING),
+            above: above.get(c).unwrap_or(&NOTHING),
+        })
+    }
+
+    /// Relative displacement of the ends of the segments from group g, in their own axes.
+    #[inline(always)]
+    pub fn displacement<L: Lane>(&self, axis: Axis, g: usize) -> [L; 3] {
+        self.differences(axis, 0, g)
+    }
+
+    /// Relative velocity of the ends.
+    #[inline(always)]
+    pub fn velocity<L: Lane>(&self, axis: Axis, g: usize) -> [L; 3] {
+        self.differences(axis, 3, g)
+    }
+
+    /// Their stiffness.
+    #[inline(always)]
+    pub fn stiffness<L: Lane>(&self, axis: Axis, g: usize) -> L {
+        L::load(&L::groups(&self.here[6 + axis as usize])[g])
+    }
+
+    /// Of three planes from `first` on.
+    #[inline(always)]
+    fn differences<L: Lane>(&self, axis: Axis, first: usize, g: usize) -> [L; 3] {
+        match axis {
+            Axis::Horizontal => [self.to_right(first, g), self.to_right(first + 1, g), self.to_right(first + 2, g)],
+            Axis::Vertical => [self.upwards(first + 1, g), self.upwards(first, g), self.upwards(first + 2, g)],
+        }
+    }
+
+    #[inline(always)]
+    fn to_right<L: Lane>(&self, plane: usize, g: usize) -> L {
+        let here = L::load(&L::groups(&self.here[plane])[g]);
+        right_of(here, &self.here[plane], &self.right[plane], g).sub(here)
+    }
+
+    #[inline(always)]
+    fn upwards<L: Lane>(&self, plane: usize, g: usize) -> L {
+        L::load(&L::groups(&self.above[plane])[g]).sub(L::load(&L::groups(&self.here[plane])[g]))
+    }
+}
+
+/// The greatest q = U^2 - 1 of the segments that start in row j and are not broken; 0 if none is stretched.
+pub(crate) struct GreatestOfRow<'a> {
+    pub system: &'a System<'a>,
+    pub j: usize,
+}
+
+impl Job for GreatestOfRow<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> f64 {
+        let GreatestOfRow { system, j } = self;
+        let (mut found, mut alone) = (L::splat(0.0), 0.0);
+        for c in 0..system.layout.chunks {
+            let around = Around::of(system, c, j);
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                let rest = system.direction(axis, j).rest.lanes::<L>();
+                for g in 0..CHUNK / L::WIDTH {
+                    if let Some(around) = &around
+                        && !L::splat(0.0).sub(around.stiffness(axis, g)).any_not_below(L::splat(0.0))
+                    {
+                        found = rest.twice_strain(around.displacement::<L>(axis, g)).max(found);
+                    } else {
+                        let first = c * CHUNK + g * L::WIDTH;
+                        alone = math::max(greatest_alone(system, axis, first, L::WIDTH, j), alone);
+                    }
+                }
+            }
+        }
+        math::max(greatest(found), alone)
+    }
+}
+
+/// The same of segments along an axis, one by one.
+#[inline(never)] // It must not be compiled for each instruction set.
+fn greatest_alone(system: &System<'_>, axis: Axis, first: usize, count: usize, j: usize) -> f64 {
+    let segments = (first..first + count).filter_map(|i| system.segment(axis, i, j));
+    let whole = segments.filter(|segment| segment.stiffness > 0.0);
+    whole.fold(0.0, |greatest, segment| math::max(segment.twice_strain(), greatest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::lanes::InstructionSet;
+    use crate::scene::parts::{Scene, StrengthDraw, Symmetry};
+    use crate::step::energy::weighted_energy;
+    use crate::{CacheLine, Layout, Sim};
+    use std::vec;
+
+    /// 61 x 61 nodes of drawn yarn and the preset's sphere at 300 m/s.
+    fn sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.projectile.velocity) = (61, 61, [0.0, 0.0, 300.0]);
+        scene
+    }
+
+    /// Strain and dissipated energy and the greatest q, segment by segment.
+    fn one_by_one(system: &System<'_>) -> (f64, f64, f64) {
+        let (mut strain, mut dissipated, mut greatest) = (0.0, 0.0, 0.0);
+        let axes = [Axis::Horizontal, Axis::Vertical];
+        let rates = axes.map(|axis| [system.rate_law_before(axis), system.rate_law(axis)]);
+        for j in 0..system.layout.nodes_y {
+            let (mut row_strain, mut row_dissipated) = (0.0, 0.0);
+            for i in 0..system.layout.nodes_x {
+                for (axis, rates) in axes.into_iter().zip(&rates) {
+                    let (stored, lost) = weighted_energy(system, rates, axis, i, j);
+                    row_strain += stored;
+                    row_dissipated += lost;
+                    greatest = math::max(greatest_alone(system, axis, i, 1, j), greatest);
+                }
+            }
+            strain += system.mass_share_of_row(j) * row_strain;
+            dissipated += row_dissipated;
+        }
+        (strain * system.model.unit_energy, dissipated * system.model.segment_volume, greatest)
+    }
+
+    #[test]
+    fn lanes_give_the_bits_of_single_segments() {
+        let changes: [fn(&mut Scene); 10] = [
+            |_| (),
+            |scene| scene.yarn.stochastic = false,
+            |scene| (scene.sheet.spacing_y, scene.sheet.crimp) = (1.2 * scene.sheet.spacing, [0.001, 0.003]),
+            |scene| scene.yarn.strength_draw = StrengthDraw::Weibull,
+            |scene| {
+                scene.symmetry = Symmetry { mirror_x: true, mirror_y: true };
+                scene.yarn.stochastic = false;
+            },
+            |scene| scene.slack_toe = 0.01,
+            |scene| {
+                (scene.yarn.rate_modulus, scene.yarn.rate_stretch) = (0.02, 0.01);
+                (scene.yarn.rate_reference, scene.yarn.rate_limit) = (1.0, 1e4);
+            },
+            |scene| (scene.stack.plies, scene.stack.gap) = (2, 1e-4),
+            |scene| scene.set_grading(0.03).unwrap(),
+            |scene| (scene.sheet.nodes_x, scene.sheet.nodes_y) = (58, 47),
+        ];
+        for (k, change) in changes.into_iter().enumerate() {
+            let mut scene = sphere();
+            change(&mut scene);
+            let mut memory = vec![CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
+            let mut sim = Sim::new(&scene, &mut memory).unwrap();
+            let mut failed = 0;
+            for _ in 0..6 {
+                sim.advance(150).unwrap();
+                let (strain, dissipated, greatest) = one_by_one(&sim.system);
+                for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+                    sim.use_instructions(set).unwrap();
+                    let energy = sim.energy().unwrap();
+                    assert_eq!((energy.strain, energy.dissipated), (strain, dissipated), "scene {k}");
+                    assert_eq!(sim.fabric().unwrap().max_stretch, crate::yarn::law::stretch(greatest), "scene {k}");
+                }
+                failed = sim.counters().failed_segments;
+            }
+            assert!(failed > 0, "scene {k}");
+        }
+    }
+}

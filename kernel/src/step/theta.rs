@@ -1,0 +1,318 @@
+//! The paper's theta rule with fixed-point iteration: the reference method beside velocity Verlet.
+//!
+//! Method: with accelerations a_n at the start and a^K at the latest guess of the step's end,
+//!   g = theta [(1 - theta) a_n + theta a^K],  x^{K+1} = x_n + v+ + g,  a^{K+1} = forces(x^{K+1}),
+//! until no node moves by more than the tolerance; then v_{n+1} = v+ + (1 - theta) a_n + theta a^{K+1}. (Units: h and dt.)
+//! v+ is v_n after the contact impulses of this step. They are found anew in every iteration from the gaps at t_n and the
+//! speeds v_n + g, and act in full on position and velocity: weighted with theta they would make an elastic bounce.
+//! Damage is always taken from the history at t_n and committed once, after convergence, like body and sums.
+//! The state is synchronous: positions, velocities and damage all at t_n. Every row is stepped, also those at rest.
+//! Limits: the iteration contracts by (dt/dt_crit)^2 for theta = 1/2, so it needs the same steps as velocity Verlet; its error
+//! constant is twice Verlet's. Without convergence the step fails with the state kept at t_n.
+//! Reference: Powell and Zohdi (2009), their temporal discretisation and adaptive iteration.
+
+use crate::body::pose::Vector;
+use crate::body::projectile::Body;
+use crate::contact::candidate::{Candidate, Found};
+use crate::contact::solve::{self, Gathered};
+use crate::ground::error::Failure;
+use crate::ground::math;
+use crate::ground::planes::{
+    self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
+};
+use crate::ground::ranges::{NOT_KEPT, end_of_range};
+use crate::memory::blocks::Blocks;
+use crate::memory::rows::{place_image_column, place_image_row};
+use crate::memory::state::COUNT_MAX;
+use crate::memory::system::{System, mean_acceleration};
+use crate::scene::parts::Integrator;
+use crate::sheet::grading::Net;
+use crate::sheet::sweep::{self, Constants, YarnRow};
+use crate::sheet::weave::in_runs;
+use crate::step::motion;
+use crate::yarn::law::{self, Damage};
+
+/// A force beyond this, in units of m h/dt^2, is that of a lost state (see [`crate::yarn::law::LOST`]).
+const LARGEST_FORCE: f64 = 1e80;
+
+/// One step of nodes and rates. On a failure nothing has changed.
+#[inline(never)] // It must not add to the stack of the sweep.
+pub(crate) fn iterate(
+    system: &mut System<'_>,
+    rule: Integrator,
+    gathered: &Gathered,
+    before: &Body,
+) -> Result<(), Failure> {
+    let (rates, count) = (system.state.body, gathered.count);
+    start_pushed(system);
+    keep_gaps(system, count);
+    let mut kept = 0;
+    for iteration in 1..=rule.max_iterations {
+        system.state.body = rates;
+        motion::load_body(system, system.model.pass_dt);
+        approach_with_forces(system, rule, count);
+        // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
+        // not end.
+        kept = if iteration == 1 { solve::let_pass(system, count, gathered.deepest) } else { kept };
+        let solved;
+        (solved, kept) = solve::solve_contact(system, kept, count, solve::solve_first);
+        push_candidates(system, count);
+        let moved = guess(system, rule);
+        let sound = forces_at_guess(system) && moved.is_finite();
+        if !sound {
+            break;
+        }
+        if moved <= rule.tolerance {
+            solve::set_rates(system, &solved);
+            commit(system, rule);
+            solve::book_contact(system, count, before);
+            motion::book_load(system, system.model.pass_dt, before);
+            let sums = &mut system.state.sums;
+            sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);
+            sums.most_iterations = sums.most_iterations.max(iteration as u64);
+            return Ok(());
+        }
+    }
+    system.state.body = *before;
+    start_iterates(system);
+    Err(Failure::NotConverged)
+}
+
+/// The state's displacements as the first guess, and the forces there as those at the step's start.
+pub(crate) fn start_iterates(system: &mut System<'_>) {
+    if !system.layout.implicit {
+        return;
+    }
+    for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
+        iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
+    }
+    forces_at_guess(system);
+    forces_to_start(system);
+}
+
+fn forces_to_start(system: &mut System<'_>) {
+    for chunk in system.blocks.iterate.iter_mut() {
+        chunk.copy_within(AT_GUESS..AT_GUESS + 3, AT_START);
+    }
+}
+
+/// Velocities at t_n, before any impulse.
+fn start_pushed(system: &mut System<'_>) {
+    for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
+        iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[3..6]);
+    }
+}
+
+/// Keeps phi/dt of the nodes found: every iteration starts from it.
+fn keep_gaps(system: &mut System<'_>, count: usize) {
+    for (gap, slot) in system.blocks.gaps_over_dt.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
+        *gap = Found::read(slot).gap_over_dt;
+    }
+}
+
+/// phi/dt + n.(v_n + g) of every candidate.
+#[inline(never)] // It must not add to the stack of contact.
+fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
+    let unit_speed = system.model.unit_speed;
+    for c in 0..count {
+        let Some(&node) = system.blocks.candidate_nodes.get(c) else { break };
+        let (i, j) = system.layout.column_and_row(node as usize);
+        let velocity = system.velocity_with_forces(rule.theta, i, j);
+        let (Some(slot), Some(gap)) = (system.blocks.candidates.get_mut(c), system.blocks.gaps_over_dt.get(c)) else {
+            break;
+        };
+        let mut candidate = Candidate::read(slot);
+        candidate.approach = gap + candidate.normal.dot(&velocity) * unit_speed;
+        candidate.write(slot);
+    }
+}
+
+/// v_n and the impulse of every candidate.
+#[inline(never)] // It must not add to the stack of contact.
+fn push_candidates(system: &mut System<'_>, count: usize) {
+    for c in 0..count {
+        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+            break;
+        };
+        let candidate = Candidate::read(slot);
+        let (i, j) = system.layout.column_and_row(node as usize);
+        let (_, v) = system.node(i, j);
+        let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
+        let row = planes::row_mut(system.blocks.iterate, system.layout.chunks, j);
+        for axis in 0..3 {
+            if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
+                *pushed = v[axis] + push[axis];
+            }
+        }
+    }
+}
+
+/// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
+#[inline(never)] // It must not add to the stack of contact.
+fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
+    let chunks = system.layout.chunks;
+    let (mut largest, mut finite) = (0.0, true);
+    for j in 0..system.layout.nodes_y {
+        let run = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+        let hot = planes::row(system.blocks.hot, chunks, j);
+        let iterate = planes::row_mut(system.blocks.iterate, chunks, j);
+        for i in (0..system.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
+            let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
+            let lane = i % CHUNK;
+            for axis in 0..3 {
+                let g = mean_acceleration(rule.theta, iterate[AT_START + axis][lane], iterate[AT_GUESS + axis][lane]);
+                let next = hot[axis][lane] + (iterate[PUSHED + axis][lane] + g);
+                let change = next - iterate[GUESS + axis][lane];
+                let size = math::abs(change);
+                finite &= size.is_finite();
+                largest = math::max(size, largest);
+                iterate[GUESS + axis][lane] = next;
+            }
+        }
+    }
+    if finite { largest } else { f64::INFINITY }
+}
+
+/// Accelerations at the guess, with damage from the history at t_n. The same expressions in the same order as the sweep.
+/// false if the state would be lost.
+fn forces_at_guess(system: &mut System<'_>) -> bool {
+    let chunks = system.layout.chunks;
+    let (nx, ny, across, up) =
+        (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
+    let directions = system.directions.of_ply(0);
+    let uniform = Constants::Uniform(directions);
+    let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
+    let net = Net { columns, lines };
+    if system.layout.x.mirrored {
+        (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
+    }
+    if system.layout.y.mirrored {
+        place_image_row(iterate, chunks, system.layout.y);
+    }
+    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    let mut sound = true;
+    for j in 0..ny {
+        let Some((below, above)) = iterate.split_at_mut_checked((j + 1) * chunks) else { break };
+        let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
+        let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
+        let constants =
+            if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
+        let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j), logarithms: &[] };
+        let rest = |axis: Axis, i: usize| {
+            let rest = directions.along(axis).rest;
+            net.bar(axis, i, j).map_or(rest, |[segments, _]| rest.in_series(segments))
+        };
+        let stiffness = |axis: Axis, i: usize, q: f64| {
+            let law = &directions.along(axis).law;
+            if planes::get(history, axis as usize, i).is_some_and(|largest| law.is_damaging(q, largest)) {
+                let (undamaged, damage_rate) = yarn.constants(axis, i);
+                law.at(yarn.critical_stretch(law, axis, i)).alpha(damage_rate, q) * undamaged
+            } else {
+                planes::get(hot, 6 + axis as usize, i).unwrap_or(0.0)
+            }
+        };
+        let mut here = displacement(row, 0);
+        let mut left = [0.0; 3];
+        for i in 0..nx {
+            let next = displacement(row, i + 1);
+            let mut right = [0.0; 3];
+            if i < across {
+                let d = [next[0] - here[0], next[1] - here[1], next[2] - here[2]];
+                let rest = rest(Axis::Horizontal, i);
+                let q = rest.twice_strain(d);
+                right = rest.force(law::stress(stiffness(Axis::Horizontal, i, q), q), d);
+            }
+            let mut lift = [0.0; 3];
+            if j < up {
+                let over = displacement(above, i);
+                let d = [over[0] - here[0], over[1] - here[1], over[2] - here[2]];
+                let d = vertical_axes(d);
+                let rest = rest(Axis::Vertical, i);
+                let q = rest.twice_strain(d);
+                lift = vertical_axes(rest.force(law::stress(stiffness(Axis::Vertical, i, q), q), d));
+            }
+            let inverse_widths = net.inverse_widths(i, j);
+            for axis in 0..3 {
+                let Some(down) = planes::get_mut(carry, axis, i) else { break };
+                let sum = sweep::graded_sum(right[axis], left[axis], lift[axis], *down, inverse_widths);
+                sound &= (-LARGEST_FORCE..=LARGEST_FORCE).contains(&sum);
+                *down = lift[axis];
+                if let Some(slot) = planes::get_mut(row, AT_GUESS + axis, i) {
+                    *slot = sum;
+                }
+            }
+            here = next;
+            left = right;
+        }
+    }
+    sound
+}
+
+/// Takes the converged guess: positions, velocities without impulses, supports, damage.
+#[inline(never)] // It must not add to the stack of contact.
+fn commit(system: &mut System<'_>, rule: Integrator) {
+    let chunks = system.layout.chunks;
+    let theta = rule.theta;
+    for j in 0..system.layout.nodes_y {
+        let run = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+        let (mut low, mut high) = (0.0, 0.0);
+        for i in 0..system.layout.nodes_x {
+            let iterate = planes::row(system.blocks.iterate, chunks, j);
+            let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
+            let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
+            let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
+            low = math::min(u[1], low);
+            high = math::max(u[1], high);
+            if in_runs(&run, i) {
+                system.load_support(i, j, &Vector::from(a));
+                continue;
+            }
+            let (_, v) = system.node(i, j);
+            system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
+        }
+        if let Some(range) = system.blocks.ranges.get_mut(j) {
+            *range = [end_of_range(low), end_of_range(high), NOT_KEPT, NOT_KEPT];
+        }
+    }
+    system.awake = [0, system.layout.nodes_y];
+    commit_damage(system);
+    forces_to_start(system);
+}
+
+/// History and stiffness at the new positions, once a step.
+fn commit_damage(system: &mut System<'_>) {
+    let chunks = system.layout.chunks;
+    let mut failed = false;
+    for j in 0..system.layout.nodes_y {
+        for i in 0..system.layout.nodes_x {
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                let Some(segment) = system.segment(axis, i, j) else { continue };
+                let q = segment.twice_strain();
+                if !system.direction(axis, j).law.is_damaging(q, segment.history) {
+                    continue;
+                }
+                let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
+                failed |= alpha == 0.0;
+                let stiffness = planes::row_mut(system.blocks.hot, chunks, j);
+                if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
+                    *slot = alpha * segment.undamaged;
+                }
+                let history = planes::row_mut(system.blocks.history, chunks, j);
+                if let Some(slot) = planes::get_mut(history, axis as usize, i) {
+                    *slot = largest;
+                }
+            }
+        }
+    }
+    if failed {
+        system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
+    }
+}
+
+/// Guess of a node's displacement; zero outside the row.
+fn displacement(row: &[Chunk<ITERATE_PLANES>], i: usize) -> [f64; 3] {
+    match row.get(i / CHUNK) {
+        Some(chunk) => [chunk[GUESS][i % CHUNK], chunk[GUESS + 1][i % CHUNK], chunk[GUESS + 2][i % CHUNK]],
+        None => [0.0; 3],
+    }
+}

@@ -1,0 +1,531 @@
+//! Several steps in one block, for a sheet that does not stay in the caches: a row takes all steps of the block within a few rows' work, so
+//! that it comes from memory once and not once a step.
+//!
+//! Method: a row can take a step as soon as the row above it has taken the one before. So rows are stepped in a skewed order: where row r
+//! takes the first step of the block, row r - s takes step s. Rows below the body take all steps in this order; then the rows that the
+//! body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
+//! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
+//! the same.
+//! With bands the order is another one (`pieces.rs`).
+//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_waves`); every
+//! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
+//! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
+//! comes so near within a block, at some 2e4 m/s, is a lost state.
+//! After a failure in a block rows may be ahead of the step that is counted, and another failure of the same block may be reported than single
+//! steps would have met first; nothing but counters and the digest can be read then.
+//! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software and Applications Conf. (2009)
+//! 579 (wavefront parallelization).
+
+use crate::body::pose::Vector;
+use crate::contact::solve::{Gathered, Search};
+use crate::ground::error::Failure;
+use crate::ground::lanes::InstructionSet;
+use crate::ground::planes::{CARRY_PLANES, CHUNK};
+use crate::ground::ranges::range_of;
+use crate::memory::layout::{BLOCK_STEPS, Layout};
+use crate::memory::system::System;
+use crate::sheet::places::rest_offset;
+use crate::sheet::sweep::Report;
+use crate::step::explicit;
+
+/// How far a row beyond the body's reach may come nearer within a block, spacings.
+const APPROACH: f64 = 8.0;
+
+/// How many steps a block has with these instructions. The wider they are, the more a sweep waits for memory.
+pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usize {
+    let pays = matches!(instructions, InstructionSet::Avx512 | InstructionSet::Avx2);
+    if layout.in_waves && pays { BLOCK_STEPS } else { 1 }
+}
+
+/// Takes a block of steps, if `most` steps allow one now: how many, or 0.
+#[inline(never)] // It must not add to the stack of single steps.
+pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
+    let Some(block) = Block::plan(system, most) else { return Ok(0) };
+    block.take(system)?;
+    Ok(block.steps as u64)
+}
+
+/// What lies where in a block.
+#[derive(Clone, Copy)]
+pub(crate) struct Block {
+    /// Rows [first, end) that the body may reach.
+    pub near: [usize; 2],
+    pub steps: usize,
+    pub rows: usize,
+    reach: Reach,
+}
+
+/// From where to where along a column the body may reach within a block.
+#[derive(Clone, Copy)]
+struct Reach {
+    /// The ends, m.
+    low: f64,
+    high: f64,
+    /// Spacing of the nodes along x, m, the unit of displacements.
+    h: f64,
+    /// Spacing of the rows at rest in units of h.
+    rise: f64,
+    nodes_y: u32,
+}
+
+impl Block {
+    /// The block that may begin now; None for single steps: beyond `most` steps, or if the body may reach a fixed node or half of the rows.
+    #[inline(never)] // What it needs must not add to the stack of the steps.
+    pub fn plan(system: &System<'_>, most: u64) -> Option<Block> {
+        let (steps, rows) = (system.block_steps, system.layout.nodes_y);
+        // So that outcomes are tested behind a block.
+        let is_due = steps > 1 && most >= steps as u64 && system.state.step.is_multiple_of(steps as u64);
+        if !is_due || system.rows_to_step(0) != [0, rows] {
+            return None;
+        }
+        let (body, h) = (&system.state.body, system.scene.sheet.spacing);
+        // Its surface crosses less than a spacing in a step (`Model::too_fast`).
+        let margin = system.scene.largest_spacing() + steps as f64 * h;
+        let [_, half, _] = system.solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
+        let (low, high) = (body.position.y - half, body.position.y + half);
+        let rise = system.directions.front.vertical.rest.spacing;
+        let reach = Reach { low, high, h, rise, nodes_y: system.scene.sheet.nodes_y };
+        let range = |j: usize| system.blocks.ranges.get(j).copied().unwrap_or_default();
+        let comes_near = |&j: &usize| reach.meets(j, range(j), APPROACH * h);
+        let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
+            (Some(first), Some(last)) => [first, last + 1],
+            _ => [0, 0],
+        };
+        let [first, end] = near;
+        let search = Search::new(&system.solid, body, margin, system.instructions);
+        let is_held = (first..end).any(|j| {
+            let [a, b, c, d] = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+            (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
+        });
+        (!is_held && 2 * (end - first + steps) <= rows).then_some(Block { near, steps, rows, reach })
+    }
+
+    /// Takes the steps.
+    fn take(&self, system: &mut System<'_>) -> Result<(), Failure> {
+        begin(system);
+        let [below, above] = self.waves();
+        self.wave(system, below)?;
+        for step in 0..self.steps {
+            self.step_near(system, step)?;
+        }
+        self.wave(system, above)?;
+        end(system)
+    }
+
+    /// The numbers [first, end) of the waves below and above the body: row r - s takes step s where r is the number.
+    fn waves(&self) -> [[usize; 2]; 2] {
+        let ([bottom, end], steps) = (self.near, self.steps);
+        [[0, bottom], [end + steps - 1, self.rows + steps - 1]]
+    }
+
+    /// Rows [first, end), those that the body may reach among them, that take a step after all of the wave below.
+    fn rows_near(&self, step: usize) -> [usize; 2] {
+        let ([bottom, end], steps) = (self.near, self.steps);
+        [bottom.saturating_sub(step), (end + steps - 1 - step).min(self.rows)]
+    }
+
+    /// All steps of the rows away from the body.
+    #[inline(never)] // It must not add to the stack of the steps near the body.
+    fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
+        for r in first..end {
+            for (step, j) in (0..self.steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < self.rows) {
+                let report = explicit::sweep_in_block(system, step, [j, j + 1]);
+                let range = system.blocks.ranges.get(j).copied().unwrap_or_default();
+                if report.non_finite || self.is_met(step, j, range) {
+                    return Err(Failure::NonFinite);
+                }
+                system.failed_segments += report.newly_failed;
+            }
+        }
+        Ok(())
+    }
+
+    /// A step of the rows that the body may reach.
+    #[inline(never)] // As above.
+    fn step_near(&self, system: &mut System<'_>, step: usize) -> Result<(), Failure> {
+        let (gathered, rows) = (self.look_ahead(system)?, self.rows_near(step));
+        let report = explicit::sweep_in_block(system, step, rows);
+        self.close_near(system, step, rows, &gathered, report)
+    }
+
+    /// The candidates of the next step near the body, or why there can be none.
+    pub fn look_ahead(&self, system: &mut System<'_>) -> Result<Gathered, Failure> {
+        explicit::look_ahead(system, 1.0, self.near)
+    }
+
+    /// What is left of a step near the body behind its sweep of rows [first, end). What follows the last step is left to do.
+    #[inline(never)] // It must not add to the stack of a wave.
+    pub fn close_near(
+        &self,
+        system: &mut System<'_>,
+        step: usize,
+        [first, end]: [usize; 2],
+        gathered: &Gathered,
+        report: Report,
+    ) -> Result<(), Failure> {
+        explicit::close_pass(system, 1.0, gathered, report)?;
+        let ranges = system.blocks.ranges.get(first..end).unwrap_or_default();
+        if (first..end).zip(ranges).any(|(j, range)| self.is_met(step, j, *range)) {
+            return Err(Failure::NonFinite);
+        }
+        if step + 1 < self.steps { explicit::end_step(system, 0) } else { Ok(()) }
+    }
+
+    /// Whether a row that was to be beyond the body's reach is not after a step, before the last one.
+    pub fn is_met(&self, step: usize, j: usize, range: [u32; 4]) -> bool {
+        let [near, beyond] = self.near;
+        !(near..beyond).contains(&j) && step + 1 < self.steps && self.reach.meets(j, range, 0.0)
+    }
+}
+
+#[cfg(test)]
+impl Block {
+    /// A block of some steps and rows, for tests of what is stepped when.
+    pub fn of_rows(near: [usize; 2], steps: usize, rows: usize) -> Block {
+        Block { near, steps, rows, reach: Reach { low: 0.0, high: 0.0, h: 1.0, rise: 1.0, nodes_y: rows as u32 } }
+    }
+}
+
+impl Reach {
+    /// Whether row j, displaced by `range`, comes as near as `slack`, m.
+    fn meets(&self, j: usize, [lowest, highest, ..]: [u32; 4], slack: f64) -> bool {
+        let [lowest, highest] = range_of([lowest, highest]);
+        let rest = rest_offset(j, self.nodes_y) * self.rise;
+        (rest + highest) * self.h >= self.low - slack && (rest + lowest) * self.h <= self.high + slack
+    }
+}
+
+/// Begins a block.
+pub(crate) fn begin(system: &mut System<'_>) {
+    system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+}
+
+/// Ends a block whose last step is swept.
+pub(crate) fn end(system: &mut System<'_>) -> Result<(), Failure> {
+    system.set_awake(0, [0, system.layout.nodes_y]);
+    book_pulls(system);
+    explicit::end_step(system, 0)
+}
+
+/// Books the pulls on the supports, step by step.
+#[inline(never)] // It must not add to the stack of a wave.
+fn book_pulls(system: &mut System<'_>) {
+    if !system.scene.track_support {
+        return;
+    }
+    let System { scene, layout, state, blocks, block_steps, .. } = &mut *system;
+    for pulls in blocks.pulls.chunks(layout.nodes_y.max(1)).take(*block_steps) {
+        for (j, [ax, ay, az, bx, by, bz]) in pulls.iter().copied().enumerate() {
+            let pulls = [Vector::new(ax, ay, az), Vector::new(bx, by, bz)];
+            explicit::book_pulls(&mut state.sums, scene, layout, j, &pulls, 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::ground::lanes::InstructionSet;
+    use crate::ground::planes::{CARRY_PLANES, CHUNK};
+    use crate::ground::random::splitmix64;
+    use crate::memory::layout::{BLOCK_STEPS, PULL_REALS};
+    use crate::scene::parts::{AttachmentKind, Drive};
+    use crate::{CacheLine, Failure, Layout, Outcome, Scene, Sim};
+    use std::boxed::Box;
+    use std::vec;
+    use std::vec::Vec;
+
+    const STEPS: u64 = BLOCK_STEPS as u64;
+
+    /// Gives a small sheet what one beyond the caches has.
+    fn allow_blocks(sim: &mut Sim<'_>) {
+        let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
+        let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
+        let pulls = vec![[0.0; PULL_REALS]; BLOCK_STEPS * rows];
+        (sim.system.blocks.carries, sim.system.blocks.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
+        (sim.system.layout.in_waves, sim.system.block_steps) = (true, BLOCK_STEPS);
+    }
+
+    fn with_sim<T>(scene: &Scene, test: impl FnOnce(&mut Sim<'_>) -> T) -> T {
+        let mut memory = vec![CacheLine::ZERO; Layout::of(scene).unwrap().lines()];
+        test(&mut Sim::new(scene, &mut memory).unwrap())
+    }
+
+    /// The paper's sphere on 61 x 141 nodes.
+    fn sphere() -> Scene {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (61, 141);
+        scene
+    }
+
+    /// Takes steps in bands, which are called in another order in each pass. Returns how many blocks were taken.
+    fn advance_in_bands(sim: &mut Sim<'_>, of: u32, steps: u64) -> u64 {
+        let mut scratch = vec![CacheLine::ZERO; sim.layout().band_lines(of).unwrap()];
+        let bands = sim.bands(&mut scratch, of, steps).unwrap();
+        let mut blocks = 0;
+        while bands.steps() < steps && bands.failure().is_none() {
+            let (before, turn) = (bands.steps(), bands.passes());
+            for band in 0..of {
+                let band = (band + turn as u32) % of;
+                let result = bands.pass(if turn % 2 == 0 { band } else { of - 1 - band });
+                assert_eq!(result.is_ok(), bands.failure().is_none());
+            }
+            blocks += u64::from(bands.steps() > before + 1);
+        }
+        blocks
+    }
+
+    /// Takes steps in blocks where they are allowed. Returns how many blocks were taken.
+    fn advance_in_blocks(sim: &mut Sim<'_>, steps: u64) -> u64 {
+        let (mut blocks, mut left) = (0, steps);
+        while left > 0 {
+            let taken = super::step_block(&mut sim.system, left).unwrap();
+            blocks += taken / STEPS;
+            if taken == 0 {
+                sim.step().unwrap();
+            }
+            left -= taken.max(1);
+        }
+        blocks
+    }
+
+    /// Runs a scene in single steps and, `at_once` steps a call, in blocks, without and with bands. Returns how many blocks were taken and
+    /// how many segments failed.
+    fn same_bits(scene: &Scene, set: InstructionSet, steps: u64, at_once: u64) -> (u64, u64) {
+        with_sim(scene, |single| {
+            with_sim(scene, |blocked| {
+                with_sim(scene, |banded| {
+                    single.use_instructions(set).unwrap();
+                    blocked.use_instructions(set).unwrap();
+                    banded.use_instructions(set).unwrap();
+                    single.step_every_row();
+                    blocked.step_every_row();
+                    banded.step_every_row();
+                    allow_blocks(blocked);
+                    allow_blocks(banded);
+                    let mut blocks = 0;
+                    while single.step_count() < steps {
+                        (0..at_once).for_each(|_| single.step().unwrap());
+                        let taken = advance_in_blocks(blocked, at_once);
+                        blocks += taken;
+                        let of = 1 + (single.step_count() / at_once % 11) as u32;
+                        assert_eq!(advance_in_bands(banded, of, at_once), taken, "{of} bands");
+                        let here = (single.digest(), single.counters());
+                        assert_eq!(here, (blocked.digest(), blocked.counters()), "step {}", single.step_count());
+                        assert_eq!(here, (banded.digest(), banded.counters()), "{of} bands");
+                    }
+                    (blocks, single.counters().failed_segments)
+                })
+            })
+        })
+    }
+
+    #[test]
+    fn blocks_give_the_bits_of_single_steps() {
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+            let (blocks, failed) = same_bits(&sphere(), set, 3200, 64);
+            assert!(blocks > 350 && failed > 10, "{blocks} {failed}");
+        }
+    }
+
+    /// Whatever the yarn, the supports, the body, its way and the steps of a call.
+    #[test]
+    fn blocks_give_the_bits_of_single_steps_in_other_scenes() {
+        type Change = fn(&mut Scene);
+        let changes: [(Change, u64); 8] = [
+            (|scene| scene.yarn.stochastic = false, 64),
+            (|scene| scene.yarn.strength_draw = crate::scene::parts::StrengthDraw::Weibull, 37),
+            (|scene| scene.attachment.kind = AttachmentKind::TwoSides, 20),
+            (|scene| scene.attachment.kind = AttachmentKind::Free, 8),
+            (|scene| (scene.sheet.pre_strain, scene.yarn.draw) = ([0.004, 0.002], crate::scene::parts::Draw::Yarn), 64),
+            (|scene| scene.track_support = false, 64),
+            (
+                |scene| {
+                    scene.projectile.position[1] = 0.008;
+                    scene.projectile.velocity = [3.0, -5.0, 300.0];
+                    scene.contact.friction = 0.2;
+                },
+                64,
+            ),
+            (
+                |scene| {
+                    scene.projectile = Scene::sheet_10in_cylinder().projectile;
+                    (scene.projectile.radius, scene.projectile.length) = (3e-3, 0.01);
+                    (scene.drive, scene.projectile.velocity) = (Drive::Prescribed, [0.0, 4.0, 600.0]);
+                    scene.projectile.angular_velocity = [2000.0, 500.0, -300.0];
+                },
+                64,
+            ),
+        ];
+        for (k, (change, at_once)) in changes.into_iter().enumerate() {
+            let mut scene = sphere();
+            scene.projectile.velocity[2] = 300.0;
+            change(&mut scene);
+            let (blocks, failed) = same_bits(&scene, InstructionSet::widest(), 1600, at_once);
+            // A free sheet gives way.
+            let fails = scene.attachment.kind != AttachmentKind::Free;
+            assert!(blocks > 50 && (failed > 0) == fails, "{k}: {blocks} {failed}");
+        }
+    }
+
+    /// Sheets, bodies, supports and calls at random, with an image saved and loaded on the way.
+    #[test]
+    fn blocks_give_the_bits_of_single_steps_in_random_scenes() {
+        let mut blocks = 0;
+        for k in 0..60 {
+            let number = |n: u64| splitmix64(100 * k + n);
+            let part = |n: u64| number(n) as f64 / u64::MAX as f64;
+            let mut scene = sphere();
+            let (sheet, projectile) = (&mut scene.sheet, &mut scene.projectile);
+            (sheet.nodes_x, sheet.nodes_y) = (17 + (number(0) % 40) as u32, 60 + (number(1) % 180) as u32);
+            sheet.spacing_y = if number(2).is_multiple_of(3) { sheet.spacing * (0.7 + part(3)) } else { 0.0 };
+            projectile.radius = sheet.spacing * (2.0 + 4.0 * part(4));
+            let half = [sheet.nodes_x, sheet.nodes_y].map(|nodes| 0.5 * f64::from(nodes) * sheet.spacing);
+            projectile.position = [(part(5) - 0.5) * half[0], (2.0 * part(6) - 1.0) * half[1], -projectile.radius];
+            projectile.velocity = [40.0 * (part(7) - 0.5), 200.0 * (part(8) - 0.5), 150.0 + 200.0 * part(9)];
+            scene.attachment.kind = match number(10) % 3 {
+                0 => AttachmentKind::FourSides,
+                1 => AttachmentKind::TwoSides,
+                _ => AttachmentKind::Free,
+            };
+            scene.yarn.stochastic = number(11).is_multiple_of(2);
+            (scene.track_support, scene.seed) = (!number(12).is_multiple_of(4), k);
+            with_sim(&scene, |single| {
+                with_sim(&scene, |blocked| {
+                    if k % 2 == 0 {
+                        single.step_every_row();
+                        blocked.step_every_row();
+                    }
+                    allow_blocks(blocked);
+                    let mut image = vec![0; blocked.snapshot_bytes()];
+                    for call in 0..12 {
+                        let steps = 1 + number(20 + call) % 90;
+                        (0..steps).for_each(|_| single.step().unwrap());
+                        blocks += if (k + call) % 3 == 0 {
+                            advance_in_bands(blocked, 1 + (call % 7) as u32, steps)
+                        } else {
+                            advance_in_blocks(blocked, steps)
+                        };
+                        assert_eq!(single.digest(), blocked.digest(), "scene {k}, call {call}");
+                        assert_eq!(single.counters(), blocked.counters());
+                        blocked.save(&mut image).unwrap();
+                        blocked.load(&image).unwrap();
+                    }
+                })
+            });
+        }
+        assert!(blocks > 1000, "{blocks}");
+    }
+
+    /// The rows that come within a spacing of the sphere, eight that it may cross, and eight that rows may come nearer.
+    #[test]
+    fn the_rows_near_the_body_are_those_that_it_may_reach_in_a_block() {
+        let mut scene = sphere();
+        scene.projectile.position[1] = 10.2 * scene.sheet.spacing;
+        scene.projectile.radius = 8.5 * scene.sheet.spacing;
+        with_sim(&scene, |sim| {
+            sim.step_every_row();
+            allow_blocks(sim);
+            // The middle of the sheet lies in row 70: 80.2 - 25.5 and 80.2 + 25.5.
+            assert_eq!(super::Block::plan(&sim.system, STEPS).unwrap().near, [55, 106]);
+        });
+    }
+
+    #[test]
+    fn no_block_is_taken_where_the_body_reaches_a_fixed_node() {
+        let mut scene = sphere();
+        scene.projectile.position[0] = 0.45 * 61.0 * scene.sheet.spacing;
+        assert_eq!(same_bits(&scene, InstructionSet::widest(), 320, 64).0, 0);
+    }
+
+    #[test]
+    fn a_run_ends_at_the_step_of_its_outcome() {
+        let ends = |blocks: bool| {
+            with_sim(&sphere(), |sim| {
+                sim.step_every_row();
+                if blocks {
+                    allow_blocks(sim);
+                }
+                // From here on the first blocks could begin anywhere.
+                sim.advance(3).unwrap();
+                let steps = sim.advance_until(Outcome::Exited, 20_003).unwrap();
+                (steps, sim.step_count(), sim.digest())
+            })
+        };
+        assert_eq!(ends(true), ends(false));
+        assert!(ends(true).0 < 20_000);
+    }
+
+    /// A row that comes from beyond the rows that are stepped one by one would have been missed.
+    #[test]
+    fn a_row_that_strays_to_the_body_within_a_block_is_a_lost_state() {
+        let scene = sphere();
+        with_sim(&scene, |sim| {
+            sim.step_every_row();
+            let nodes = sim.layout().nodes();
+            let mut positions = vec![0.0; 3 * nodes];
+            sim.copy_positions(&mut positions).unwrap();
+            let speed = |spacings: f64| spacings * scene.sheet.spacing / sim.step_limits().dt;
+            let moving = |spacings: f64| -> Vec<f64> {
+                let mut velocities = vec![0.0; 3 * nodes];
+                velocities[3 * (130 * 61 + 30) + 1] = -speed(spacings);
+                velocities
+            };
+            let (slow, fast) = (moving(1.0), moving(9.0));
+            sim.set_motion(&positions, &slow).unwrap();
+            allow_blocks(sim);
+            assert_eq!(super::step_block(&mut sim.system, STEPS), Ok(STEPS));
+            for of in [0, 1, 2] {
+                sim.reset();
+                sim.set_motion(&positions, &fast).unwrap();
+                if of > 0 {
+                    advance_in_bands(sim, of, STEPS);
+                } else {
+                    assert_eq!(sim.advance(STEPS), Err(Failure::NonFinite));
+                }
+                assert_eq!(
+                    (sim.failure(), sim.advance(1)),
+                    (Some(Failure::NonFinite), Err(Failure::NonFinite)),
+                    "{of}"
+                );
+            }
+        });
+    }
+
+    #[test]
+    fn a_failure_within_a_block_is_latched() {
+        let mut scene = sphere();
+        scene.contact_capacity = 1;
+        with_sim(&scene, |sim| {
+            sim.step_every_row();
+            allow_blocks(sim);
+            assert_eq!(sim.advance(640), Err(Failure::ContactCapacity));
+            assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
+            sim.reset();
+            advance_in_bands(sim, 2, 640);
+            assert_eq!((sim.failure(), sim.step()), (Some(Failure::ContactCapacity), Err(Failure::ContactCapacity)));
+        });
+    }
+
+    /// By default, from the size on at which the rows are fetched from memory.
+    #[test]
+    fn sheets_beyond_the_caches_are_stepped_in_blocks() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (439, 439);
+        with_sim(&scene, |sim| assert_eq!(sim.system.block_steps, 1));
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.contact_capacity) = (447, 447, 2000);
+        let digests = [false, true].map(|blocks| {
+            with_sim(&scene, |sim| {
+                sim.step_every_row();
+                let wide = InstructionSet::Avx2.available();
+                assert_eq!(sim.system.block_steps, if wide { BLOCK_STEPS } else { 1 });
+                if blocks {
+                    sim.advance(2 * STEPS).unwrap();
+                } else {
+                    (0..2 * STEPS).for_each(|_| sim.step().unwrap());
+                }
+                sim.digest()
+            })
+        });
+        assert_eq!(digests[0], digests[1]);
+    }
+}

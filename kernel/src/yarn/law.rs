@@ -1,0 +1,579 @@
+//! The yarn law, (M1) to (M5): Kirchhoff-St. Venant material with a damage variable that only falls. Pure functions.
+//!
+//! This is the law that steps: the sweep, the theta rule, the energies and the tests call these functions, the first with lanes
+//! of several segments at once.
+//! Method: with the stretch U and the Green-Lagrange strain e = (U^2 - 1)/2, the second Piola-Kirchhoff stress is
+//! S = alpha E e in tension and 0 in compression. Beyond the critical stretch U_c the damage variable follows
+//! alpha = A (exp(-lambda (U_max - U_c)) - B), cut to 0 at `alpha_fail`, where U_max is the largest stretch so far.
+//! Twice the strain, q = 2 e = U^2 - 1, follows from the displacements without a root: it is what all functions take, and the
+//! history of a segment is the largest q beyond the critical one.
+//! Stiffness, stress, force and energy are in the caller's units: the stiffness is half of alpha E, as S = (alpha E/2) q. In Pa it
+//! gives a stress in Pa and an energy in J/m^3; the stepper's alpha E A_0 dt^2/(2 m h l) gives a force in m h/dt^2, which is a change
+//! of velocity in h/dt a step, and an energy in m h^2/dt^2 over l^2, with the natural length l in spacings h.
+//! A segment whose natural length is not the distance of its ends in the flat sheet (crimp, pre-tension, unlike directions) has the
+//! strain and force of its [`Rest`]; a plain one, which lies at its natural length, 1, those of two plain functions: the same bits.
+//! Limits: lambda >= 3, so that the tangent stiffness is largest at U_c (the step limit relies on it).
+//! Reference: D. Powell, T. I. Zohdi, Composites Part B 40 (2009) 451, their yarn constitutive law.
+
+use crate::ground::lanes::Lane;
+use crate::ground::math;
+
+/// Constants of the damage law that all segments share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DamageLaw {
+    /// Critical stretch U_c > 1 at which the first fibrils break.
+    pub critical_stretch: f64,
+    /// Factor A > 0, with A (1 - B) in (0, 1].
+    pub a: f64,
+    /// Offset B < 1.
+    pub b: f64,
+    /// Values of alpha at or below this become exactly 0; in [0, 1).
+    pub alpha_fail: f64,
+}
+
+/// Stiffness constants of one segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Young's modulus E, Pa.
+    pub modulus: f64,
+    /// Damage rate lambda, dimensionless.
+    pub damage_rate: f64,
+}
+
+/// History of a failed segment: above every q.
+pub const FAILED: f64 = f64::MAX;
+
+/// A new q beyond this, a stretch of 1e25, is no fabric any more: the state is lost. So far below the largest number that what the
+/// next pass makes of a state is still a number, whose energy is one.
+pub const LOST: f64 = 1e50;
+
+/// What a new largest strain makes of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damage {
+    /// The damage variable.
+    pub alpha: f64,
+    /// The largest q so far; [`FAILED`] once alpha is 0.
+    pub history: f64,
+}
+
+/// (M1) Stretch U of a segment from twice its strain; 0 if rounding leaves a negative U^2.
+pub fn stretch(twice_strain: f64) -> f64 {
+    let squared = 1.0 + twice_strain;
+    math::sqrt(math::max(squared, 0.0))
+}
+
+/// (M2) Twice the Green-Lagrange strain, q = 2 e = U^2 - 1, from the relative displacement of a segment's ends in rest lengths: along
+/// its rest direction, and across it.
+#[inline(always)]
+pub fn twice_strain<L: Lane>(d: [L; 3]) -> L {
+    d[0].mul(d[0].add(L::splat(2.0))).add(d[1].mul(d[1])).add(d[2].mul(d[2]))
+}
+
+/// Twice the strain at a stretch.
+pub fn twice_strain_at(stretch: f64) -> f64 {
+    (stretch - 1.0) * (stretch + 1.0)
+}
+
+/// (M3) Second Piola-Kirchhoff stress, in tension only. `stiffness`: half of alpha E.
+#[inline(always)]
+pub fn stress<L: Lane>(stiffness: L, twice_strain: L) -> L {
+    stiffness.mul(twice_strain.max(L::splat(0.0)))
+}
+
+/// (M4) Force on a segment's first node: stress times section along the present direction, N = A_0 U S, of which the part
+/// along rest direction and those across it are given. `d`: relative displacement of its ends, as for [`twice_strain`].
+#[inline(always)]
+pub fn force<L: Lane>(stress: L, d: [L; 3]) -> [L; 3] {
+    [stress.mul(d[0].add(L::splat(1.0))), stress.mul(d[1]), stress.mul(d[2])]
+}
+
+/// How the segments of one direction lie in the flat sheet. Lengths in node spacings along x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest {
+    /// Distance of the ends, rho.
+    pub spacing: f64,
+    /// Natural length l, at which the segment begins to pull.
+    pub length: f64,
+    /// Twice the strain at the distance rho, q_0 = (rho/l)^2 - 1.
+    pub twice_strain: f64,
+    /// 1/l^2.
+    pub inverse_square: f64,
+}
+
+impl Rest {
+    /// A segment that lies at its natural length, 1.
+    pub const PLAIN: Rest = Rest { spacing: 1.0, length: 1.0, twice_strain: 0.0, inverse_square: 1.0 };
+
+    /// Ends at the distance `spacing` with the stretch `stretch` there.
+    pub fn of(spacing: f64, stretch: f64) -> Rest {
+        let per_length = stretch / spacing;
+        Rest {
+            spacing,
+            length: spacing / stretch,
+            twice_strain: twice_strain_at(stretch),
+            inverse_square: per_length * per_length,
+        }
+    }
+
+    /// So many of these segments in series (`grading.rs`).
+    pub fn in_series(&self, segments: f64) -> Rest {
+        Rest {
+            spacing: self.spacing * segments,
+            length: self.length * segments,
+            inverse_square: self.inverse_square / (segments * segments),
+            ..*self
+        }
+    }
+
+    /// See [`RestLanes::twice_strain`].
+    #[inline(always)]
+    pub fn twice_strain<L: Lane>(&self, d: [L; 3]) -> L {
+        self.lanes().twice_strain(d)
+    }
+
+    /// See [`RestLanes::force`].
+    #[inline(always)]
+    pub fn force<L: Lane>(&self, stress: L, d: [L; 3]) -> [L; 3] {
+        self.lanes().force(stress, d)
+    }
+
+    /// The same for several segments at once.
+    #[inline(always)]
+    pub fn lanes<L: Lane>(&self) -> RestLanes<L> {
+        RestLanes {
+            spacing: L::splat(self.spacing),
+            twice_spacing: L::splat(2.0 * self.spacing),
+            inverse_square: L::splat(self.inverse_square),
+            twice_strain: L::splat(self.twice_strain),
+        }
+    }
+
+    /// Rate of twice the strain at the present place of the ends: 2 [(rho + d_0) v_0 + d_1 v_1 + d_2 v_2]/l^2. `v`: relative
+    /// velocity of the ends.
+    #[inline(always)]
+    pub fn twice_strain_rate<L: Lane>(&self, d: [L; 3], v: [L; 3]) -> L {
+        let along = d[0].add(L::splat(self.spacing)).mul(v[0]);
+        let approach = along.add(d[1].mul(v[1])).add(d[2].mul(v[2]));
+        approach.mul(L::splat(2.0 * self.inverse_square))
+    }
+}
+
+/// [`Rest`] of several segments at once.
+#[derive(Clone, Copy, Debug)]
+pub struct RestLanes<L> {
+    /// Distance of the ends, rho.
+    pub spacing: L,
+    /// 2 rho.
+    pub twice_spacing: L,
+    /// 1/l^2.
+    pub inverse_square: L,
+    /// Twice the strain at the distance rho, q_0.
+    pub twice_strain: L,
+}
+
+impl<L: Lane> RestLanes<L> {
+    /// Twice the strain from the relative displacement of the ends, for the general form of (M2):
+    /// q = [d_0 (d_0 + 2 rho) + d_1^2 + d_2^2]/l^2 + q_0.
+    #[inline(always)]
+    pub fn twice_strain(&self, d: [L; 3]) -> L {
+        let along = d[0].mul(d[0].add(self.twice_spacing));
+        let change = along.add(d[1].mul(d[1])).add(d[2].mul(d[2]));
+        change.mul(self.inverse_square).add(self.twice_strain)
+    }
+
+    /// Force on the first node, the general form of (M4): along rho + d_0, d_1, d_2.
+    #[inline(always)]
+    pub fn force(&self, stress: L, d: [L; 3]) -> [L; 3] {
+        [stress.mul(d[0].add(self.spacing)), stress.mul(d[1]), stress.mul(d[2])]
+    }
+}
+
+/// Part of the tension at the critical stretch up to which the bending viscosity grows with the tension.
+const FULL_BENDING: f64 = 0.1;
+
+/// Viscosity of the yarns of one direction, in the stepper's units: strain rates in 1 per pass, velocities in h/dt.
+///
+/// Method: with the speed c of sound along the yarn and its mass mu per length, a segment that is stretched at the rate dU/dt = r
+/// pulls by mu c b_1 (h r) + mu b_2 (h r)^2 more than the law says, the second part only while it is stretched (von Neumann and
+/// Richtmyer). Along a yarn the moment mu c b_3 (v_{i-1} - 2 v_i + v_{i+1}) acts on three neighbours as -1, 2, -1.
+/// Limits: taut yarn only. A segment that has just become taut counts as stretched from its natural length, so that no force jumps,
+/// and none pushes.
+/// Reference: J. von Neumann, R. D. Richtmyer, J. Appl. Phys. 21 (1950) 232; docs/model.md, "Viscosity".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viscosity {
+    /// Time of the linear part, passes: b_1 over c dt/h.
+    linear: f64,
+    /// Of the quadratic part, passes squared: b_2 over 2 (c dt/h)^2.
+    quadratic: f64,
+    /// Of the moment: b_3 c dt/h.
+    bending: f64,
+    /// 1 over the tension from which on the moment is whole.
+    per_tension: f64,
+}
+
+impl Viscosity {
+    /// None.
+    pub const NONE: Viscosity = Viscosity { linear: 0.0, quadratic: 0.0, bending: 0.0, per_tension: 0.0 };
+
+    /// The parts b_1, b_2 and b_3 of yarn with this mean stiffness kk, in the stepper's units, and twice the critical strain.
+    /// (c dt/h)^2 = 2 kk.
+    pub fn of([linear, quadratic, bending]: [f64; 3], stiffness: f64, critical: f64) -> Viscosity {
+        let sound = math::sqrt(2.0 * stiffness);
+        Viscosity {
+            linear: linear / sound,
+            quadratic: quadratic / (4.0 * stiffness),
+            bending: bending * sound,
+            per_tension: 1.0 / (FULL_BENDING * critical * stiffness),
+        }
+    }
+
+    /// The same for passes of another length, in parts of the present one.
+    pub fn of_pass(self, factor: f64) -> Viscosity {
+        Viscosity {
+            linear: self.linear / factor,
+            quadratic: self.quadratic / (factor * factor),
+            bending: self.bending * factor,
+            per_tension: self.per_tension / (factor * factor),
+        }
+    }
+
+    /// (M16) Viscous part of the second Piola-Kirchhoff stress. `rate`: of twice the strain.
+    #[inline(always)]
+    pub fn stress<L: Lane>(&self, stiffness: L, twice_strain: L, rate: L) -> L {
+        let zero = L::splat(0.0);
+        let rate = rate.min(twice_strain);
+        let growing = rate.max(zero).mul(L::splat(self.quadratic)).add(L::splat(self.linear));
+        let slackening = zero.sub(twice_strain.max(zero));
+        stiffness.mul(rate.mul(growing).max(slackening))
+    }
+
+    /// (M17) Factor of the moment between two segments with these stresses: whole where both are taut.
+    #[inline(always)]
+    pub fn bending<L: Lane>(&self, before: L, behind: L) -> L {
+        let share = before.min(behind).mul(L::splat(self.per_tension)).min(L::splat(1.0));
+        share.mul(L::splat(self.bending))
+    }
+}
+
+/// Strain energy, the integral of stress over strain: alpha E e^2/2 in tension. `stiffness`: half of alpha E.
+#[inline(always)]
+pub fn strain_energy<L: Lane>(stiffness: L, twice_strain: L) -> L {
+    let taut = twice_strain.max(L::splat(0.0));
+    L::splat(0.25).mul(stiffness).mul(taut).mul(taut)
+}
+
+impl DamageLaw {
+    /// The law of a segment with a critical stretch of its own.
+    pub fn at(&self, critical_stretch: f64) -> DamageLaw {
+        DamageLaw { critical_stretch, ..*self }
+    }
+
+    /// Twice the strain at the critical stretch: no damage up to it.
+    pub fn critical_twice_strain(&self) -> f64 {
+        twice_strain_at(self.critical_stretch)
+    }
+
+    /// Whether a strain damages a segment further: it is beyond the critical one and beyond all before.
+    #[inline]
+    pub fn is_damaging(&self, twice_strain: f64, history: f64) -> bool {
+        twice_strain > history && twice_strain > self.critical_twice_strain()
+    }
+
+    /// What a strain that is damaging makes of a segment.
+    pub fn damage(&self, damage_rate: f64, twice_strain: f64) -> Damage {
+        let alpha = self.alpha(damage_rate, twice_strain);
+        Damage { alpha, history: if alpha == 0.0 { FAILED } else { twice_strain } }
+    }
+
+    /// (M5) Damage variable alpha in [0, 1] after the largest strain ever seen; 1 up to and including U_c.
+    pub fn alpha(&self, damage_rate: f64, largest_twice_strain: f64) -> f64 {
+        if largest_twice_strain <= self.critical_twice_strain() {
+            return 1.0;
+        }
+        let beyond = stretch(largest_twice_strain) - self.critical_stretch;
+        let alpha = self.a * (math::exp(-damage_rate * beyond) - self.b);
+        if alpha <= self.alpha_fail {
+            0.0
+        } else if alpha > 1.0 {
+            1.0
+        } else {
+            alpha
+        }
+    }
+
+    /// Stretch beyond U_c at which the law reaches `alpha`: the inverse of [`DamageLaw::alpha`] inside (0, A (1 - B)).
+    fn beyond_critical(&self, damage_rate: f64, alpha: f64) -> f64 {
+        let decay = alpha / self.a + self.b;
+        // A law without offset never reaches exactly 0: the smallest positive number stands for it.
+        -math::ln(math::max(decay, f64::MIN_POSITIVE)) / damage_rate
+    }
+
+    /// Where alpha is just before it becomes 0: `alpha_fail`, or less if the law starts below it and so fails at U_c.
+    fn cut(&self) -> f64 {
+        let first = self.a * (1.0 - self.b);
+        math::min(self.alpha_fail, first)
+    }
+
+    /// Stretch at which a segment fails (alpha becomes 0).
+    pub fn failure_stretch(&self, damage_rate: f64) -> f64 {
+        self.critical_stretch + self.beyond_critical(damage_rate, self.cut())
+    }
+
+    /// Energy dissipated per undeformed volume, J/m^3, as a function of the present alpha alone: the strain energy
+    /// released while alpha fell from 1, integral of (E/2) e(U)^2 (-d alpha).
+    pub fn dissipated(&self, segment: &Segment, alpha: f64) -> f64 {
+        let first = self.a * (1.0 - self.b);
+        if alpha >= 1.0 {
+            return 0.0;
+        }
+        let half_modulus = 0.5 * segment.modulus;
+        let (uc, rate) = (self.critical_stretch, segment.damage_rate);
+        let critical = self.critical_twice_strain();
+        // A law that starts below 1 drops at once at U_c.
+        let mut density = if first < 1.0 { half_modulus * (1.0 - first) * (0.25 * critical * critical) } else { 0.0 };
+        let smooth_end = if alpha > 0.0 { alpha } else { self.cut() };
+        let u = self.beyond_critical(rate, smooth_end);
+        let decay = math::exp(-rate * u);
+        // e(U_c + s)^2 = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4; J_k = integral of s^k lambda exp(-lambda s).
+        let c = [0.25 * critical * critical, uc * critical, 0.5 * (3.0 * uc * uc - 1.0), uc, 0.25];
+        let mut power = 1.0;
+        let mut integral = 1.0 - decay;
+        let mut sum = c[0] * integral;
+        for (k, coefficient) in c.iter().enumerate().skip(1) {
+            power *= u;
+            integral = -power * decay + (k as f64 / rate) * integral;
+            sum += coefficient * integral;
+        }
+        density += half_modulus * self.a * sum;
+        if alpha <= 0.0 {
+            let last = twice_strain_at(uc + u);
+            density += half_modulus * self.cut() * (0.25 * last * last);
+        }
+        density
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: DamageLaw = DamageLaw { critical_stretch: 1.03, a: 1.0, b: 0.0, alpha_fail: 0.01 };
+    const YARN: Segment = Segment { modulus: 140.21e9, damage_rate: 230.6 };
+    const AREA: f64 = 1.075e-7;
+
+    fn close(value: f64, expected: f64, relative: f64) {
+        assert!((value - expected).abs() <= relative * expected.abs(), "{value} is not {expected}");
+    }
+
+    /// Second Piola-Kirchhoff stress, Pa, of a segment pulled along its rest direction.
+    fn stress_at(alpha: f64, stretch: f64) -> f64 {
+        stress(0.5 * alpha * YARN.modulus, twice_strain([stretch - 1.0, 0.0, 0.0]))
+    }
+
+    /// Axial force, N.
+    fn force_at(alpha: f64, stretch: f64) -> f64 {
+        let d = [stretch - 1.0, 0.0, 0.0];
+        force(AREA * stress_at(alpha, stretch), d)[0]
+    }
+
+    /// Strain energy, J/m^3.
+    fn stored_at(alpha: f64, stretch: f64) -> f64 {
+        strain_energy(0.5 * alpha * YARN.modulus, twice_strain([stretch - 1.0, 0.0, 0.0]))
+    }
+
+    fn alpha_at(stretch: f64) -> f64 {
+        LAW.alpha(YARN.damage_rate, twice_strain_at(stretch))
+    }
+
+    #[test]
+    fn peak_values() {
+        close(stress_at(1.0, 1.03), 4.2693945e9, 1e-8);
+        close(1.03 * stress_at(1.0, 1.03), 4.3974763e9, 1e-8);
+        close(force_at(1.0, 1.03), 472.72871, 1e-8);
+        close(stored_at(1.0, 1.03), 65.0015313e6, 1e-8);
+        close(stored_at(1.0, 1.03) * AREA * (0.0254 / 35.0), 5.0710480e-3, 1e-7);
+    }
+
+    #[test]
+    fn exponential_law() {
+        // exp(-230.6 (U - 1.03)), to the six digits of the table.
+        for (stretch, expected) in [(1.031, 0.794057), (1.032, 0.630527), (1.036, 0.250674), (1.04, 0.099659)] {
+            assert!((alpha_at(stretch) - expected).abs() < 1e-6);
+        }
+        assert_eq!(alpha_at(1.05), 0.0);
+        assert_eq!(alpha_at(1.03), 1.0, "exactly U_c is not beyond U_c");
+        assert_eq!(alpha_at(1e6), 0.0);
+        close(LAW.failure_stretch(YARN.damage_rate), 1.0499703824, 1e-10);
+    }
+
+    #[test]
+    fn dissipated_energy() {
+        let table = [(0.99, 6.509724759e5), (0.5, 3.552262078e7), (0.1, 7.244467302e7)];
+        for (alpha, expected) in table {
+            close(LAW.dissipated(&YARN, alpha), expected, 1e-8);
+        }
+        // Just before the cut-off, and after it with what the cut releases: the whole work of the segment.
+        let before_cut = DamageLaw { alpha_fail: 0.0, ..LAW }.dissipated(&YARN, 0.01);
+        close(before_cut, 8.478740472e7, 1e-8);
+        close(LAW.dissipated(&YARN, 0.0), 86.6265224e6, 1e-8);
+    }
+
+    #[test]
+    fn a_law_that_starts_below_its_end_releases_all_at_the_critical_stretch() {
+        let critical = LAW.critical_twice_strain();
+        let stored = strain_energy(0.5 * YARN.modulus, critical);
+        // Without an offset, and with one: 0.5 (1 - 0.5) is below 0.4.
+        let with_offset = DamageLaw { a: 0.5, b: 0.5, alpha_fail: 0.4, ..LAW };
+        for law in [0.01, 0.005, 1e-100, 3e-312].map(|a| DamageLaw { a, ..LAW }).into_iter().chain([with_offset]) {
+            assert_eq!(law.alpha(YARN.damage_rate, critical.next_up()), 0.0);
+            close(law.dissipated(&YARN, 0.0), stored, 1e-12);
+            close(law.failure_stretch(YARN.damage_rate), law.critical_stretch, 1e-15);
+        }
+    }
+
+    #[test]
+    fn dissipated_energy_is_the_integral_of_the_released_energy() {
+        // Independent check for a law with offset and initial drop: midpoint rule over the stretch.
+        let law = DamageLaw { a: 0.9, b: 0.02, ..LAW };
+        let end = 1.04;
+        let n = 200_000;
+        let width = (end - law.critical_stretch) / n as f64;
+        let slope = |u: f64| law.a * YARN.damage_rate * math::exp(-YARN.damage_rate * (u - law.critical_stretch));
+        let strain = |u: f64| 0.5 * twice_strain_at(u);
+        let mut sum = 0.5 * YARN.modulus * (1.0 - 0.9 * 0.98) * strain(1.03) * strain(1.03);
+        for i in 0..n {
+            let u = law.critical_stretch + (i as f64 + 0.5) * width;
+            sum += 0.5 * YARN.modulus * strain(u) * strain(u) * slope(u) * width;
+        }
+        close(law.dissipated(&YARN, law.alpha(YARN.damage_rate, twice_strain_at(end))), sum, 1e-8);
+    }
+
+    #[test]
+    fn alpha_never_grows_with_the_largest_stretch() {
+        // The history variable stands for the running minimum of alpha only if the computed law is monotone, to the last bit.
+        let mut last = 1.0;
+        let mut q = LAW.critical_twice_strain();
+        for _ in 0..2_000_000 {
+            q = q.next_up();
+            let alpha = LAW.alpha(YARN.damage_rate, q);
+            assert!(alpha <= last);
+            last = alpha;
+        }
+        for i in 0..400_000 {
+            let alpha = alpha_at(1.0300001 + i as f64 * 6e-8);
+            assert!(alpha <= last);
+            last = alpha;
+        }
+    }
+
+    #[test]
+    fn stored_plus_dissipated_depends_on_the_largest_stretch_only() {
+        let largest = 1.038;
+        let alpha = alpha_at(largest);
+        // Work of a monotone pull to `largest`, by quadrature of the nominal stress P = U S.
+        let n = 400_000;
+        let width = (largest - 1.0) / n as f64;
+        let work: f64 = (0..n)
+            .map(|i| {
+                let u = 1.0 + (i as f64 + 0.5) * width;
+                u * stress_at(alpha_at(u), u) * width
+            })
+            .sum();
+        close(stored_at(alpha, largest) + LAW.dissipated(&YARN, alpha), work, 1e-7);
+    }
+
+    #[test]
+    fn limits_of_the_law() {
+        // A value at alpha_fail itself is cut, the next above is not.
+        let q = twice_strain_at(1.035);
+        let alpha = LAW.alpha(YARN.damage_rate, q);
+        assert_eq!(DamageLaw { alpha_fail: alpha, ..LAW }.alpha(YARN.damage_rate, q), 0.0);
+        assert_eq!(DamageLaw { alpha_fail: alpha.next_down(), ..LAW }.alpha(YARN.damage_rate, q), alpha);
+        // Without offset and cut it ends where exp(-lambda s) leaves the normal numbers, 1022 ln 2 on.
+        let endless = DamageLaw { alpha_fail: 0.0, ..LAW };
+        close(endless.failure_stretch(100.0), 1.03 + 1022.0 * core::f64::consts::LN_2 / 100.0, 1e-14);
+        // With an offset: exp(-lambda s) = B + alpha_fail/A.
+        let law = DamageLaw { a: 0.8, b: 0.1, alpha_fail: 0.04, ..LAW };
+        close(law.failure_stretch(100.0), 1.03 - math::ln(0.15) / 100.0, 1e-14);
+    }
+
+    #[test]
+    fn nothing_pulls_at_or_below_the_length_at_rest() {
+        for stretch in [1.0, 0.9] {
+            assert_eq!((stress_at(1.0, stretch), stored_at(1.0, stretch)), (0.0, 0.0));
+        }
+        assert_eq!(LAW.dissipated(&YARN, 1.0), 0.0);
+    }
+
+    /// Viscosity in SI units: mass per length mu and speed of sound c give the stiffness kk for a spacing h and a step dt.
+    const MASS_PER_LENGTH: f64 = 8.984e-5;
+    const H: f64 = 0.0254 / 35.0;
+    const DT: f64 = 2e-8;
+
+    fn sound() -> f64 {
+        math::sqrt(YARN.modulus * AREA / MASS_PER_LENGTH)
+    }
+
+    /// Viscous pull, N, of the law with these coefficients on a whole segment at this stretch and rate, 1/s.
+    fn viscous_pull(coefficients: [f64; 3], stretch: f64, rate: f64) -> f64 {
+        let unit = MASS_PER_LENGTH * H * H / (DT * DT);
+        let courant = sound() * DT / H;
+        let kk = 0.5 * courant * courant;
+        let viscosity = Viscosity::of(coefficients, kk, LAW.critical_twice_strain());
+        let (d, v) = ([stretch - 1.0, 0.0, 0.0], [rate * DT, 0.0, 0.0]);
+        let stress = viscosity.stress(kk, twice_strain(d), Rest::PLAIN.twice_strain_rate(d, v));
+        unit * force(stress, d)[0]
+    }
+
+    #[test]
+    fn viscous_pull_of_a_segment_is_that_of_the_formula() {
+        // N = mu c b_1 (h r) U^2 + mu b_2 (h r)^2 U^3: U^2 and U^3 are 1 in the small.
+        for (stretch, rate) in [(1.01_f64, 1e5_f64), (1.02, 3e4), (1.001, 2e4)] {
+            let u2 = stretch * stretch;
+            close(
+                viscous_pull([0.06, 0.0, 0.0], stretch, rate),
+                MASS_PER_LENGTH * sound() * 0.06 * H * rate * u2,
+                1e-10,
+            );
+            close(
+                viscous_pull([0.0, 1.5, 0.0], stretch, rate),
+                MASS_PER_LENGTH * 1.5 * (H * rate) * (H * rate) * u2 * stretch,
+                1e-10,
+            );
+            assert_eq!(viscous_pull([0.0, 1.5, 0.0], stretch, -rate), 0.0);
+            close(
+                -viscous_pull([0.06, 0.0, 0.0], stretch, -rate),
+                viscous_pull([0.06, 0.0, 0.0], stretch, rate),
+                1e-12,
+            );
+        }
+    }
+
+    /// At any stretch and rate: nothing where the segment is slack, never a push in all, never work out of nothing, and no jump
+    /// where the segment becomes taut.
+    #[test]
+    fn viscosity_only_takes() {
+        let viscosity = Viscosity::of([0.5, 3.0, 0.1], 0.07, LAW.critical_twice_strain());
+        for k in -400..400 {
+            let q = 1e-4 * f64::from(k);
+            for n in -300..300 {
+                let rate = 2e-3 * f64::from(n);
+                let (elastic, viscous) = (stress(0.07, q), viscosity.stress(0.07, q, rate));
+                assert!(viscous * rate >= 0.0 && elastic + viscous >= -1e-17, "{q} {rate}");
+                assert!(q > 0.0 || viscous == 0.0, "{q} {rate}");
+                assert!(viscous.abs() <= 0.07 * q.max(0.0) * 20.0);
+            }
+        }
+    }
+
+    #[test]
+    fn the_moment_is_whole_from_a_tenth_of_the_critical_tension_on() {
+        let (kk, critical) = (0.07, LAW.critical_twice_strain());
+        let viscosity = Viscosity::of([0.0, 0.0, 0.06], kk, critical);
+        let whole = 0.06 * math::sqrt(2.0 * kk);
+        let at = |part: f64, other: f64| viscosity.bending(kk * critical * part, kk * critical * other);
+        close(at(0.1001, 0.9), whole, 1e-15);
+        close(at(0.9, 0.05), 0.5 * whole, 1e-12);
+        assert_eq!((at(0.0, 0.5), at(0.5, 0.0)), (0.0, 0.0));
+    }
+}

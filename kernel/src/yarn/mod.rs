@@ -1,0 +1,7 @@
+#[cfg(feature = "micro")]
+pub mod calibrate;
+#[cfg(feature = "micro")]
+pub mod fibril;
+pub mod law;
+pub mod rate;
+pub mod toe;
