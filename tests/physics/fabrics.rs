@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 /// A weft that is softer, weaker and wider apart than the warp.
 fn unlike(mut scene: Scene) -> Scene {
     (scene.sheet.spacing_y, scene.sheet.yarn_area_y) = (9e-4, 8e-8);
-    scene.weft = Weft { modulus_mean: 110e9, damage_intercept: 150.0, critical_stretch: 1.025, ..Weft::default() };
+    scene.weft = Weft { modulus_mean: 110e9, damage_intercept: 150.0, critical_stretch: 1.025, ..Weft::LIKE_WARP };
     scene
 }
 

@@ -20,8 +20,8 @@ fn entries(sim: &Sim<'_>, image: &[u8]) -> Vec<(usize, Entry, usize)> {
     let layout = sim.layout();
     let (nx, ny) = (layout.nodes_x, layout.nodes_y);
     let across = layout.x.segments();
-    let marks = if layout.toe { 2 } else { 1 };
-    let flags = if layout.track_detachment { layout.nodes().div_ceil(32) } else { 0 };
+    let marks = if layout.has(fabric::Feature::Toe) { 2 } else { 1 };
+    let flags = if layout.has(fabric::Feature::Detachment) { layout.nodes().div_ceil(32) } else { 0 };
     let mut word = image.len() / 8 - 1 - flags - 6 * layout.nodes() - marks * layout.segments();
     let mut entries = Vec::new();
     for k in 0..nx * ny {

@@ -27,6 +27,7 @@ use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
 use crate::memory::blocks::Blocks;
 use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::scene::parts::{Drive, Scene, Symmetry};
 use crate::sheet::grading::{LINE_PLANES, Net, PLACE};
 use crate::sheet::places::{Places, rest_offset};
@@ -609,7 +610,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
     let free_body = system.scene.drive == Drive::Free;
-    let stands_alone = !layout.graded && system.scene.symmetry == Symmetry::default();
+    let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let body = &system.state.body;
     let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
@@ -622,7 +623,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(end_row).skip(first_row) {
         let (ply, row_of_ply) = layout.ply_and_row(j);
         let y0 = rest_offset(row_of_ply, nodes_y) * rise;
-        let y0 = if layout.graded { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
+        let y0 = if layout.has(Feature::Grading) { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
         if near.misses_row(y0, range_of([*low, *high])) {
             *left = NOT_KEPT;
             continue;
@@ -678,7 +679,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             }
         }
     }
-    let is_beyond_fine = layout.graded && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
+    let is_beyond_fine =
+        layout.has(Feature::Grading) && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
     Ok(Gathered { count, deepest, is_beyond_fine })
 }
 
@@ -812,7 +814,7 @@ fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f
 pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
     let (body, model, symmetry) = (&system.state.body, &system.model, system.scene.symmetry);
-    if !system.layout.friction {
+    if !system.layout.has(Feature::Friction) {
         return solve(slots, body, &model.inertia, model.node_mass, symmetry);
     }
     let tangential = system.blocks.tangential.get_mut(..count).unwrap_or(&mut []);
@@ -845,7 +847,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
     let mut impulse_sum = Vector::zeros();
     let mut arm_sum = Vector::zeros();
     let (mut work, mut loss, mut rubbed, mut held, mut touched) = (0.0, 0.0, 0.0, 0.0, 0);
-    let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.implicit);
+    let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.has(Feature::Theta));
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
@@ -917,7 +919,7 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             let [p_before, q_before] = t.speed_before;
             rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
         }
-        if system.layout.viscous {
+        if system.layout.has(Feature::Viscosity) {
             // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
             let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
             let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));

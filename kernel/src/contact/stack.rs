@@ -31,6 +31,7 @@ use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::blocks::Blocks;
 use crate::memory::layout::{CANDIDATE_REALS, COLUMN_REALS, TOUCH_REALS};
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 
 /// Least give of a candidate besides its column's, over that of a node: candidates of one column that point along z share their impulse
@@ -413,7 +414,7 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
         chunk[5][lane] = speed;
         chunk[2][lane] += push;
         lost -= mass * (push * (0.5 * (before[lane] + speed)));
-        if layout.viscous {
+        if layout.has(Feature::Viscosity) {
             // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
             viscous -= mass * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
         }
@@ -439,7 +440,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let residual = if converged { 0.0 } else { joint.residual(count) };
     let Joint { velocity, rate, sweeps, .. } = joint;
     let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual };
-    if system.layout.friction { without_gain(system, count, solved) } else { solved }
+    if system.layout.has(Feature::Friction) { without_gain(system, count, solved) } else { solved }
 }
 
 /// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
@@ -774,7 +775,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         if !self.leads(c) {
             return true;
         }
-        let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.friction);
+        let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.has(Feature::Friction));
         let unsettled = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
         let error = self.error(c, unsettled);
         if self.touch(c)[STALE] == 0.0 && error <= self.tolerance {

@@ -157,7 +157,7 @@ const TEXTS: [(Code, &CStr); 42] = [
     (Code::UnboundedFaces, c"faces do not enclose a body"),
     (Code::ImpossibleMoments, c"moments of inertia that no body has"),
     (Code::NotSymmetric, c"not symmetric about the mirror planes"),
-    (Code::NotBuilt, c"this build was made without it"),
+    (Code::NotBuilt, c"not in this build, which was made without the feature"),
     (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
     (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
     (Code::HoldsNothing, c"an attachment that holds no node"),
@@ -183,7 +183,8 @@ pub struct Error {
     pub code: Code,
     /// The field's name as it is spelt in [`crate::scene::parts::Scene`], e.g. `sheet.spacing`; empty if no single field is to blame.
     pub field: &'static str,
-    /// For [`Code::DoesNotGoWith`] the other field, else the one that the limit follows from; empty if there is none.
+    /// For [`Code::DoesNotGoWith`] the other field, for [`Code::NotBuilt`] the cargo feature, else the field that the limit follows
+    /// from; empty if there is none.
     pub with: &'static str,
     /// The offending value, SI units (0 where none applies).
     pub value: f64,
@@ -213,6 +214,11 @@ impl Error {
         Error { with, ..self }
     }
 
+    /// The refusal of what this build does not have; `feature`: the cargo feature that has it.
+    pub fn not_built(field: &'static str, feature: &'static str) -> Error {
+        Error { with: feature, ..Error::plain(Code::NotBuilt, field) }
+    }
+
     /// One line for a log: `time_step.seconds: time step too large; the largest allowed is 2.6449e-8 s`, `sheet.plies: out of range; it
     /// is 0`, `back.plies: out of range; it is 2: see stack.plies`, `slack_toe: does not go with another field: integrator.kind`.
     pub fn text(&self) -> Text {
@@ -233,7 +239,7 @@ impl Error {
         }
         let link = match (self.code, self.with) {
             (_, "") => "",
-            (Code::DoesNotGoWith, _) => ": ",
+            (Code::DoesNotGoWith | Code::NotBuilt, _) => ": ",
             _ => ": see ",
         };
         let _ = text.push_str(link);

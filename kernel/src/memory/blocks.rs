@@ -9,6 +9,7 @@ use crate::ground::planes::{
 use crate::memory::layout::{
     BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, PULL_REALS, TANGENTIAL_REALS, TOUCH_REALS,
 };
+use crate::scene::features::Feature;
 use crate::sheet::grading::LINE_PLANES;
 
 /// Refuses memory that is too short for a scene of these sizes.
@@ -30,7 +31,7 @@ pub(crate) struct Blocks<'a> {
     /// Rows of the toe's marks, horizontal and vertical.
     pub marks: &'a mut [Chunk<MARK_PLANES>],
     /// The theta rule's rows (`theta.rs` names their planes).
-    #[cfg_attr(not(feature = "implicit"), expect(dead_code, reason = "empty in a build without the theta rule"))]
+    #[cfg_attr(not(feature = "theta"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
     /// Rows of what viscosity changes of the velocities.
     pub pushes: &'a mut [Chunk<PUSH_PLANES>],
@@ -123,24 +124,28 @@ impl<'a> Blocks<'a> {
         let Some((reals, words)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
         let (mut reals, mut words) = (Carver(CacheLine::reals(reals)), Carver(CacheLine::words(words)));
         let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
-        let watched = |count: usize| if layout.track_detachment { count } else { 0 };
-        let implicit = |count: usize| if layout.implicit { count } else { 0 };
-        let graded = |count: usize| if layout.graded { count * CHUNK * LINE_PLANES } else { 0 };
-        let viscous = |count: usize| if layout.viscous { count } else { 0 };
+        let watched = |count: usize| if layout.has(Feature::Detachment) { count } else { 0 };
+        let implicit = |count: usize| if layout.has(Feature::Theta) { count } else { 0 };
+        let graded = |count: usize| if layout.has(Feature::Grading) { count * CHUNK * LINE_PLANES } else { 0 };
+        let viscous = |count: usize| if layout.has(Feature::Viscosity) { count } else { 0 };
         let stack = |count: usize| if layout.is_stack() { count } else { 0 };
         let waves = |count: usize| if layout.in_waves { BLOCK_STEPS * count } else { 0 };
-        let rough = |count: usize| if layout.friction { count } else { 0 };
+        let rough = |count: usize| if layout.has(Feature::Friction) { count } else { 0 };
         let carved = (|| {
             Some(Blocks {
                 hot: chunked(reals.take(layout.stored_rows() * HOT_PLANES * row)?),
                 history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
-                yarn: chunked(reals.take(if layout.stochastic { ny * YARN_PLANES * row } else { 0 })?),
-                strength: chunked(reals.take(if layout.strength { ny * STRENGTH_PLANES * row } else { 0 })?),
-                marks: chunked(reals.take(if layout.toe { ny * MARK_PLANES * row } else { 0 })?),
+                yarn: chunked(reals.take(if layout.has_constants() { ny * YARN_PLANES * row } else { 0 })?),
+                strength: chunked(reals.take(if layout.has(Feature::Strength) {
+                    ny * STRENGTH_PLANES * row
+                } else {
+                    0
+                })?),
+                marks: chunked(reals.take(if layout.has(Feature::Toe) { ny * MARK_PLANES * row } else { 0 })?),
                 iterate: chunked(reals.take(implicit(layout.stored_rows() * ITERATE_PLANES * row))?),
                 pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
                 viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
-                logarithms: chunked(reals.take(if layout.rate { ny * RATE_PLANES * row } else { 0 })?),
+                logarithms: chunked(reals.take(if layout.has(Feature::Rate) { ny * RATE_PLANES * row } else { 0 })?),
                 columns: chunked(reals.take(graded(layout.chunks))?),
                 lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
                 carry: chunked(reals.take(CARRY_PLANES * row)?),

@@ -7,8 +7,8 @@ use crate::ground::planes::{
     Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
     STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
-use crate::memory::state::Parts;
-use crate::scene::parts::{IntegratorKind, Scene, StepAfterFailure, StrengthDraw};
+use crate::scene::features::{Feature, Features};
+use crate::scene::parts::Scene;
 use crate::sheet::grading::LINE_PLANES;
 use crate::sheet::places::Places;
 use crate::sheet::symmetry::Line;
@@ -44,28 +44,17 @@ pub(crate) const HEADER_WORDS: usize = 4;
 pub(crate) const STATE_WORDS: usize = 1 + 13 + 6 + (2 + 2 * 13) + 38 + MARK_WORDS + (6 + 5 + 12);
 /// Words of the scalar state that enter a digest only if they are not 0, and do not count in its header.
 pub(crate) const MARK_WORDS: usize = 2;
-/// Words of the scalar state that only the theta rule, or a step to be halved, has.
-const PART_WORDS: usize = 2;
-/// Words of the scalar state that only yarn has whose viscosity or rate takes energy.
-const TAKEN_WORDS: usize = 1;
-/// Words of the scalar state that only yarn has that depends on the rate of strain.
-const RATE_WORDS: usize = 1;
-/// Words of the scalar state that only friction has.
-const FRICTION_WORDS: usize = 1;
-/// Words of the scalar state that only a stack has.
-const STACK_WORDS: usize = 2;
-/// Words of the scalar state that only a graded network has.
-const GRADED_WORDS: usize = 1;
 
 /// Words of an image besides nodes, segments and flags: header, scalar state and checksum.
-pub fn frame_words(parts: Parts) -> usize {
-    let taken = if parts.viscous || parts.rate { TAKEN_WORDS } else { 0 };
-    let rate = if parts.rate { RATE_WORDS } else { 0 };
-    let friction = if parts.friction { FRICTION_WORDS } else { 0 };
-    let stack = if parts.stack { STACK_WORDS } else { 0 };
-    let graded = if parts.graded { GRADED_WORDS } else { 0 };
-    let steps = PART_WORDS * (usize::from(parts.implicit) + usize::from(parts.halving));
-    HEADER_WORDS + STATE_WORDS + steps + taken + rate + friction + stack + graded + 1
+pub fn frame_words(has: Features) -> usize {
+    // Energy that viscosity or rate has taken.
+    let taken = usize::from(has.has(Feature::Viscosity) || has.has(Feature::Rate));
+    HEADER_WORDS + STATE_WORDS + has.words() + taken + 1
+}
+
+/// Whether segments have constants of their own.
+fn has_constants(has: Features) -> bool {
+    has.has(Feature::Drawn) || has.has(Feature::Grading)
 }
 
 /// Sizes of a scene's memory.
@@ -85,26 +74,8 @@ pub struct Layout {
     pub upper: usize,
     /// Chunks in a row.
     pub chunks: usize,
-    /// true if segments have their own constants: of drawn yarn, or of a graded network.
-    pub stochastic: bool,
-    /// true if segments have their own critical stretch.
-    pub strength: bool,
-    /// true if connection to the supports is watched.
-    pub track_detachment: bool,
-    /// true if the theta rule steps the nodes.
-    pub implicit: bool,
-    /// true if the step is halved after the first failure.
-    pub halving: bool,
-    /// true if segments that have been slack start with a toe.
-    pub toe: bool,
-    /// true if the yarn is viscous.
-    pub viscous: bool,
-    /// true if bars stand for several yarns anywhere.
-    pub graded: bool,
-    /// true if the yarn depends on the rate of strain.
-    pub rate: bool,
-    /// true if yarn and projectile rub.
-    pub friction: bool,
+    /// What the scene has besides a plain sheet.
+    pub has: Features,
     /// true if there is memory for steps in blocks: of a sheet that exceeds the caches, one ply without mirror planes and without what takes
     /// more than one pass or looks at the whole sheet between two steps.
     pub in_waves: bool,
@@ -125,16 +96,7 @@ impl Layout {
         y: Line { nodes: 0, mirrored: false },
         upper: 0,
         chunks: 0,
-        stochastic: false,
-        strength: false,
-        track_detachment: false,
-        implicit: false,
-        halving: false,
-        toe: false,
-        viscous: false,
-        graded: false,
-        rate: false,
-        friction: false,
+        has: Features::NONE,
         in_waves: false,
         candidates: 0,
         reals: 0,
@@ -169,24 +131,28 @@ impl Layout {
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
         let chunks = x.stored().div_ceil(CHUNK);
-        let (graded, back) = (scene.is_graded(), scene.back.plies > 0);
-        let stochastic = scene.yarn.stochastic || graded || back && scene.back.is_drawn();
-        let strength = scene.yarn.strength_draw != StrengthDraw::None || back && scene.back.weibull_shape != 0.0;
-        let track_detachment = scene.track_detachment;
-        let implicit = scene.integrator.kind == IntegratorKind::Theta;
-        let halving = scene.step_after_failure == StepAfterFailure::Half;
-        let toe = scene.slack_toe > 0.0;
-        let viscous = scene.viscosity() != [0.0; 3];
-        let rate = scene.depends_on_rate();
-        let friction = scene.contact.friction > 0.0;
+        let has = Features::of(scene);
+        let [implicit, halving, toe, viscous, rate, graded, friction] = [
+            Feature::Theta,
+            Feature::Halving,
+            Feature::Toe,
+            Feature::Viscosity,
+            Feature::Rate,
+            Feature::Grading,
+            Feature::Friction,
+        ]
+        .map(|feature| has.has(feature));
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
         };
 
-        let planes = HOT_PLANES + HISTORY_PLANES + if stochastic { YARN_PLANES } else { 0 };
+        let planes = HOT_PLANES + HISTORY_PLANES + if has_constants(has) { YARN_PLANES } else { 0 };
         let iterate = if implicit { ITERATE_PLANES } else { 0 };
-        let planes = planes + iterate + if toe { MARK_PLANES } else { 0 } + if strength { STRENGTH_PLANES } else { 0 };
+        let planes = planes
+            + iterate
+            + if toe { MARK_PLANES } else { 0 }
+            + if has.has(Feature::Strength) { STRENGTH_PLANES } else { 0 };
         let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
         let image_row = usize::from(y.mirrored) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
@@ -215,7 +181,7 @@ impl Layout {
             x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
         let reals = rows.checked_add(scratch)?;
 
-        let watched = if track_detachment { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
+        let watched = if has.has(Feature::Detachment) { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
         let words = nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(candidates)?;
         let columns = nodes_x.checked_mul(y.modelled())?;
         let words = words
@@ -225,13 +191,13 @@ impl Layout {
 
         // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
         // segment where they exist.
-        let flags = if track_detachment { nodes.div_ceil(32) } else { 0 };
+        let flags = if has.has(Feature::Detachment) { nodes.div_ceil(32) } else { 0 };
         let image_words = nodes
             .checked_mul(6)?
             .checked_add(segments)?
             .checked_add(if toe { segments } else { 0 })?
             .checked_add(flags)?
-            .checked_add(frame_words(Parts { implicit, halving, viscous, rate, friction, stack: plies > 1, graded }))?;
+            .checked_add(frame_words(has))?;
 
         // No block may exceed what a slice can hold.
         let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
@@ -248,16 +214,7 @@ impl Layout {
             y,
             upper: Places::of(scene, Axis::Vertical).upper(),
             chunks,
-            stochastic,
-            strength,
-            track_detachment,
-            implicit,
-            halving,
-            toe,
-            viscous,
-            graded,
-            rate,
-            friction,
+            has,
             in_waves,
             candidates,
             reals,
@@ -282,7 +239,7 @@ impl Layout {
     /// More bands than [`MAX_BANDS`], or none; the theta rule, which cannot be stepped in bands; more memory than a slice can hold, which wide
     /// sheets may need on targets of 32 bits.
     pub fn band_lines(&self, of: u32) -> Result<usize, Error> {
-        if self.implicit {
+        if self.has(Feature::Theta) {
             return Err(Error::plain(Code::NotInBands, "integrator.kind"));
         }
         if !(1..=MAX_BANDS).contains(&of) {
@@ -302,7 +259,7 @@ impl Layout {
     /// Numbers of one band: a row above it, forces from below it, both of every step of a block besides, its work row of viscosity, its
     /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
-        let viscous = if self.viscous { VISCOUS_PLANES } else { 0 };
+        let viscous = if self.has(Feature::Viscosity) { VISCOUS_PLANES } else { 0 };
         let rows = if self.in_waves { 1 + BLOCK_STEPS } else { 1 };
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + viscous)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
@@ -352,9 +309,15 @@ impl Layout {
         self.nodes_y * self.chunks * CHUNK * HOT_PLANES > CACHED_REALS
     }
 
+    /// Whether the scene has a feature, and this build, too.
+    #[inline(always)] // As `Features::has`.
+    pub const fn has(&self, feature: Feature) -> bool {
+        self.has.has(feature)
+    }
+
     /// Whether there are several plies.
     pub fn is_stack(&self) -> bool {
-        self.plies > 1
+        self.has(Feature::Plies)
     }
 
     /// Rows [first, end) of a ply.
@@ -383,13 +346,12 @@ impl Layout {
 
     /// Whether viscosity or the rate takes energy.
     pub fn takes_energy(&self) -> bool {
-        self.viscous || self.rate
+        self.has(Feature::Viscosity) || self.has(Feature::Rate)
     }
 
-    /// The optional parts of the state.
-    pub fn parts(&self) -> Parts {
-        let Layout { implicit, halving, viscous, rate, friction, graded, .. } = *self;
-        Parts { implicit, halving, viscous, rate, friction, stack: self.is_stack(), graded }
+    /// Whether segments have constants of their own: drawn ones, or those of a graded network.
+    pub fn has_constants(&self) -> bool {
+        has_constants(self.has)
     }
 
     /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
@@ -440,7 +402,7 @@ mod tests {
         assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
         // For each of eight steps: carried forces of 56 chunks, six numbers a row. A step that may be halved is taken alone.
         let blocks = Layout::of(&scene).unwrap();
-        scene.step_after_failure = StepAfterFailure::Half;
+        scene.step_after_failure = crate::StepAfterFailure::Half;
         let single = Layout::of(&scene).unwrap();
         assert_eq!((single.in_waves, blocks.reals - single.reals), (false, 8 * (56 * 8 * CARRY_PLANES + 6 * 447)));
     }
@@ -464,7 +426,7 @@ mod tests {
         assert_eq!((layout.reals, layout.words), (rows + 10 * CANDIDATE_REALS, 8 * 5 + 10));
         assert_eq!(layout.lines(), layout.reals.div_ceil(8) + 4);
         assert_eq!(layout.bytes(), 64 * layout.lines());
-        let frame = frame_words(layout.parts());
+        let frame = frame_words(layout.has);
         assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
         // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines; six numbers a row.
         let reals: usize = 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5;
@@ -481,7 +443,7 @@ mod tests {
             (more.reals - plain.reals, more.words - plain.words, more.image_words - plain.image_words)
         };
         assert_eq!(with(&|scene| scene.yarn.stochastic = true), (5 * 16 * YARN_PLANES, 0, 0));
-        let drawn = |scene: &mut Scene| scene.yarn.strength_draw = StrengthDraw::Weibull;
+        let drawn = |scene: &mut Scene| scene.yarn.strength_draw = crate::StrengthDraw::Weibull;
         assert_eq!(with(&drawn), (5 * 16 * STRENGTH_PLANES, 0, 0));
         assert_eq!(with(&|scene| scene.slack_toe = 0.02), (5 * 16 * MARK_PLANES, 0, 76));
         // Pushes of 5 rows, a work row, the energy of each row; a word of the image.
@@ -498,8 +460,8 @@ mod tests {
         // A word for every node, and a bit for every node: 45 in two words.
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
-        assert_eq!(with(&|scene| scene.step_after_failure = StepAfterFailure::Half).2, 2);
-        #[cfg(feature = "implicit")]
+        assert_eq!(with(&|scene| scene.step_after_failure = crate::StepAfterFailure::Half).2, 2);
+        #[cfg(feature = "theta")]
         {
             let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
             assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));

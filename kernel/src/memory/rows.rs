@@ -9,6 +9,7 @@ use crate::ground::planes::{
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
 use crate::memory::blocks::Blocks;
 use crate::memory::layout::Layout;
+use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{Constants, Pass, Report, Row, YarnRow};
@@ -58,7 +59,7 @@ impl<'t> Terms<'t> {
     where
         't: 'y,
     {
-        let constants = if self.layout.stochastic {
+        let constants = if self.layout.has_constants() {
             Constants::Stochastic(planes::row(yarn, self.layout.chunks, k))
         } else {
             Constants::Uniform(self.directions.of_ply(ply))
@@ -131,11 +132,11 @@ impl<'r> Rows<'r> {
                 planes::row(rest, layout.chunks, 0)
             },
             history: blocks.history.get_mut(own.clone())?,
-            yarn: if layout.stochastic { blocks.yarn.get(own.clone())? } else { &[] },
-            strength: if layout.strength { blocks.strength.get(own.clone())? } else { &[] },
-            logarithms: if layout.rate { blocks.logarithms.get(own.clone())? } else { &[] },
+            yarn: if layout.has_constants() { blocks.yarn.get(own.clone())? } else { &[] },
+            strength: if layout.has(Feature::Strength) { blocks.strength.get(own.clone())? } else { &[] },
+            logarithms: if layout.has(Feature::Rate) { blocks.logarithms.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
-            pushes: if layout.viscous { blocks.pushes.get(own)? } else { &[] },
+            pushes: if layout.has(Feature::Viscosity) { blocks.pushes.get(own)? } else { &[] },
             taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
             before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
@@ -152,8 +153,9 @@ impl Rows<'_> {
     /// of fixed nodes, in units of m h/dt, lowest row first.
     #[inline]
     pub fn sweep(&mut self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
-        let Layout { strength, graded, .. } = *terms.layout;
-        let optional = strength || graded || terms.layout.takes_energy() || !self.marks.is_empty();
+        let layout = terms.layout;
+        let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Toe) && !self.marks.is_empty();
+        let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
         if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
     }
 
@@ -174,13 +176,13 @@ impl Rows<'_> {
         }
         let (strength, logarithms) = if OPTIONS { (self.strength, self.logarithms) } else { (&[][..], &[][..]) };
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
-        let (viscous, net) = if OPTIONS { (layout.viscous, &self.net) } else { (false, &Net::NONE) };
+        let (viscous, net) = if OPTIONS { (layout.has(Feature::Viscosity), &self.net) } else { (false, &Net::NONE) };
         let pass = terms.pass(net, ply);
         if layout.x.mirrored {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
         // Whether nodes stand for several.
-        let weighed = layout.x.mirrored || layout.y.mirrored || layout.graded;
+        let weighed = layout.x.mirrored || layout.y.mirrored || layout.has(Feature::Grading);
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;
@@ -190,7 +192,7 @@ impl Rows<'_> {
             let pushes = planes::row(pushes, chunks, k);
             let mut taken = if viscous { taken.get_mut(k) } else { None };
             if let Some(taken) = &mut taken {
-                let before = if layout.rate { **taken } else { 0.0 };
+                let before = if layout.has(Feature::Rate) { **taken } else { 0.0 };
                 **taken = before + half_taken::<true>(row, pushes, terms, j);
             }
             keep_fixed(row, kept, run);

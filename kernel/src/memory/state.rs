@@ -4,6 +4,7 @@ use crate::body::path::Track;
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::memory::watch::{FirstContact, Latch, Watch};
+use crate::scene::features::{Feature, Features};
 use crate::scene::parts::{AttachmentKind, Symmetry};
 use crate::sheet::symmetry;
 use crate::sheet::weave::ATTACHMENTS;
@@ -106,25 +107,6 @@ const ZERO: Vector = Vector::new(0.0, 0.0, 0.0);
 /// No count of steps, impulses or nodes gets beyond this: a real number still holds it exactly, and sums cannot overflow.
 pub const COUNT_MAX: u64 = 1 << 53;
 
-/// Which optional parts a scene's state has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Parts {
-    /// What only the theta rule has.
-    pub implicit: bool,
-    /// What only a step that is halved after failure has.
-    pub halving: bool,
-    /// What only viscous yarn has.
-    pub viscous: bool,
-    /// What only yarn has that depends on the rate of strain.
-    pub rate: bool,
-    /// What only friction has.
-    pub friction: bool,
-    /// What only a stack of plies has.
-    pub stack: bool,
-    /// What only a graded network has.
-    pub graded: bool,
-}
-
 /// Scalar state at step count n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
@@ -166,7 +148,7 @@ impl State {
     }
 
     /// Shows every number to a visitor, which may read or replace it: one traversal serves saving, loading and the digest.
-    pub fn visit(&mut self, parts: Parts, visitor: &mut impl Visitor) {
+    pub fn visit(&mut self, features: Features, visitor: &mut impl Visitor) {
         visitor.count(&mut self.step);
         visit_body(&mut self.body, visitor);
         visitor.vector(&mut self.force);
@@ -176,30 +158,30 @@ impl State {
         visit_body(&mut self.track.start, visitor);
         visit_body(&mut self.track.end, visitor);
         self.sums.visit(visitor);
-        if parts.implicit {
+        if features.has(Feature::Theta) {
             visitor.count(&mut self.sums.iterations);
             visitor.count(&mut self.sums.most_iterations);
         }
-        if parts.halving {
+        if features.has(Feature::Halving) {
             let mut flag = u64::from(self.halved);
             visitor.flag(&mut flag);
             self.halved = flag == 1;
             visitor.real(&mut self.sums.halving_energy);
         }
-        if parts.viscous || parts.rate {
+        if features.has(Feature::Viscosity) || features.has(Feature::Rate) {
             visitor.real(&mut self.sums.viscous);
         }
-        if parts.rate {
+        if features.has(Feature::Rate) {
             visitor.count(&mut self.loaded);
         }
-        if parts.friction {
+        if features.has(Feature::Friction) {
             visitor.real(&mut self.sums.friction);
         }
-        if parts.stack {
+        if features.has(Feature::Plies) {
             visitor.real(&mut self.sums.ply_loss);
             visitor.real(&mut self.sums.ply_penetration);
         }
-        if parts.graded {
+        if features.has(Feature::Grading) {
             visitor.count(&mut self.sums.beyond_fine);
         }
         visit_watch(&mut self.watch, visitor);

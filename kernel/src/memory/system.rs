@@ -17,6 +17,7 @@ use crate::memory::layout::Layout;
 use crate::memory::model::Model;
 use crate::memory::rows;
 use crate::memory::state::State;
+use crate::scene::features::Feature;
 use crate::scene::parts::{CRITICAL_STRETCH_MAX, Scene};
 use crate::sheet::direction::{Along, Direction, Directions};
 use crate::sheet::grading::{self, Net, PLACE};
@@ -223,7 +224,7 @@ impl System<'_> {
         let bar = self.net().bar(axis, i, j);
         let yarn = planes::row(self.blocks.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
-        let stochastic = self.layout.stochastic;
+        let stochastic = self.layout.has_constants();
         let strength = planes::row(self.blocks.strength, chunks, j);
         Some(SegmentView {
             axis,
@@ -238,7 +239,7 @@ impl System<'_> {
             mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
             // The theta rule's state is synchronous: its audit looks at t_n alone.
-            d_before: if self.layout.implicit { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
+            d_before: if self.layout.has(Feature::Theta) { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
         })
     }
 
@@ -271,7 +272,7 @@ impl System<'_> {
             let (Some(i), Some(j)) = (i, j) else { return [0.0; 3] };
             let Some(segment) = self.segment(axis, i, j) else { return [0.0; 3] };
             let q = segment.twice_strain();
-            let (seen, stiffening) = if self.layout.rate {
+            let (seen, stiffening) = if self.layout.has(Feature::Rate) {
                 let rate = self.rate_law(segment.axis);
                 (rate.seen_at(q), rate.stiffening(rate.logarithm(q)))
             } else {
@@ -300,11 +301,11 @@ impl System<'_> {
             let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
-        let Layout { nodes_x: nx, nodes_y: ny, chunks, stochastic, strength, .. } = self.layout;
-        if !stochastic && !strength {
+        let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));
+        if !layout.has_constants() && !strength {
             return Ok(());
         }
-        if self.layout.graded {
+        if self.layout.has(Feature::Grading) {
             grading::fill(self.blocks.columns, &places[0], &self.directions.front.horizontal.rest);
             grading::fill(self.blocks.lines, &places[1], &self.directions.front.vertical.rest);
         }
@@ -538,8 +539,8 @@ impl System<'_> {
 
     /// Velocity of a node in this pass before any impulse, spacings a pass.
     pub fn free_velocity(&self, i: usize, j: usize) -> Vector {
-        #[cfg(feature = "implicit")]
-        if self.layout.implicit {
+        #[cfg(feature = "theta")]
+        if self.layout.has(Feature::Theta) {
             return self.velocity_with_forces(self.scene.integrator.theta, i, j);
         }
         Vector::from(self.node(i, j).1)
@@ -551,7 +552,7 @@ impl System<'_> {
     }
 
     /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
-    #[cfg(feature = "implicit")]
+    #[cfg(feature = "theta")]
     pub fn velocity_with_forces(&self, theta: f64, i: usize, j: usize) -> Vector {
         if self.is_fixed(i, j) {
             return Vector::zeros();
@@ -595,7 +596,7 @@ pub(crate) fn rows_to_step([low, high]: [usize; 2], [first, end]: [usize; 2], al
 }
 
 /// (M10) g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
-#[cfg(feature = "implicit")]
+#[cfg(feature = "theta")]
 pub(crate) fn mean_acceleration(theta: f64, at_start: f64, at_guess: f64) -> f64 {
     theta * ((1.0 - theta) * at_start + theta * at_guess)
 }

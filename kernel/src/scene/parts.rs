@@ -252,7 +252,7 @@ pub enum StrengthDraw {
 }
 
 /// The yarn along y, the weft, where it is unlike that along x, the warp.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weft {
     /// Mean Young's modulus, Pa, > 0; 0: modulus and damage rate are those of `yarn`, and the four numbers after this are not read.
     pub modulus_mean: f64,
@@ -266,6 +266,18 @@ pub struct Weft {
     pub damage_sd: f64,
     /// Critical stretch U_c, > 1; 0: that of `yarn`.
     pub critical_stretch: f64,
+}
+
+impl Weft {
+    /// The weft is of the warp's yarn.
+    pub const LIKE_WARP: Weft = Weft {
+        modulus_mean: 0.0,
+        modulus_sd: 0.0,
+        damage_slope: 0.0,
+        damage_intercept: 0.0,
+        damage_sd: 0.0,
+        critical_stretch: 0.0,
+    };
 }
 
 /// What gets a draw of its own.
@@ -615,14 +627,7 @@ impl Scene {
             symmetry: Symmetry { mirror_x: false, mirror_y: false },
             attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
             yarn: Yarn::PAPER,
-            weft: Weft {
-                modulus_mean: 0.0,
-                modulus_sd: 0.0,
-                damage_slope: 0.0,
-                damage_intercept: 0.0,
-                damage_sd: 0.0,
-                critical_stretch: 0.0,
-            },
+            weft: Weft::LIKE_WARP,
             projectile: Projectile {
                 shape: Shape::Sphere,
                 radius,
@@ -706,7 +711,7 @@ impl Scene {
     /// Becomes [`Scene::all_of_back`], where it is: a copy would add a kilobyte to the stack.
     pub(crate) fn become_back(&mut self) {
         let Scene { sheet, weft, yarn, back, .. } = self;
-        (back.plies, *weft) = (0, Weft::default());
+        (back.plies, *weft) = (0, Weft::LIKE_WARP);
         (sheet.node_mass, sheet.crimp) = (back.node_mass, back.crimp);
         (sheet.yarn_area, sheet.yarn_area_y) = (back.yarn_area, back.yarn_area_y);
         (yarn.modulus_mean, yarn.modulus_sd) = (back.modulus_mean, back.modulus_sd);

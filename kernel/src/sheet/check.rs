@@ -6,11 +6,11 @@ use crate::body::shape;
 use crate::ground::error::{Code, Error, finite, positive};
 use crate::ground::math;
 use crate::ground::planes::{AT_REST, Axis};
+use crate::scene::features;
 use crate::scene::fields;
 use crate::scene::parts::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Drive, IntegratorKind, MAX_GAP, RotationKind,
-    STEP_MAX_FRACTION, STEP_WITH_TOE, STRAIN_RATES, Scene, Stack, StepAfterFailure, StepCheck, StepLimits,
-    StrengthDraw, Symmetry, TOE_RANGE, TimeStep, WEIBULL_SHAPES,
+    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Drive, MAX_GAP, STEP_MAX_FRACTION, STEP_WITH_TOE,
+    STRAIN_RATES, Scene, Stack, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep, WEIBULL_SHAPES,
 };
 use crate::sheet::weave;
 use core::iter::StepBy;
@@ -234,7 +234,8 @@ impl Scene {
     /// The time step against dt_crit is checked by [`Scene::step_limits`].
     pub fn check(&self) -> Result<(), Error> {
         fields::check(self)?;
-        self.check_pairs()?;
+        features::check(self)?;
+        self.check_directions()?;
         self.check_yarn()?;
         self.check_rate()?;
         self.check_rest()?;
@@ -246,7 +247,6 @@ impl Scene {
             self.check_back()?;
         }
         self.check_step()?;
-        self.check_theta_rules()?;
         self.check_toe()
     }
 
@@ -298,58 +298,20 @@ impl Scene {
         Err(Error::new(Code::OutOfRange, "slack_toe", toe, limit))
     }
 
-    fn check_theta_rules(&self) -> Result<(), Error> {
-        let built = |field| if cfg!(feature = "implicit") { Ok(()) } else { Err(Error::plain(Code::NotBuilt, field)) };
-        if self.integrator.kind == IntegratorKind::Theta {
-            built("integrator.kind")?;
-        }
-        if self.rotation_rule.kind == RotationKind::Theta {
-            built("rotation_rule.kind")?;
-        }
-        Ok(())
-    }
-
-    /// Options that do not go together: the first two that the scene has are named.
-    #[inline(never)] // Its lists must not add to the stack of what is checked next.
-    fn check_pairs(&self) -> Result<(), Error> {
-        let (yarn, [strain_x, strain_y], [crimp_x, crimp_y]) = (&self.yarn, self.sheet.pre_strain, self.sheet.crimp);
-        let theta = ("integrator.kind", self.integrator.kind == IntegratorKind::Theta);
-        let halved = ("step_after_failure", self.step_after_failure != StepAfterFailure::Keep);
-        let toe = ("slack_toe", self.slack_toe != 0.0);
-        let mirrors = [("symmetry.mirror_x", self.symmetry.mirror_x), ("symmetry.mirror_y", self.symmetry.mirror_y)];
-        let strength = ("yarn.strength_draw", yarn.strength_draw != StrengthDraw::None);
-        let strength_of_back = ("back.weibull_shape", self.back.plies > 0 && self.back.weibull_shape != 0.0);
-        let friction = ("contact.friction", self.contact.friction != 0.0);
-        let viscous = [
-            ("yarn.viscosity_linear", yarn.viscosity_linear != 0.0),
-            ("yarn.viscosity_quadratic", yarn.viscosity_quadratic != 0.0),
-            ("yarn.viscosity_bending", yarn.viscosity_bending != 0.0),
-        ];
-        let rates = [("yarn.rate_modulus", yarn.rate_modulus != 0.0), ("yarn.rate_stretch", yarn.rate_stretch != 0.0)];
-        let plies = ("stack.plies", self.stack.plies > 1);
-        let strained = ("sheet.pre_strain", self.sheet.pre_strain != [0.0; 2]);
-        let graded = ("sheet.grading.largest", self.is_graded());
-        apart(&rates, &[plies, theta, graded])?;
-        // A strain that is there before the load has no rate.
-        apart(&[strained], &rates)?;
-        apart(&[friction], &[theta, graded])?;
-        apart(&viscous, &[theta, graded])?;
-        apart(&[plies], &[graded])?;
-        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
-        let [rate_modulus, rate_stretch] = rates;
-        apart(&[toe], &[strength, strength_of_back, rate_modulus, rate_stretch, theta])?;
-        apart(&[halved, plies], &[theta])?;
-        // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
-        let unlike = [plies, ("yarn.stochastic", yarn.stochastic), strength, ("drive", self.drive != Drive::Free)];
-        apart(&unlike, &mirrors)?;
+    /// Numbers of one direction that do not go together: crimp and strain along it, plies that are turned and spacings that differ.
+    fn check_directions(&self) -> Result<(), Error> {
+        let ([strain_x, strain_y], [crimp_x, crimp_y]) = (self.sheet.pre_strain, self.sheet.crimp);
         let [back_x, back_y] = if self.back.plies > 0 { self.back.crimp } else { [0.0; 2] };
         for (crimp, behind, strain) in [(crimp_x, back_x, strain_x), (crimp_y, back_y, strain_y)] {
             let crimps = [("sheet.crimp", crimp != 0.0), ("back.crimp", behind != 0.0)];
-            apart(&crimps, &[("sheet.pre_strain", strain != 0.0)])?;
+            if let Some((field, _)) = crimps.into_iter().find(|(_, has)| *has && strain != 0.0) {
+                return Err(Error::beside(field, "sheet.pre_strain"));
+            }
         }
         // A ply is turned within the same grid.
         let [x, y] = self.spacings();
-        apart(&[("stack.turned", plies.1 && self.stack.turned)], &[("sheet.spacing_y", x != y)])
+        let turned = self.stack.plies > 1 && self.stack.turned;
+        if turned && x != y { Err(Error::beside("stack.turned", "sheet.spacing_y")) } else { Ok(()) }
     }
 
     fn check_yarn(&self) -> Result<(), Error> {
@@ -547,19 +509,10 @@ fn of_back(error: Error) -> Error {
     Error { field, ..error }
 }
 
-/// Refuses an option of the first list beside one of the second. Each by its name, and whether the scene has it.
-fn apart(first: &[(&'static str, bool)], second: &[(&'static str, bool)]) -> Result<(), Error> {
-    let asked = |options: &[(&'static str, bool)]| options.iter().find(|(_, has)| *has).map(|(field, _)| *field);
-    match (asked(first), asked(second)) {
-        (Some(field), Some(with)) => Err(Error::beside(field, with)),
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    #[cfg(not(feature = "implicit"))]
+    #[cfg(not(feature = "theta"))]
     use crate::scene::parts::{Integrator, RotationRule};
 
     #[test]
@@ -568,7 +521,7 @@ mod tests {
         (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.sheet.pre_strain) = (21, 21, [0.0, 0.02]);
         scene.yarn.stochastic = false;
         let alike = scene.step_limits().unwrap().dt_crit;
-        (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (StrengthDraw::Weibull, 200.0);
+        (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (crate::StrengthDraw::Weibull, 200.0);
         let drawn = scene.step_limits().unwrap().dt_crit;
         let strongest = (0..scene.segments()).map(|k| scene.draw_critical_stretch(k)).fold(1.0, f64::max);
         let bound = |u: f64| 2.0 * (3.0 * u * u - 1.0) + 2.0 * (u * u - 1.0);
@@ -636,7 +589,7 @@ mod tests {
     }
 
     #[test]
-    #[cfg(not(feature = "implicit"))]
+    #[cfg(not(feature = "theta"))]
     fn a_build_without_the_theta_rule_refuses_it() {
         let mut scene = Scene::sheet_3in_sphere();
         scene.integrator = Integrator::THETA;

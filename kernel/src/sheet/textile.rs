@@ -212,7 +212,7 @@ impl Scene {
         sheet.node_mass =
             warp.linear_density * (1.0 + warp.crimp) * h_x + weft.linear_density * (1.0 + weft.crimp) * h_y;
         sheet.crimp = [warp.crimp, weft.crimp];
-        self.weft = Weft::default();
+        self.weft = Weft::LIKE_WARP;
         let yarn = &mut self.yarn;
         (yarn.modulus_mean, yarn.modulus_sd) = (textile.modulus, textile.modulus_sd);
         (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) = (0.0, textile.damage_rate, 0.0);
@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn what_both_directions_share_is_said_once() {
         let scene = scene_of(&plain());
-        assert_eq!((scene.sheet.spacing_y, scene.sheet.yarn_area_y, scene.weft), (0.0, 0.0, Weft::default()));
+        assert_eq!((scene.sheet.spacing_y, scene.sheet.yarn_area_y, scene.weft), (0.0, 0.0, Weft::LIKE_WARP));
         close(scene.sheet.yarn_area, 4.629_629_6e-8, 1e-8);
         close(scene.sheet.node_mass, 9.960_784e-8, 1e-6);
     }

@@ -16,6 +16,7 @@ use crate::memory::model::start_motion;
 use crate::memory::state::{COUNT_MAX, State};
 use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, OutcomeSet};
+use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Drive, Scene, StepLimits};
 use crate::sim::snapshot;
 use crate::sim::start;
@@ -581,9 +582,13 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         self.copy_nodes("out", out, |sim, i, j| {
             let (_, v) = sim.system.node(i, j);
-            let stored = sim.system.layout.implicit || sim.system.is_fixed(i, j);
+            let stored = sim.system.layout.has(Feature::Theta) || sim.system.is_fixed(i, j);
             let a = if stored { [0.0; 3] } else { sim.system.acceleration(i, j) };
-            let b = if stored || !sim.system.layout.viscous { [0.0; 3] } else { viscosity::push(&sim.system, i, j) };
+            let b = if stored || !sim.system.layout.has(Feature::Viscosity) {
+                [0.0; 3]
+            } else {
+                viscosity::push(&sim.system, i, j)
+            };
             let unit = sim.system.model.unit_speed;
             let v = [0, 1, 2].map(|k| (v[k] + 0.5 * (a[k] + b[k])) * unit);
             sim.system.model.pose.vector_out(v)

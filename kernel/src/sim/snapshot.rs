@@ -17,6 +17,7 @@ use crate::ground::planes::{self, Axis, CHUNK};
 use crate::memory::layout::{HEADER_WORDS, MARK_WORDS};
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::scene::fields;
 use crate::scene::parts::Scene;
 use crate::sheet::weave::in_runs;
@@ -134,7 +135,7 @@ pub(crate) fn save(system: &System<'_>, image: &mut [u8]) -> Result<(), Error> {
         writer.word(word);
     }
     let mut state = system.state;
-    state.visit(system.layout.parts(), &mut writer);
+    state.visit(system.layout.has, &mut writer);
     each_word(system, &mut |word| writer.word(word));
     let checksum = writer.hash.value();
     writer.word(checksum);
@@ -185,7 +186,7 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     let mut reader = Reader { chunks: body.iter(), sound: true };
     (0..HEADER_WORDS).for_each(|_| _ = reader.word());
     let mut state = system.state;
-    state.visit(system.layout.parts(), &mut reader);
+    state.visit(system.layout.has, &mut reader);
     let arrays = reader.chunks.as_slice();
     if !reader.sound || !plausible(&state) || !arrays_sound(system, arrays) {
         return Err(Error::plain(Code::ImageInvalid, "image"));
@@ -213,7 +214,7 @@ pub(crate) fn digest(system: &System<'_>) -> u64 {
         hash.word(word);
     }
     let mut state = system.state;
-    state.visit(system.layout.parts(), &mut hash);
+    state.visit(system.layout.has, &mut hash);
     each_word(system, &mut |word| hash.word(word));
     hash.value()
 }
@@ -237,7 +238,7 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
                 if exists {
                     word(bits(planes::get(history, axis, i)));
                 }
-                if exists && system.layout.toe {
+                if exists && system.layout.has(Feature::Toe) {
                     word(bits(planes::get(marks, axis, i)));
                 }
             }
@@ -252,7 +253,7 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let largest = twice_strain_at(LARGEST_STRETCH);
     let possible = -LARGEST_MOTION..=LARGEST_MOTION;
     let (across, layout) = (system.layout.x.segments(), system.layout);
-    let (toe, drawn) = (system.layout.toe, system.layout.strength);
+    let (toe, drawn) = (system.layout.has(Feature::Toe), system.layout.has(Feature::Strength));
     let mut sound = true;
     for (j, run) in system.blocks.runs.iter().enumerate() {
         let strength = planes::row(system.blocks.strength, system.layout.chunks, j);
@@ -364,7 +365,7 @@ mod tests {
     use crate::body::projectile::{Body, Motion};
     use crate::ground::error::Failure;
     use crate::memory::layout::{STATE_WORDS, frame_words};
-    use crate::memory::state::Parts;
+    use crate::scene::features::{FEATURES, Feature, Features};
     use crate::scene::parts::{Draw, Integrator, RotationRule, Shape, StepAfterFailure, Symmetry};
     use std::vec::Vec;
 
@@ -389,29 +390,12 @@ mod tests {
             orientation: [1.0, 0.0, 0.0, 0.0],
             angular_velocity: [0.0; 3],
         };
-        let none = Parts {
-            implicit: false,
-            halving: false,
-            viscous: false,
-            rate: false,
-            friction: false,
-            stack: false,
-            graded: false,
-        };
-        for parts in [
-            none,
-            Parts { implicit: true, ..none },
-            Parts { halving: true, ..none },
-            Parts { viscous: true, ..none },
-            Parts { rate: true, ..none },
-            Parts { viscous: true, rate: true, ..none },
-            Parts { friction: true, ..none },
-            Parts { stack: true, ..none },
-            Parts { graded: true, ..none },
-        ] {
+        let each = FEATURES.iter().map(|record| Features::NONE.with(record.feature));
+        let both = Features::NONE.with(Feature::Viscosity).with(Feature::Rate);
+        for features in each.chain([Features::NONE, both]) {
             let mut counter = Counter(0);
-            State::at_start(Body::of(&motion)).visit(parts, &mut counter);
-            assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(parts));
+            State::at_start(Body::of(&motion)).visit(features, &mut counter);
+            assert_eq!(HEADER_WORDS + counter.0 + 1, frame_words(features));
         }
     }
 
@@ -583,14 +567,14 @@ mod tests {
         };
         // The step count, and the nodes in order: three displacements, three velocities, and for each segment that starts
         // there its history and its mark.
-        for at in HEADER_WORDS..frame_words(layout.parts()) - 1 {
+        for at in HEADER_WORDS..frame_words(layout.has) - 1 {
             check(at, f64::NAN.to_bits(), false);
         }
         // Behind the step count the body: position, and a quaternion no longer of unit length.
         check(HEADER_WORDS + 4, 2.0_f64.to_bits(), false);
         check(HEADER_WORDS, COUNT_MAX, true);
         check(HEADER_WORDS, COUNT_MAX + 1, false);
-        let mut at = frame_words(layout.parts()) - 1;
+        let mut at = frame_words(layout.has) - 1;
         for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
             for k in 0..6 {
                 check(at + k, f64::NAN.to_bits(), false);
@@ -619,7 +603,7 @@ mod tests {
         assert_eq!(8 * (at + 2), image.len());
         // The last bit of a number, a count or a flag is seen by the digest, but in what would tell of the first contact (step,
         // direction, energy) and of four outcomes (step, work), were there any.
-        let seen = (HEADER_WORDS..frame_words(layout.parts()) - 1).filter(|&at| {
+        let seen = (HEADER_WORDS..frame_words(layout.has) - 1).filter(|&at| {
             sim.load(&forged(&image, at, word_of(&image, at) ^ 1)).unwrap();
             sim.digest() != first
         });
@@ -630,7 +614,7 @@ mod tests {
     fn two_wrong_numbers_of_a_node_are_refused_as_one_is() {
         with_sim(&torn_by_a_sphere(), |sim| {
             // The first node is fixed: it may not move.
-            let (image, node) = (saved(sim), frame_words(sim.layout().parts()) - 1);
+            let (image, node) = (saved(sim), frame_words(sim.layout().has) - 1);
             for (first, second) in (0..6).flat_map(|second| (0..second).map(move |first| (first, second))) {
                 for number in [f64::INFINITY, 1e-3] {
                     let once = forged(&image, node + first, number.to_bits());
@@ -678,7 +662,7 @@ mod tests {
             assert_eq!(word_of(&image, 2), fingerprint(&scene, sim.step_limits().dt));
             assert_eq!(8 * word_of(&image, 3), image.len() as u64);
             // Then the scalar state; 6 numbers a node, a history and a mark a segment, a bit a node in words of 32, a checksum.
-            let words = frame_words(sim.layout().parts()) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
+            let words = frame_words(sim.layout().has) + 6 * 441 + 2 * (2 * 20 * 21) + 441_usize.div_ceil(32);
             assert_eq!(image.len(), 8 * words);
         });
     }
@@ -713,7 +697,7 @@ mod tests {
     #[test]
     fn a_changed_image_is_refused_but_one_kept_is_not_looked_at() {
         with_sim(&torn_by_a_sphere(), |sim| {
-            let (start, node) = (sim.digest(), 8 * frame_words(sim.layout().parts()) - 8);
+            let (start, node) = (sim.digest(), 8 * frame_words(sim.layout().has) - 8);
             let mut image = saved(sim);
             sim.advance(10).unwrap();
             let present = sim.digest();

@@ -11,6 +11,7 @@ use crate::ground::planes::{self, Axis};
 use crate::memory::layout::Layout;
 use crate::memory::model::{Model, start_motion};
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::scene::parts::{Drive, Scene, StepLimits};
 use crate::sheet::check::LOOKED_AT;
 use crate::sheet::places::Places;
@@ -174,7 +175,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     system.rebuild_derived();
     explicit::start_forces(system);
     // The explicit scheme stores the velocity at t_{-1/2}: back by half a step with the forces at t_0.
-    if !system.layout.implicit {
+    if !system.layout.has(Feature::Theta) {
         for (i, j) in system.nodes() {
             if !system.is_fixed(i, j) {
                 let (u, v) = system.node(i, j);

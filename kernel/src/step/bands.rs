@@ -57,6 +57,7 @@ use crate::memory::layout::{BLOCK_STEPS, Layout, MAX_BANDS};
 use crate::memory::rows::{Rows, Terms};
 use crate::memory::system::{self, System};
 use crate::memory::watch::OutcomeSet;
+use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::{LINE_PLANES, Net};
 use crate::sheet::sweep::Report;
@@ -319,7 +320,7 @@ impl Drop for Bands<'_, '_> {
     fn drop(&mut self) {
         while self.failure().is_none() {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
-            let pushed = plan.layout.viscous && plan.found.is_ok() && !plan.pushing;
+            let pushed = plan.layout.has(Feature::Viscosity) && plan.found.is_ok() && !plan.pushing;
             let in_block = plan.course.is_some_and(|course| !course.is_at_start());
             if called == 0 && !plan.second_half && !pushed && !in_block {
                 return;
@@ -348,7 +349,7 @@ impl Plan {
             None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
         };
         let mut rows = [system.layout.nodes_y, 0];
-        let pushing = system.layout.viscous && found.is_ok();
+        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
         for ply in 0..system.layout.plies {
             let [first, end] = system.rows_to_step(ply);
             if first == end {
@@ -356,7 +357,7 @@ impl Plan {
             }
             rows = [rows[0].min(first), rows[1].max(end)];
             explicit::place_images_above(system, end);
-            if system.layout.rate && found.is_ok() {
+            if system.layout.has(Feature::Rate) && found.is_ok() {
                 relaxation::find_rates(system, [first, end]);
             }
             if pushing {
@@ -367,7 +368,7 @@ impl Plan {
         if let Some(course) = &course {
             rows = course.rows_near();
         }
-        let marked = system.layout.toe && system.failed_segments > 0;
+        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
         let Blocks {
             hot,
             history,
@@ -512,9 +513,9 @@ impl Plan {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the blocks; the caller's promise.
         unsafe {
-            let yarn = if layout.stochastic { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
-            let strength = if layout.strength { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
-            let logarithms = if layout.rate { rows(memory.logarithms, chunks, j - 1, 1) } else { &[] };
+            let yarn = if layout.has_constants() { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
+            let strength = if layout.has(Feature::Strength) { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
+            let logarithms = if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, j - 1, 1) } else { &[] };
             let below = rows(memory.hot, chunks, j - 1, 1);
             let history = rows(memory.history, chunks, j - 1, 1);
             let here = rows(memory.hot, chunks, j, 1);
@@ -765,11 +766,11 @@ impl Plan {
                 hot: rows_mut(memory.hot, chunks, first, count),
                 above,
                 history: rows_mut(memory.history, chunks, first, count),
-                yarn: if layout.stochastic { rows(memory.yarn, chunks, first, count) } else { &[] },
-                strength: if layout.strength { rows(memory.strength, chunks, first, count) } else { &[] },
-                logarithms: if layout.rate { rows(memory.logarithms, chunks, first, count) } else { &[] },
+                yarn: if layout.has_constants() { rows(memory.yarn, chunks, first, count) } else { &[] },
+                strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
+                logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
                 marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
-                pushes: if layout.viscous { rows(memory.pushes, chunks, first, count) } else { &[] },
+                pushes: if layout.has(Feature::Viscosity) { rows(memory.pushes, chunks, first, count) } else { &[] },
                 taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
                 before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
                 ranges: rows_mut(memory.ranges, 1, first, count),
@@ -822,7 +823,7 @@ impl Plan {
     /// The simulation's blocks are there.
     unsafe fn net<'r>(&self) -> Net<'r> {
         let layout = &self.layout;
-        if !layout.graded {
+        if !layout.has(Feature::Grading) {
             return Net { columns: &[], lines: &[] };
         }
         // SAFETY: they are as long, and nothing changes them.
@@ -840,7 +841,7 @@ impl Plan {
     /// Nothing else uses them while they are held.
     unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
         let chunks = self.layout.chunks;
-        let worked = if self.layout.viscous { chunks } else { 0 };
+        let worked = if self.layout.has(Feature::Viscosity) { chunks } else { 0 };
         let [above, carry, work, kept, ..] = self.places(band);
         // SAFETY: Bands::of has found room for as many bands, one behind the other; the caller's promise.
         unsafe {
@@ -864,7 +865,7 @@ impl Plan {
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let work = carry.wrapping_add(CARRY_PLANES * row);
-        let aboves = work.wrapping_add(if layout.viscous { VISCOUS_PLANES * row } else { 0 });
+        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { VISCOUS_PLANES * row } else { 0 });
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
         [above, carry, work, carries.wrapping_add(steps * CARRY_PLANES * row), aboves, carries]
     }

@@ -11,6 +11,7 @@ use crate::ground::error::{Code, Error, Failure};
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{self, Axis, CHUNK};
 use crate::memory::system::{SegmentView, System};
+use crate::scene::features::Feature;
 use crate::scene::parts::Drive;
 use crate::sheet::direction::{Along, Direction};
 use crate::step::readout::Around;
@@ -170,7 +171,7 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
 fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     let (layout, mut sums) = (&system.layout, [0.0; 3]);
     let row = planes::row(system.blocks.hot, layout.chunks, j);
-    let weighted = layout.graded || layout.x.mirrored || layout.y.mirrored;
+    let weighted = layout.has(Feature::Grading) || layout.x.mirrored || layout.y.mirrored;
     for (c, [_, _, _, vx, vy, vz, ..]) in row.iter().enumerate() {
         for (k, ((vx, vy), vz)) in vx.iter().zip(vy).zip(vz).enumerate().take(layout.nodes_x.saturating_sub(c * CHUNK))
         {
@@ -188,7 +189,7 @@ fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
 fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {
     let layout = &system.layout;
     let ends = [layout.x.segments(), if layout.has_verticals(j) { layout.nodes_x } else { 0 }];
-    let plain = !(layout.implicit || layout.toe || layout.rate);
+    let plain = !(layout.has(Feature::Theta) || layout.has(Feature::Toe) || layout.has(Feature::Rate));
     let Along { horizontal, vertical, .. } = system.directions_of_row(j);
     let areas = [horizontal, vertical].map(|direction| direction.rest.length * direction.rest.length);
     let (mut strain, mut dissipated) = (0.0, 0.0);

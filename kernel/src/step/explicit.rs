@@ -16,6 +16,7 @@ use crate::memory::layout::Layout;
 use crate::memory::rows::{Rows, Terms};
 use crate::memory::state::Sums;
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::scene::parts::{IntegratorKind, Scene, Symmetry};
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
@@ -24,7 +25,7 @@ use crate::step::marks;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::relaxation;
-#[cfg(feature = "implicit")]
+#[cfg(feature = "theta")]
 use crate::step::theta;
 use crate::step::viscosity;
 use crate::yarn::rate::Rates;
@@ -42,22 +43,23 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
 
 /// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been changed by hand.
 pub(crate) fn start_forces(system: &mut System<'_>) {
-    #[cfg(feature = "implicit")]
+    #[cfg(feature = "theta")]
     theta::start_iterates(system);
-    #[cfg(not(feature = "implicit"))]
+    #[cfg(not(feature = "theta"))]
     let _ = system;
 }
 
 /// What follows the last pass of a step.
 pub(crate) fn end_step(system: &mut System<'_>, failed_before: u64) -> Result<(), Failure> {
-    if system.layout.halving && !system.state.halved && system.failed_segments > failed_before {
+    if system.layout.has(Feature::Halving) && !system.state.halved && system.failed_segments > failed_before {
         halve_step(system)?;
     }
     system.state.step += 1;
-    if system.layout.rate && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
+    if system.layout.has(Feature::Rate) && (system.state.loaded > 0 || system.state.sums.contacts > 0) {
         system.state.loaded += 1;
     }
-    if system.layout.toe && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL) {
+    if system.layout.has(Feature::Toe) && system.failed_segments > 0 && system.state.step.is_multiple_of(MARK_INTERVAL)
+    {
         marks::mark_slack(system);
     }
     close_window(system);
@@ -79,10 +81,10 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
             let report = sweep(system);
             after_sweep(system, report, &gathered, &at_start)?;
         }
-        #[cfg(feature = "implicit")]
+        #[cfg(feature = "theta")]
         IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, &gathered, &at_start)?,
         // Refused by the scene's check in a build without it.
-        #[cfg(not(feature = "implicit"))]
+        #[cfg(not(feature = "theta"))]
         IntegratorKind::Theta => return Err(Failure::NotConverged),
     }
     end_pass(system, &gathered, target)
@@ -216,10 +218,10 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
 #[inline(never)] // As above.
 fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     place_images_above(system, end);
-    if system.layout.rate {
+    if system.layout.has(Feature::Rate) {
         relaxation::find_rates(system, [first, end]);
     }
-    if system.layout.viscous {
+    if system.layout.has(Feature::Viscosity) {
         viscosity::find_pushes(system, [first, end]);
     }
     system.blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
@@ -243,7 +245,7 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], in_
     let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
     let (carries, noted) = (core::mem::take(&mut blocks.carries), core::mem::take(&mut blocks.pulls));
     // No mark before the first failure.
-    let marked = layout.toe && failed;
+    let marked = layout.has(Feature::Toe) && failed;
     let mut report = Report::LOST;
     // A block shorter than the layout says is a lost state, never a row that stands still.
     if let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) {

@@ -16,6 +16,7 @@ use crate::memory::blocks::Blocks;
 use crate::memory::model::start_motion;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
+use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Drive};
 
 /// Steps between two tests.
@@ -413,9 +414,9 @@ fn lies_ahead(system: &System<'_>, piece: usize, flight: &Flight) -> bool {
 /// loose.
 pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
     let several = system.failed_segments > 0 || system.layout.is_stack();
-    let labelled = several && system.layout.track_detachment;
+    let labelled = several && system.layout.has(Feature::Detachment);
     let support = if labelled { join_nodes(system) } else { None };
-    let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.track_detachment;
+    let held = system.scene.attachment.kind != AttachmentKind::Free || !system.layout.has(Feature::Detachment);
     Pieces { support, labelled, held }
 }
 
@@ -449,7 +450,7 @@ fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
 
 /// true if some node was touched since the last test, some node is fixed, and no live path joins any two of them.
 fn contact_is_detached(system: &mut System<'_>) -> bool {
-    let can_be = system.layout.track_detachment && system.scene.attachment.kind != AttachmentKind::Free;
+    let can_be = system.layout.has(Feature::Detachment) && system.scene.attachment.kind != AttachmentKind::Free;
     let watched = can_be && system.failed_segments > 0;
     if !watched || system.blocks.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(system) {
         return false;

@@ -25,6 +25,7 @@ use crate::memory::blocks::Blocks;
 use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
+use crate::scene::features::Feature;
 use crate::scene::parts::Integrator;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{self, Constants, YarnRow};
@@ -80,7 +81,7 @@ pub(crate) fn iterate(
 
 /// The state's displacements as the first guess, and the forces there as those at the step's start.
 pub(crate) fn start_iterates(system: &mut System<'_>) {
-    if !system.layout.implicit {
+    if !system.layout.has(Feature::Theta) {
         return;
     }
     for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
@@ -196,7 +197,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
         let (hot, history) = (planes::row(hot, chunks, j), planes::row(history, chunks, j));
         let constants =
-            if system.layout.stochastic { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
+            if system.layout.has_constants() { Constants::Stochastic(planes::row(yarn, chunks, j)) } else { uniform };
         let yarn = YarnRow { constants, strength: planes::row(strength, chunks, j), logarithms: &[] };
         let rest = |axis: Axis, i: usize| {
             let rest = directions.along(axis).rest;

@@ -18,6 +18,7 @@ use crate::memory::blocks::Blocks;
 use crate::memory::layout::Layout;
 use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
+use crate::scene::features::Feature;
 use crate::sheet::direction::{Along, Direction};
 use crate::sheet::sweep::{NOTHING, node_sum, right_of};
 use crate::sheet::symmetry::Line;
@@ -58,7 +59,8 @@ pub(crate) struct Pushing<'r> {
 
 /// Finds what viscosity changes of the velocities of these rows of a ply, all that may move. Changes no node.
 pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
-    let (marked, (ply, _)) = (system.layout.toe && system.failed_segments > 0, system.layout.ply_and_row(all[0]));
+    let (marked, (ply, _)) =
+        (system.layout.has(Feature::Toe) && system.failed_segments > 0, system.layout.ply_and_row(all[0]));
     place_images(system, all);
     let System { layout, directions, model, blocks, instructions, .. } = system;
     let Blocks { hot, marks, viscous, pushes, .. } = blocks;
@@ -149,7 +151,7 @@ fn acting(system: &System<'_>, axis: Axis, i: usize, j: usize) -> Option<Acting>
     let (_, v) = system.node(i, j);
     let rate = [end.1[0] - v[0], end.1[1] - v[1], end.1[2] - v[2]];
     let q = segment.twice_strain();
-    let stiffness = if system.layout.toe && system.failed_segments > 0 {
+    let stiffness = if system.layout.has(Feature::Toe) && system.failed_segments > 0 {
         segment.stiffness * system.model.toe.factor(q, segment.mark)
     } else {
         segment.stiffness

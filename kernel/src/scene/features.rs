@@ -1,0 +1,330 @@
+//! What a scene may have besides a plain sheet: one record each.
+//!
+//! From the records follow which fields ask for a feature, whether this build has it, what it does not go with, and what it adds to an
+//! image. [`Features`] is the set that one scene has. Code that serves a feature asks [`Features::has`] once, where it begins: in a build
+//! without the feature the compiler leaves the code out.
+
+use crate::ground::error::Error;
+use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, Weft};
+
+/// What a scene may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Feature {
+    /// Stiffness that depends on the rate of strain, or strength.
+    Rate,
+    /// A strain before the hit.
+    PreTension,
+    /// Friction on the projectile.
+    Friction,
+    /// Viscous yarn.
+    Viscosity,
+    /// Separate plies.
+    Plies,
+    /// A toe of yarn that has been slack.
+    Toe,
+    /// A step that is halved after the first failure.
+    Halving,
+    /// Moduli and damage rates that are drawn.
+    Drawn,
+    /// Critical stretches that are drawn.
+    Strength,
+    /// A projectile whose motion the host prescribes.
+    Prescribed,
+    /// Mirror planes.
+    Mirrors,
+    /// Bars that stand for several yarns.
+    Grading,
+    /// The theta rule for the nodes.
+    Theta,
+    /// The theta rule for the projectile's rotation.
+    ThetaRotation,
+    /// Crimp.
+    Crimp,
+    /// A weft that is not like the warp.
+    Unlike,
+    /// Boxes, polyhedra and sectors of discs.
+    Polyhedra,
+    /// A look at what is connected to the supports.
+    Detachment,
+}
+
+/// Whether a scene asks for something.
+pub type Asks = fn(&Scene) -> bool;
+
+/// All that is to be known of a feature.
+pub struct Record {
+    /// Which one.
+    pub feature: Feature,
+    /// Cargo feature that builds it; empty: every build has it.
+    pub name: &'static str,
+    /// Whether this build has it.
+    pub built: bool,
+    /// Fields that ask for it, and whether they do.
+    pub asked_by: &'static [(&'static str, Asks)],
+    /// Features that a scene cannot have besides. Each pair stands once.
+    pub not_with: &'static [Feature],
+    /// Words that it adds to the scalar state of an image.
+    pub words: usize,
+    /// What it is.
+    pub about: &'static str,
+}
+
+use Feature::*;
+
+/// Every feature, in the order of [`Feature`], which is that of the refusals.
+pub const FEATURES: [Record; 18] = [
+    Record {
+        feature: Rate,
+        name: "rate",
+        built: cfg!(feature = "rate"),
+        asked_by: &[
+            ("yarn.rate_modulus", |s| s.yarn.rate_modulus != 0.0),
+            ("yarn.rate_stretch", |s| s.yarn.rate_stretch != 0.0),
+        ],
+        // A strain that is there before the load has no rate.
+        not_with: &[Plies, Theta, Grading, PreTension],
+        words: 1,
+        about: "Modulus and strength that depend on the rate of strain",
+    },
+    Record {
+        feature: PreTension,
+        name: "",
+        built: true,
+        asked_by: &[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])],
+        not_with: &[],
+        words: 0,
+        about: "A sheet that is held strained",
+    },
+    Record {
+        feature: Friction,
+        name: "friction",
+        built: cfg!(feature = "friction"),
+        asked_by: &[("contact.friction", |s| s.contact.friction != 0.0)],
+        not_with: &[Theta, Grading],
+        words: 1,
+        about: "Friction between yarn and projectile",
+    },
+    Record {
+        feature: Viscosity,
+        name: "viscosity",
+        built: cfg!(feature = "viscosity"),
+        asked_by: &[
+            ("yarn.viscosity_linear", |s| s.yarn.viscosity_linear != 0.0),
+            ("yarn.viscosity_quadratic", |s| s.yarn.viscosity_quadratic != 0.0),
+            ("yarn.viscosity_bending", |s| s.yarn.viscosity_bending != 0.0),
+        ],
+        not_with: &[Theta, Grading],
+        words: 0,
+        about: "Viscous yarn",
+    },
+    Record {
+        feature: Plies,
+        name: "plies",
+        built: cfg!(feature = "plies"),
+        asked_by: &[("stack.plies", |s| s.stack.plies > 1)],
+        not_with: &[Grading, Theta, Mirrors],
+        words: 2,
+        about: "Separate plies that push on each other, of two fabrics if need be",
+    },
+    Record {
+        feature: Toe,
+        name: "toe",
+        built: cfg!(feature = "toe"),
+        asked_by: &[("slack_toe", |s| s.slack_toe != 0.0)],
+        // A toe could reach beyond the critical strain of the weakest segments; its energy with a rate is not known.
+        not_with: &[Strength, Rate, Theta],
+        words: 0,
+        about: "A soft start of segments that have been slack",
+    },
+    Record {
+        feature: Halving,
+        name: "",
+        built: true,
+        asked_by: &[("step_after_failure", |s| s.step_after_failure != StepAfterFailure::Keep)],
+        not_with: &[Theta],
+        words: 2,
+        about: "A step that is halved after the first failure",
+    },
+    Record {
+        feature: Drawn,
+        name: "drawn",
+        built: cfg!(feature = "drawn"),
+        asked_by: &[
+            ("yarn.stochastic", |s| s.yarn.stochastic),
+            ("back.modulus_sd", |s| s.back.plies > 0 && s.back.is_drawn()),
+        ],
+        // Mirror planes need yarn that is alike everywhere and a body that contact alone moves.
+        not_with: &[Mirrors],
+        words: 0,
+        about: "A modulus and a damage rate drawn for every segment or yarn",
+    },
+    Record {
+        feature: Strength,
+        name: "strength",
+        built: cfg!(feature = "strength"),
+        asked_by: &[
+            ("yarn.strength_draw", |s| s.yarn.strength_draw != StrengthDraw::None),
+            ("back.weibull_shape", |s| s.back.plies > 0 && s.back.weibull_shape != 0.0),
+        ],
+        not_with: &[Mirrors],
+        words: 0,
+        about: "A critical stretch drawn for every segment",
+    },
+    Record {
+        feature: Prescribed,
+        name: "",
+        built: true,
+        asked_by: &[("drive", |s| s.drive != Drive::Free)],
+        not_with: &[Mirrors],
+        words: 0,
+        about: "A projectile on a path that the host gives",
+    },
+    Record {
+        feature: Mirrors,
+        name: "",
+        built: true,
+        asked_by: &[("symmetry.mirror_x", |s| s.symmetry.mirror_x), ("symmetry.mirror_y", |s| s.symmetry.mirror_y)],
+        not_with: &[],
+        words: 0,
+        about: "Mirror planes through the middle of the sheet",
+    },
+    Record {
+        feature: Grading,
+        name: "grading",
+        built: cfg!(feature = "grading"),
+        asked_by: &[("sheet.grading.largest", |s| s.sheet.grading.largest > 1)],
+        not_with: &[],
+        words: 1,
+        about: "A graded network: bars that stand for several yarns away from the hit",
+    },
+    Record {
+        feature: Theta,
+        name: "theta",
+        built: cfg!(feature = "theta"),
+        asked_by: &[("integrator.kind", |s| s.integrator.kind == IntegratorKind::Theta)],
+        not_with: &[],
+        words: 2,
+        about: "The theta rule for the nodes, by fixed-point iteration",
+    },
+    Record {
+        feature: ThetaRotation,
+        name: "theta",
+        built: cfg!(feature = "theta"),
+        asked_by: &[("rotation_rule.kind", |s| s.rotation_rule.kind == RotationKind::Theta)],
+        not_with: &[],
+        words: 0,
+        about: "The theta rule for the projectile's rotation",
+    },
+    Record {
+        feature: Crimp,
+        name: "crimp",
+        built: cfg!(feature = "crimp"),
+        asked_by: &[
+            ("sheet.crimp", |s| s.sheet.crimp != [0.0; 2]),
+            ("back.crimp", |s| s.back.plies > 0 && s.back.crimp != [0.0; 2]),
+        ],
+        not_with: &[],
+        words: 0,
+        about: "Yarn that is longer than its place in the sheet",
+    },
+    Record {
+        feature: Unlike,
+        name: "unlike",
+        built: cfg!(feature = "unlike"),
+        asked_by: &[("sheet.spacing_y", |s| s.sheet.spacing_y != 0.0), ("weft", |s| s.weft != Weft::LIKE_WARP)],
+        not_with: &[],
+        words: 0,
+        about: "A weft with a spacing, a yarn or a strength of its own",
+    },
+    Record {
+        feature: Polyhedra,
+        name: "polyhedra",
+        built: cfg!(feature = "polyhedra"),
+        asked_by: &[("projectile.shape", |s| {
+            matches!(s.projectile.shape, Shape::Box | Shape::Polyhedron | Shape::DiscSector)
+        })],
+        not_with: &[],
+        words: 0,
+        about: "Boxes, convex polyhedra, prisms and sectors of discs",
+    },
+    Record {
+        feature: Detachment,
+        name: "detachment",
+        built: cfg!(feature = "detachment"),
+        asked_by: &[("track_detachment", |s| s.track_detachment)],
+        not_with: &[],
+        words: 0,
+        about: "The outcome that a part of the sheet has torn off its supports",
+    },
+];
+
+impl Record {
+    /// The first of its fields by which a scene asks for it.
+    pub fn asked_by(&self, scene: &Scene) -> Option<&'static str> {
+        self.asked_by.iter().find(|(_, asks)| asks(scene)).map(|(field, _)| *field)
+    }
+}
+
+/// The features that a scene has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features(u32);
+
+impl Features {
+    /// None.
+    pub const NONE: Features = Features(0);
+
+    /// Those that a scene asks for.
+    pub fn of(scene: &Scene) -> Features {
+        let asked = FEATURES.iter().filter(|record| record.asked_by(scene).is_some());
+        asked.fold(Features::NONE, |all, record| all.with(record.feature))
+    }
+
+    /// These and one more.
+    pub const fn with(self, feature: Feature) -> Features {
+        Features(self.0 | 1 << feature as u32)
+    }
+
+    /// Whether the feature is among them: never one that this build does not have.
+    #[inline(always)] // So that the compiler knows of each one whether it is built.
+    pub const fn has(self, feature: Feature) -> bool {
+        FEATURES[feature as usize].built && self.0 & 1 << feature as u32 != 0
+    }
+
+    /// Words that they add to the scalar state of an image.
+    pub fn words(self) -> usize {
+        FEATURES.iter().filter(|record| self.has(record.feature)).map(|record| record.words).sum()
+    }
+}
+
+/// Refuses a feature that this build does not have, and two that do not go together: the first two that the scene has are named.
+pub fn check(scene: &Scene) -> Result<(), Error> {
+    let has = Features::of(scene);
+    for record in &FEATURES {
+        let Some(field) = record.asked_by(scene) else { continue };
+        if !record.built {
+            return Err(Error::not_built(field, record.name));
+        }
+        let beside = record.not_with.iter().find(|&&other| has.0 & 1 << other as u32 != 0);
+        if let Some(with) = beside.and_then(|&other| FEATURES[other as usize].asked_by(scene)) {
+            return Err(Error::beside(field, with));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_stand_in_the_order_of_their_names_and_each_pair_once() {
+        for (k, record) in FEATURES.iter().enumerate() {
+            assert_eq!(record.feature as usize, k);
+            for &other in record.not_with {
+                assert!(other != record.feature && !FEATURES[other as usize].not_with.contains(&record.feature));
+            }
+            assert!(Features::NONE.with(record.feature).has(record.feature) == record.built);
+        }
+    }
+}
