@@ -96,8 +96,10 @@ fn forged_image() -> Vec<u8> {
 }
 
 /// Where a code that no build with every feature gives is produced: the test and the file it is in.
-const NOT_BUILT: (&str, &str) =
-    ("fn a_build_without_the_theta_rule_refuses_it()", include_str!("../../kernel/src/sheet/check.rs"));
+const NOT_BUILT: (&str, &str) = (
+    "fn a_build_without_a_feature_refuses_it_by_field_and_feature()",
+    include_str!("../../kernel/src/scene/features.rs"),
+);
 
 /// The error of a call on a simulation of 9 x 9, or of another scene.
 fn called(scene: &Scene, call: impl FnOnce(&mut Sim<'_>) -> Result<(), Error>) -> Option<Code> {

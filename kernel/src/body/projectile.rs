@@ -10,6 +10,7 @@
 use crate::body::pose::{self, Vector, into_body, out_of_body};
 use crate::body::shape::Solid;
 use crate::ground::math;
+use crate::scene::features::Feature;
 use crate::scene::parts::{RotationKind, RotationRule};
 use nalgebra::{Quaternion, Vector4};
 
@@ -126,14 +127,14 @@ impl Body {
         if inertia.turns {
             let rate = self.angular_velocity;
             let (mean, end) = match rule.kind {
-                RotationKind::Midpoint => {
-                    let middle = midpoint_rate(&rate, &inertia.moments, dt);
-                    (middle, middle * 2.0 - rate)
-                }
-                RotationKind::Theta => {
+                RotationKind::Theta if Feature::ThetaRotation.is_built() => {
                     let theta = rule.theta;
                     let end = theta_rate(&rate, &inertia.moments, theta, dt);
                     (rate * (1.0 - theta) + end * theta, end)
+                }
+                _ => {
+                    let middle = midpoint_rate(&rate, &inertia.moments, dt);
+                    (middle, middle * 2.0 - rate)
                 }
             };
             self.angular_velocity = end;

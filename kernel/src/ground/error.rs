@@ -157,7 +157,7 @@ const TEXTS: [(Code, &CStr); 42] = [
     (Code::UnboundedFaces, c"faces do not enclose a body"),
     (Code::ImpossibleMoments, c"moments of inertia that no body has"),
     (Code::NotSymmetric, c"not symmetric about the mirror planes"),
-    (Code::NotBuilt, c"not in this build, which was made without the feature"),
+    (Code::NotBuilt, c"this build was made without it"),
     (Code::BandOutOfTurn, c"band called out of turn, or bands (not) in use"),
     (Code::NotInBands, c"the theta rule cannot be stepped in bands"),
     (Code::HoldsNothing, c"an attachment that holds no node"),

@@ -35,11 +35,17 @@ pub fn splitmix64(x: u64) -> u64 {
 
 /// A standard normal number that depends on its key alone. `retry` counts redraws of a refused value.
 pub fn normal(seed: u64, segment: u64, purpose: Purpose, retry: u64) -> f64 {
-    let label = segment.wrapping_mul(4).wrapping_add(purpose as u64).wrapping_add(retry << 40);
-    let key = splitmix64(seed.wrapping_add(splitmix64(label)));
+    let key = key(seed, segment, purpose as u64, retry);
     let mut generator = Pcg64Mcg::new(((key as u128) << 64) | splitmix64(key) as u128);
     let radius = math::sqrt(-2.0 * math::ln(uniform(generator.next_u64())));
     radius * math::cos(core::f64::consts::TAU * uniform(generator.next_u64()))
+}
+
+/// The key of a draw. Four purposes share the labels of a seed; the next four have a seed of their own.
+fn key(seed: u64, segment: u64, purpose: u64, retry: u64) -> u64 {
+    let seed = if purpose < 4 { seed } else { splitmix64(seed ^ splitmix64(purpose / 4)) };
+    let label = segment.wrapping_mul(4).wrapping_add(purpose % 4).wrapping_add(retry << 40);
+    splitmix64(seed.wrapping_add(splitmix64(label)))
 }
 
 /// The upper 53 bits as a number in the open interval (0, 1).
@@ -69,6 +75,14 @@ mod tests {
         // Four standard errors.
         assert!((sum / n as f64).abs() < 4.0 / math::sqrt(n as f64));
         assert!((squares / n as f64 - 1.0).abs() < 4.0 * math::sqrt(2.0 / n as f64));
+    }
+
+    /// Those to come, too.
+    #[test]
+    fn no_two_purposes_segments_or_redraws_share_a_key() {
+        let all = (0..12).flat_map(|purpose| (0..500).flat_map(move |k| (0..3).map(move |retry| (k, purpose, retry))));
+        let keys: std::collections::BTreeSet<u64> = all.map(|(k, purpose, retry)| key(1, k, purpose, retry)).collect();
+        assert_eq!(keys.len(), 12 * 500 * 3);
     }
 
     #[test]

@@ -31,7 +31,6 @@ pub(crate) struct Blocks<'a> {
     /// Rows of the toe's marks, horizontal and vertical.
     pub marks: &'a mut [Chunk<MARK_PLANES>],
     /// The theta rule's rows (`theta.rs` names their planes).
-    #[cfg_attr(not(feature = "theta"), expect(dead_code, reason = "empty in a build without the theta rule"))]
     pub iterate: &'a mut [Chunk<ITERATE_PLANES>],
     /// Rows of what viscosity changes of the velocities.
     pub pushes: &'a mut [Chunk<PUSH_PLANES>],

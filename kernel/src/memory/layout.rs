@@ -461,11 +461,8 @@ mod tests {
         assert_eq!(with(&|scene| scene.track_detachment = true), (0, 45 + 2, 2));
         assert_eq!(with(&|scene| scene.contact_capacity = 15), (5 * CANDIDATE_REALS, 5, 0));
         assert_eq!(with(&|scene| scene.step_after_failure = crate::StepAfterFailure::Half).2, 2);
-        #[cfg(feature = "theta")]
-        {
-            let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
-            assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
-        }
+        let theta = |scene: &mut Scene| scene.integrator = crate::scene::parts::Integrator::THETA;
+        assert_eq!(with(&theta), (5 * 16 * ITERATE_PLANES + 10, 0, 2));
     }
 
     #[test]

@@ -539,7 +539,6 @@ impl System<'_> {
 
     /// Velocity of a node in this pass before any impulse, spacings a pass.
     pub fn free_velocity(&self, i: usize, j: usize) -> Vector {
-        #[cfg(feature = "theta")]
         if self.layout.has(Feature::Theta) {
             return self.velocity_with_forces(self.scene.integrator.theta, i, j);
         }
@@ -552,7 +551,6 @@ impl System<'_> {
     }
 
     /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
-    #[cfg(feature = "theta")]
     pub fn velocity_with_forces(&self, theta: f64, i: usize, j: usize) -> Vector {
         if self.is_fixed(i, j) {
             return Vector::zeros();
@@ -596,7 +594,6 @@ pub(crate) fn rows_to_step([low, high]: [usize; 2], [first, end]: [usize; 2], al
 }
 
 /// (M10) g: what the forces add to the mean velocity of the step, theta [(1 - theta) a_n + theta a^K].
-#[cfg(feature = "theta")]
 pub(crate) fn mean_acceleration(theta: f64, at_start: f64, at_guess: f64) -> f64 {
     theta * ((1.0 - theta) * at_start + theta * at_guess)
 }

@@ -259,6 +259,14 @@ pub const FEATURES: [Record; 18] = [
     },
 ];
 
+impl Feature {
+    /// Whether this build has it.
+    #[inline(always)] // As `Features::has`.
+    pub const fn is_built(self) -> bool {
+        FEATURES[self as usize].built
+    }
+}
+
 impl Record {
     /// The first of its fields by which a scene asks for it.
     pub fn asked_by(&self, scene: &Scene) -> Option<&'static str> {
@@ -288,7 +296,7 @@ impl Features {
     /// Whether the feature is among them: never one that this build does not have.
     #[inline(always)] // So that the compiler knows of each one whether it is built.
     pub const fn has(self, feature: Feature) -> bool {
-        FEATURES[feature as usize].built && self.0 & 1 << feature as u32 != 0
+        feature.is_built() && self.0 & 1 << feature as u32 != 0
     }
 
     /// Words that they add to the scalar state of an image.
@@ -299,10 +307,14 @@ impl Features {
 
 /// Refuses a feature that this build does not have, and two that do not go together: the first two that the scene has are named.
 pub fn check(scene: &Scene) -> Result<(), Error> {
+    check_in(scene, |record| record.built)
+}
+
+fn check_in(scene: &Scene, is_built: impl Fn(&Record) -> bool) -> Result<(), Error> {
     let has = Features::of(scene);
     for record in &FEATURES {
         let Some(field) = record.asked_by(scene) else { continue };
-        if !record.built {
+        if !is_built(record) {
             return Err(Error::not_built(field, record.name));
         }
         let beside = record.not_with.iter().find(|&&other| has.0 & 1 << other as u32 != 0);
@@ -326,5 +338,15 @@ mod tests {
             }
             assert!(Features::NONE.with(record.feature).has(record.feature) == record.built);
         }
+    }
+
+    #[test]
+    fn a_build_without_a_feature_refuses_it_by_field_and_feature() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.yarn.stochastic, scene.contact.friction) = (false, 0.1);
+        assert_eq!(check_in(&scene, |_| true), Ok(()));
+        let refusal = check_in(&scene, |record| record.feature != Friction).unwrap_err();
+        assert_eq!(refusal, Error::not_built("contact.friction", "friction"));
+        assert_eq!(refusal.text().as_str(), "contact.friction: this build was made without it: friction");
     }
 }

@@ -512,8 +512,6 @@ fn of_back(error: Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    #[cfg(not(feature = "theta"))]
-    use crate::scene::parts::{Integrator, RotationRule};
 
     #[test]
     fn the_weakest_segment_must_bear_the_pre_tension_and_the_strongest_sets_the_step() {
@@ -586,16 +584,5 @@ mod tests {
         scene.weft =
             crate::Weft { modulus_mean: 280.42e9, damage_intercept: 50.0, critical_stretch: 1.1, ..scene.weft };
         close(omega2(&scene), 4.0 / 1.5 * 2.0 * (3.0 * 1.1 * 1.1 - 1.0) + 1.02 * cross);
-    }
-
-    #[test]
-    #[cfg(not(feature = "theta"))]
-    fn a_build_without_the_theta_rule_refuses_it() {
-        let mut scene = Scene::sheet_3in_sphere();
-        scene.integrator = Integrator::THETA;
-        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "integrator.kind"));
-        scene.integrator = Integrator::VERLET;
-        scene.rotation_rule = RotationRule::theta(0.5);
-        assert_eq!(scene.check().unwrap_err(), Error::plain(Code::NotBuilt, "rotation_rule.kind"));
     }
 }

@@ -17,7 +17,7 @@ use crate::memory::rows::{Rows, Terms};
 use crate::memory::state::Sums;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::scene::parts::{IntegratorKind, Scene, Symmetry};
+use crate::scene::parts::{Scene, Symmetry};
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
 use crate::step::energy;
@@ -25,7 +25,6 @@ use crate::step::marks;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
 use crate::step::relaxation;
-#[cfg(feature = "theta")]
 use crate::step::theta;
 use crate::step::viscosity;
 use crate::yarn::rate::Rates;
@@ -43,10 +42,9 @@ pub(crate) fn step_once(system: &mut System<'_>) -> Result<(), Failure> {
 
 /// What the theta rule starts from, if it is in use: to be found anew whenever positions or damage have been changed by hand.
 pub(crate) fn start_forces(system: &mut System<'_>) {
-    #[cfg(feature = "theta")]
-    theta::start_iterates(system);
-    #[cfg(not(feature = "theta"))]
-    let _ = system;
+    if system.layout.has(Feature::Theta) {
+        theta::start_iterates(system);
+    }
 }
 
 /// What follows the last pass of a step.
@@ -76,16 +74,11 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     let all = [0, system.layout.nodes_y];
     let found = motion::refuse_too_fast(system).and_then(|()| solve::gather(system, all));
     let gathered = found.inspect_err(|_| system.state.body = at_start)?;
-    match system.scene.integrator.kind {
-        IntegratorKind::Verlet => {
-            let report = sweep(system);
-            after_sweep(system, report, &gathered, &at_start)?;
-        }
-        #[cfg(feature = "theta")]
-        IntegratorKind::Theta => theta::iterate(system, system.scene.integrator, &gathered, &at_start)?,
-        // Refused by the scene's check in a build without it.
-        #[cfg(not(feature = "theta"))]
-        IntegratorKind::Theta => return Err(Failure::NotConverged),
+    if system.layout.has(Feature::Theta) {
+        theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
+    } else {
+        let report = sweep(system);
+        after_sweep(system, report, &gathered, &at_start)?;
     }
     end_pass(system, &gathered, target)
 }

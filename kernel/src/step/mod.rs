@@ -7,7 +7,6 @@ pub mod outcome;
 pub mod pieces;
 pub mod readout;
 pub mod relaxation;
-#[cfg(feature = "theta")]
 pub mod theta;
 pub mod viscosity;
 pub mod waves;

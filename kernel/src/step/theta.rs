@@ -25,7 +25,6 @@ use crate::memory::blocks::Blocks;
 use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
-use crate::scene::features::Feature;
 use crate::scene::parts::Integrator;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::{self, Constants, YarnRow};
@@ -81,9 +80,6 @@ pub(crate) fn iterate(
 
 /// The state's displacements as the first guess, and the forces there as those at the step's start.
 pub(crate) fn start_iterates(system: &mut System<'_>) {
-    if !system.layout.has(Feature::Theta) {
-        return;
-    }
     for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
         iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
     }
