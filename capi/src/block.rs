@@ -4,6 +4,7 @@
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
+use fabric::features::Feature;
 use fabric::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
 
 /// What the handle and the numbers are aligned to, bytes, wherever the host's memory starts.
@@ -220,5 +221,7 @@ fn bands_of(handle: &ToLookAt) -> Result<*mut Bands<'static, 'static>, Error> {
     // SAFETY: not null and aligned; the host vouches for a handle of fk_init, or for memory of this size that it has initialised.
     // All fields read are plain integers and pointers, valid whatever they hold.
     let (magic, address, bands) = unsafe { ((*handle).magic, (*handle).address, (*handle).bands) };
+    // Without bands in the build the compiler leaves out what they do.
+    let bands = if Feature::Bands.is_built() { bands } else { core::ptr::null_mut() };
     if magic == MAGIC && address == handle.addr() { Ok(bands) } else { Err(Error::plain(Code::MovedBlock, "sim")) }
 }

@@ -12,6 +12,7 @@ use crate::body::pose::{Vector, into_body};
 use crate::body::prism;
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
+use crate::scene::features::Feature;
 use crate::scene::parts::{MAX_FACES, Projectile, Sector, Shape};
 use nalgebra::Quaternion;
 
@@ -44,10 +45,17 @@ pub enum Solid {
     Polyhedron(Polyhedron),
 }
 
+/// Whether flat faces make the shape.
+fn has_faces(shape: Shape) -> bool {
+    matches!(shape, Shape::Box | Shape::Polyhedron | Shape::DiscSector)
+}
+
 /// Refuses dimensions that are too small for the node spacing, or of no body. `moments` only of known mass.
 pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
     let too_small = |field, value, limit| Err(Error::new(Code::ProjectileTooSmall, field, value, limit));
     match body.shape {
+        // Refused by its record.
+        shape if has_faces(shape) && !Feature::Polyhedra.is_built() => {}
         Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => {
             if body.radius < spacing {
                 return too_small("projectile.radius", body.radius, spacing);
@@ -129,6 +137,7 @@ fn check_moments(moments: [f64; 3]) -> Result<(), Error> {
 pub(crate) fn reach_in_plane(body: &Projectile, orientation: &Quaternion<f64>) -> f64 {
     let mut half_spaces = HalfSpaces::NONE;
     match body.shape {
+        shape if has_faces(shape) && !Feature::Polyhedra.is_built() => {}
         Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder => return body.radius,
         Shape::Box => half_spaces.set(box_faces(body.size).into_iter()),
         Shape::Polyhedron => half_spaces.set(body.faces.in_use().iter().copied()),
@@ -152,6 +161,7 @@ impl Solid {
     pub(crate) fn set(&mut self, body: &Projectile) {
         let radius = body.radius;
         match body.shape {
+            shape if has_faces(shape) && !Feature::Polyhedra.is_built() => {}
             Shape::Sphere => *self = Solid::Sphere { radius },
             Shape::Cylinder => *self = Solid::Cylinder { radius, half_length: 0.5 * body.length },
             Shape::HemisphericalCylinder => {

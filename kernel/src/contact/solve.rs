@@ -28,7 +28,7 @@ use crate::memory::blocks::Blocks;
 use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::scene::parts::{Drive, Scene, Symmetry};
+use crate::scene::parts::{Scene, Symmetry};
 use crate::sheet::grading::{LINE_PLANES, Net, PLACE};
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::weave::{in_runs, meets_runs};
@@ -609,7 +609,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
-    let free_body = system.scene.drive == Drive::Free;
+    let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let body = &system.state.body;
     let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;

@@ -51,6 +51,9 @@ pub enum InstructionSet {
     Avx512 = 3,
 }
 
+/// Whether this build has the sets that only some machines of the target have.
+pub const WIDER: bool = cfg!(feature = "vectors");
+
 impl InstructionSet {
     /// All sets, narrowest first.
     pub const ALL: [InstructionSet; 4] =
@@ -59,13 +62,14 @@ impl InstructionSet {
     /// Whether this machine has it.
     pub fn available(self) -> bool {
         match self {
-            InstructionSet::Scalar => true,
+            // On x86-64 it is for tests.
+            InstructionSet::Scalar => cfg!(any(not(target_arch = "x86_64"), feature = "internals")),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Sse2 => true,
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => has_avx2::get(),
+            InstructionSet::Avx2 => WIDER && has_avx2::get(),
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => has_avx512::get(),
+            InstructionSet::Avx512 => WIDER && has_avx512::get(),
             #[cfg(not(target_arch = "x86_64"))]
             _ => false,
         }
@@ -293,22 +297,23 @@ pub trait Job {
     fn run<L: Lane>(self) -> Self::Output;
 }
 
-/// Does a job with an instruction set; with the scalar one if this machine lacks it.
+/// Does a job with an instruction set; with that of every machine of the target if this one, or this build, lacks it.
 #[inline]
 pub fn dispatch<J: Job>(set: InstructionSet, job: J) -> J::Output {
     #[cfg(target_arch = "x86_64")]
-    if set.available() {
-        return match set {
-            InstructionSet::Scalar => run::<[f64; 2], J>(job),
-            InstructionSet::Sse2 => run::<core::arch::x86_64::__m128d, J>(job),
-            // SAFETY: available() has just found the instructions on this machine.
-            InstructionSet::Avx2 => unsafe { x86::avx2(job) },
-            // SAFETY: as above.
-            InstructionSet::Avx512 => unsafe { x86::avx512(job) },
-        };
+    return match set {
+        // SAFETY: available() has just found the instructions on this machine.
+        InstructionSet::Avx512 if set.available() => unsafe { x86::avx512(job) },
+        // SAFETY: as above.
+        InstructionSet::Avx2 if set.available() => unsafe { x86::avx2(job) },
+        InstructionSet::Scalar if set.available() => run::<[f64; 2], J>(job),
+        _ => run::<core::arch::x86_64::__m128d, J>(job),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let _ = set;
+        run::<[f64; 2], J>(job)
     }
-    let _ = set;
-    run::<[f64; 2], J>(job)
 }
 
 /// Asks for the chunk that lies `ahead` chunks behind this one in memory: a hint, which changes nothing. Does nothing where the target

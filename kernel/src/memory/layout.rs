@@ -154,7 +154,7 @@ impl Layout {
             + if toe { MARK_PLANES } else { 0 }
             + if has.has(Feature::Strength) { STRENGTH_PLANES } else { 0 };
         let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
-        let image_row = usize::from(y.mirrored) * (HOT_PLANES + iterate);
+        let image_row = usize::from(y.is_mirrored()) * (HOT_PLANES + iterate);
         let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
         let tangential = if friction { TANGENTIAL_REALS } else { 0 };
         let scratch = chunks
@@ -163,9 +163,11 @@ impl Layout {
             .checked_add(if viscous || rate { nodes_y } else { 0 })?
             .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
             .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
-        let plain =
-            plies == 1 && !(implicit || halving || toe || viscous || rate || graded || x.mirrored || y.mirrored);
-        let in_waves = plain && nodes_y.checked_mul(chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS;
+        let plain = plies == 1
+            && !(implicit || halving || toe || viscous || rate || graded || x.is_mirrored() || y.is_mirrored());
+        let in_waves = Feature::Blocks.is_built()
+            && plain
+            && nodes_y.checked_mul(chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS;
         // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
         let waves = if in_waves { BLOCK_STEPS } else { 0 };
         let scratch = scratch
@@ -301,7 +303,7 @@ impl Layout {
 
     /// Rows of the hot block: those modelled, and the images behind the plane y = 0.
     pub(crate) fn stored_rows(&self) -> usize {
-        self.nodes_y + usize::from(self.y.mirrored)
+        self.nodes_y + usize::from(self.y.is_mirrored())
     }
 
     /// Whether the hot rows are too large for the caches, so that a pass has to fetch them from memory.

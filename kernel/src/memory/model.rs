@@ -7,7 +7,7 @@ use crate::body::shape::Solid;
 use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::ground::planes::Axis;
-use crate::scene::parts::{Drive, Scene, StepLimits};
+use crate::scene::parts::{Scene, StepLimits};
 use crate::yarn::toe::Toe;
 
 /// A body faster than so many spacings a step is lost: what its impulses leave of the nodes is no fabric (see
@@ -72,7 +72,7 @@ impl Model {
         self.pass_dt = dt;
         self.pose = Pose::of_sheet(&scene.sheet);
         self.reach = solid.reach();
-        self.inertia = Inertia::of(solid, scene.projectile.mass, scene.drive == Drive::Free);
+        self.inertia = Inertia::of(solid, scene.projectile.mass, scene.is_free());
         if scene.contact.friction > 0.0 {
             self.inertia.feel_friction();
         }

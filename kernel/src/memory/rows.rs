@@ -178,11 +178,11 @@ impl Rows<'_> {
         let (marks, pushes) = if OPTIONS { (self.marks, self.pushes) } else { (&[][..], &[][..]) };
         let (viscous, net) = if OPTIONS { (layout.has(Feature::Viscosity), &self.net) } else { (false, &Net::NONE) };
         let pass = terms.pass(net, ply);
-        if layout.x.mirrored {
+        if layout.x.is_mirrored() {
             (0..ranges.len()).for_each(|k| place_image_column(planes::row_mut(hot, chunks, k), layout.x));
         }
         // Whether nodes stand for several.
-        let weighed = layout.x.mirrored || layout.y.mirrored || layout.has(Feature::Grading);
+        let weighed = layout.x.is_mirrored() || layout.y.is_mirrored() || layout.has(Feature::Grading);
         let (mut report, rows) = (Report::default(), ranges.len());
         for (k, (range, run)) in ranges.iter_mut().zip(runs).enumerate() {
             let j = first + k;

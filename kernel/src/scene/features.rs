@@ -1,10 +1,11 @@
-//! What a scene may have besides a plain sheet: one record each.
+//! What a scene may have besides a plain sheet, and what a build may have besides plain steps: one record each.
 //!
 //! From the records follow which fields ask for a feature, whether this build has it, what it does not go with, and what it adds to an
 //! image. [`Features`] is the set that one scene has. Code that serves a feature asks [`Features::has`] once, where it begins: in a build
 //! without the feature the compiler leaves the code out.
 
 use crate::ground::error::Error;
+use crate::ground::lanes;
 use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, Weft};
 
 /// What a scene may have.
@@ -47,6 +48,14 @@ pub enum Feature {
     Polyhedra,
     /// A look at what is connected to the supports.
     Detachment,
+    /// Images of a simulation.
+    Snapshot,
+    /// Bands of rows for threads of the host.
+    Bands,
+    /// Steps in blocks.
+    Blocks,
+    /// Vector instructions beyond those that every machine of the target has.
+    Vectors,
 }
 
 /// Whether a scene asks for something.
@@ -56,11 +65,11 @@ pub type Asks = fn(&Scene) -> bool;
 pub struct Record {
     /// Which one.
     pub feature: Feature,
-    /// Cargo feature that builds it; empty: every build has it.
+    /// Cargo feature that builds it.
     pub name: &'static str,
     /// Whether this build has it.
     pub built: bool,
-    /// Fields that ask for it, and whether they do.
+    /// Fields that ask for it, and whether they do; none for what a call asks for, or the machine.
     pub asked_by: &'static [(&'static str, Asks)],
     /// Features that a scene cannot have besides. Each pair stands once.
     pub not_with: &'static [Feature],
@@ -73,7 +82,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 18] = [
+pub const FEATURES: [Record; 22] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -89,8 +98,8 @@ pub const FEATURES: [Record; 18] = [
     },
     Record {
         feature: PreTension,
-        name: "",
-        built: true,
+        name: "crimp",
+        built: cfg!(feature = "crimp"),
         asked_by: &[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])],
         not_with: &[],
         words: 0,
@@ -139,8 +148,8 @@ pub const FEATURES: [Record; 18] = [
     },
     Record {
         feature: Halving,
-        name: "",
-        built: true,
+        name: "halving",
+        built: cfg!(feature = "halving"),
         asked_by: &[("step_after_failure", |s| s.step_after_failure != StepAfterFailure::Keep)],
         not_with: &[Theta],
         words: 2,
@@ -173,8 +182,8 @@ pub const FEATURES: [Record; 18] = [
     },
     Record {
         feature: Prescribed,
-        name: "",
-        built: true,
+        name: "prescribed",
+        built: cfg!(feature = "prescribed"),
         asked_by: &[("drive", |s| s.drive != Drive::Free)],
         not_with: &[Mirrors],
         words: 0,
@@ -182,8 +191,8 @@ pub const FEATURES: [Record; 18] = [
     },
     Record {
         feature: Mirrors,
-        name: "",
-        built: true,
+        name: "mirrors",
+        built: cfg!(feature = "mirrors"),
         asked_by: &[("symmetry.mirror_x", |s| s.symmetry.mirror_x), ("symmetry.mirror_y", |s| s.symmetry.mirror_y)],
         not_with: &[],
         words: 0,
@@ -257,6 +266,42 @@ pub const FEATURES: [Record; 18] = [
         words: 0,
         about: "The outcome that a part of the sheet has torn off its supports",
     },
+    Record {
+        feature: Snapshot,
+        name: "snapshot",
+        built: cfg!(feature = "snapshot"),
+        asked_by: &[],
+        not_with: &[],
+        words: 0,
+        about: "Images of a simulation, to go back to and to go on from elsewhere",
+    },
+    Record {
+        feature: Bands,
+        name: "bands",
+        built: cfg!(feature = "bands"),
+        asked_by: &[],
+        not_with: &[],
+        words: 0,
+        about: "Bands of rows for threads of the host",
+    },
+    Record {
+        feature: Blocks,
+        name: "blocks",
+        built: cfg!(feature = "blocks"),
+        asked_by: &[],
+        not_with: &[],
+        words: 0,
+        about: "Several steps of a large sheet in one pass over its memory, which is fetched ahead",
+    },
+    Record {
+        feature: Vectors,
+        name: "vectors",
+        built: lanes::WIDER,
+        asked_by: &[],
+        not_with: &[],
+        words: 0,
+        about: "AVX2 and AVX-512 on machines that have them",
+    },
 ];
 
 impl Feature {
@@ -264,6 +309,12 @@ impl Feature {
     #[inline(always)] // As `Features::has`.
     pub const fn is_built(self) -> bool {
         FEATURES[self as usize].built
+    }
+
+    /// # Errors
+    /// `field`, a call or one of its arguments, needs it, and this build does not have it.
+    pub fn needed_by(self, field: &'static str) -> Result<(), Error> {
+        if self.is_built() { Ok(()) } else { Err(Error::not_built(field, FEATURES[self as usize].name)) }
     }
 }
 
@@ -305,20 +356,43 @@ impl Features {
     }
 }
 
-/// Refuses a feature that this build does not have, and two that do not go together: the first two that the scene has are named.
-pub fn check(scene: &Scene) -> Result<(), Error> {
+impl Scene {
+    /// Whether modulus or critical stretch depend on the rate of strain.
+    pub fn depends_on_rate(&self) -> bool {
+        Feature::Rate.is_built() && (self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0)
+    }
+
+    /// Whether bars stand for several yarns anywhere.
+    pub fn is_graded(&self) -> bool {
+        Feature::Grading.is_built() && self.sheet.grading.largest > 1
+    }
+
+    /// Whether contact and loads move the projectile, and not the host.
+    pub fn is_free(&self) -> bool {
+        !Feature::Prescribed.is_built() || self.drive == Drive::Free
+    }
+}
+
+/// Refuses a feature that this build does not have: the first that the scene asks for is named.
+pub(crate) fn check_built(scene: &Scene) -> Result<(), Error> {
     check_in(scene, |record| record.built)
 }
 
-fn check_in(scene: &Scene, is_built: impl Fn(&Record) -> bool) -> Result<(), Error> {
-    let has = Features::of(scene);
+/// [`check_built`] in a build that has what is `built`.
+fn check_in(scene: &Scene, built: fn(&Record) -> bool) -> Result<(), Error> {
+    let mut missing = FEATURES.iter().filter(|record| !built(record));
+    match missing.find_map(|record| Some((record.asked_by(scene)?, record.name))) {
+        Some((field, name)) => Err(Error::not_built(field, name)),
+        None => Ok(()),
+    }
+}
+
+/// Refuses two features that do not go together: the first two that the scene has are named.
+pub(crate) fn check_pairs(scene: &Scene) -> Result<(), Error> {
     for record in &FEATURES {
         let Some(field) = record.asked_by(scene) else { continue };
-        if !is_built(record) {
-            return Err(Error::not_built(field, record.name));
-        }
-        let beside = record.not_with.iter().find(|&&other| has.0 & 1 << other as u32 != 0);
-        if let Some(with) = beside.and_then(|&other| FEATURES[other as usize].asked_by(scene)) {
+        let beside = |&other: &Feature| FEATURES[other as usize].asked_by(scene);
+        if let Some(with) = record.not_with.iter().find_map(beside) {
             return Err(Error::beside(field, with));
         }
     }

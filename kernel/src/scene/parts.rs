@@ -598,11 +598,6 @@ pub struct StepLimits {
 }
 
 impl Scene {
-    /// Whether bars stand for several yarns anywhere.
-    pub fn is_graded(&self) -> bool {
-        self.sheet.grading.largest > 1
-    }
-
     /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100 m/s along +z.
     pub const fn sheet_3in_sphere() -> Scene {
         let radius = 6.35e-3;
@@ -679,11 +674,6 @@ impl Scene {
             },
             ..small
         }
-    }
-
-    /// Whether modulus or critical stretch depend on the rate of strain.
-    pub fn depends_on_rate(&self) -> bool {
-        self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0
     }
 
     /// Whether contact can turn the projectile: every body with friction, without it all but a sphere.

@@ -6,10 +6,10 @@ use crate::body::shape;
 use crate::ground::error::{Code, Error, finite, positive};
 use crate::ground::math;
 use crate::ground::planes::{AT_REST, Axis};
-use crate::scene::features;
+use crate::scene::features::{self, Feature};
 use crate::scene::fields;
 use crate::scene::parts::{
-    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Drive, MAX_GAP, STEP_MAX_FRACTION, STEP_WITH_TOE,
+    AttachmentKind, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, MAX_GAP, STEP_MAX_FRACTION, STEP_WITH_TOE,
     STRAIN_RATES, Scene, Stack, StepCheck, StepLimits, Symmetry, TOE_RANGE, TimeStep, WEIBULL_SHAPES,
 };
 use crate::sheet::weave;
@@ -233,8 +233,9 @@ impl Scene {
     /// Checks every number by itself, in the order of the table, and then what goes with what; the first bad one is named.
     /// The time step against dt_crit is checked by [`Scene::step_limits`].
     pub fn check(&self) -> Result<(), Error> {
+        features::check_built(self)?;
         fields::check(self)?;
-        features::check(self)?;
+        features::check_pairs(self)?;
         self.check_directions()?;
         self.check_yarn()?;
         self.check_rate()?;
@@ -243,7 +244,7 @@ impl Scene {
         self.check_projectile()?;
         self.check_stack()?;
         self.check_attachment()?;
-        if self.back.plies > 0 {
+        if Feature::Plies.is_built() && self.back.plies > 0 {
             self.check_back()?;
         }
         self.check_step()?;
@@ -410,7 +411,7 @@ impl Scene {
     fn check_projectile(&self) -> Result<(), Error> {
         let body = &self.projectile;
         shape::check(body, self.largest_spacing())?;
-        if !(self.drive == Drive::Prescribed && body.mass == 0.0) {
+        if self.is_free() || body.mass != 0.0 {
             positive("projectile.mass", body.mass)?;
             let least = self.largest_mass();
             if body.mass < least {

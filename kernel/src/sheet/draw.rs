@@ -13,6 +13,7 @@ use crate::ground::error::{Code, Error};
 use crate::ground::math;
 use crate::ground::planes::Axis;
 use crate::ground::random::{self, Purpose};
+use crate::scene::features::Feature;
 use crate::scene::parts::{Back, CRITICAL_STRETCH_MAX, DAMAGE_RATE_MIN, Draw, Scene, StrengthDraw};
 use crate::sheet::weave;
 use crate::yarn::law::{DamageLaw, Segment};
@@ -61,12 +62,13 @@ impl Scene {
 
     /// Whether modulus and damage rate of the front or of the back fabric are drawn.
     pub(crate) fn is_drawn(&self, back: bool) -> bool {
-        if back { self.back.is_drawn() } else { self.yarn.stochastic }
+        Feature::Drawn.is_built() && if back { self.back.is_drawn() } else { self.yarn.stochastic }
     }
 
     /// Whether the critical stretch of the front or of the back fabric is drawn.
     pub(crate) fn is_strength_drawn(&self, back: bool) -> bool {
-        if back { self.back.weibull_shape != 0.0 } else { self.yarn.strength_draw != StrengthDraw::None }
+        let asked = if back { self.back.weibull_shape != 0.0 } else { self.yarn.strength_draw != StrengthDraw::None };
+        Feature::Strength.is_built() && asked
     }
 
     /// Modulus and damage rate of one direction, of the front or of the back fabric.

@@ -17,6 +17,7 @@ use crate::ground::planes::{
     STRENGTH_PLANES, YARN_PLANES, vertical_axes,
 };
 use crate::ground::ranges;
+use crate::scene::features::Feature;
 use crate::sheet::direction::Along;
 use crate::sheet::grading::{self, INVERSE_WIDTH, LINE_PLANES, Net, NetRow};
 use crate::yarn::law::{self, DamageLaw, LOST};
@@ -166,11 +167,18 @@ impl Row<'_> {
     #[inline(always)] // A copy of the row would be read before its stores are done: 20 ns.
     pub fn step(self) -> (Report, [f64; 2]) {
         let set = self.pass.instructions;
+        // What is not built has no path.
+        let plain = self.pass.directions.plain || !(Feature::Crimp.is_built() || Feature::Unlike.is_built());
+        let ungraded = self.pass.net.columns.is_empty() || !Feature::Grading.is_built();
+        let unmarked = self.marks.is_empty() || !Feature::Toe.is_built();
+        let dependent = Feature::Rate.is_built() && !self.yarn.logarithms.is_empty();
         // A dependence on the rate excludes the toe and grading.
-        match (self.pass.directions.plain, self.pass.net.columns.is_empty(), self.marks.is_empty()) {
-            _ if !self.yarn.logarithms.is_empty() => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
+        match (plain, ungraded, unmarked) {
+            _ if dependent => lanes::dispatch(set, RowJob::<false, false, RATE>(self)),
             // The commonest path is compiled apart for sheets that lie in the caches.
-            (true, true, true) if !self.pass.fetches => lanes::dispatch(set, RowJob::<true, false, NONE, false>(self)),
+            (true, true, true) if !(self.pass.fetches && Feature::Blocks.is_built()) => {
+                lanes::dispatch(set, RowJob::<true, false, NONE, false>(self))
+            }
             (true, true, true) => lanes::dispatch(set, RowJob::<true, false, NONE>(self)),
             (true, true, false) => lanes::dispatch(set, RowJob::<true, false, TOE>(self)),
             (false, true, true) => lanes::dispatch(set, RowJob::<false, false, NONE>(self)),

@@ -13,6 +13,7 @@ use crate::body::pose::{Vector, into_body};
 use crate::body::projectile::Body;
 use crate::body::shape::Solid;
 use crate::ground::error::{Code, Error};
+use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Symmetry};
 
 /// The nodes along one direction of the sheet.
@@ -25,10 +26,15 @@ pub struct Line {
 }
 
 impl Line {
+    /// Whether a mirror plane cuts it, in a build that has them.
+    pub fn is_mirrored(self) -> bool {
+        Feature::Mirrors.is_built() && self.mirrored
+    }
+
     /// Nodes modelled: the first half and a node on the plane.
     pub fn modelled(self) -> usize {
         let nodes = self.nodes as usize;
-        if self.mirrored { nodes.div_ceil(2) } else { nodes }
+        if self.is_mirrored() { nodes.div_ceil(2) } else { nodes }
     }
 
     /// Segments modelled along the line: one from every modelled node, except the last of a line without mirror.
@@ -38,13 +44,13 @@ impl Line {
 
     /// Places along the line: the modelled nodes, and the image behind the plane.
     pub fn stored(self) -> usize {
-        self.modelled() + usize::from(self.mirrored)
+        self.modelled() + usize::from(self.is_mirrored())
     }
 
     /// The modelled node that a place shows, and whether it shows its image.
     pub fn node(self, place: usize) -> (usize, bool) {
         let modelled = self.modelled();
-        if self.mirrored && place >= modelled {
+        if self.is_mirrored() && place >= modelled {
             (modelled.saturating_sub(if self.odd() { 2 } else { 1 }), true)
         } else {
             (place, false)
@@ -53,12 +59,12 @@ impl Line {
 
     /// How often node i appears in the whole line.
     pub fn node_weight(self, i: usize) -> f64 {
-        if !self.mirrored || (self.odd() && i + 1 == self.modelled()) { 1.0 } else { 2.0 }
+        if !self.is_mirrored() || (self.odd() && i + 1 == self.modelled()) { 1.0 } else { 2.0 }
     }
 
     /// How often the segment from node i appears in the whole line; 0 if it is itself an image of the one before.
     pub fn segment_weight(self, i: usize) -> f64 {
-        match (self.mirrored, i + 1 == self.modelled()) {
+        match (self.is_mirrored(), i + 1 == self.modelled()) {
             (false, _) => 1.0,
             (true, false) => 2.0,
             (true, true) if self.odd() => 0.0,

@@ -17,7 +17,7 @@ use crate::memory::state::{COUNT_MAX, State};
 use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, OutcomeSet};
 use crate::scene::features::Feature;
-use crate::scene::parts::{AttachmentKind, Drive, Scene, StepLimits};
+use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
 use crate::sim::snapshot;
 use crate::sim::start;
 use crate::step::bands::Bands;
@@ -215,8 +215,10 @@ impl<'a> Sim<'a> {
     pub fn reset(&mut self) {
         let motion = path::into_sheet(&self.system.model.pose, &start_motion(&self.system.scene));
         let mut body = Body::of(&motion);
-        // Accepted once, so accepted again.
-        let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
+        if Feature::Mirrors.is_built() {
+            // Accepted once, so accepted again.
+            let _ = self.system.scene.symmetry.align(&self.system.solid, &mut body, self.system.scene.sheet.spacing);
+        }
         self.system.state = State::at_start(body);
         self.system.use_half_steps(false);
         self.system.clear_state();
@@ -248,6 +250,9 @@ impl<'a> Sim<'a> {
 
     /// A block of steps (`waves.rs`) if one can be taken within `most`, otherwise one step. Returns how many.
     fn step_some(&mut self, most: u64) -> Result<u64, Failure> {
+        if !Feature::Blocks.is_built() {
+            return self.step().map(|()| 1);
+        }
         match waves::step_block(&mut self.system, most) {
             Ok(0) => self.step().map(|()| 1),
             Ok(steps) => Ok(steps),
@@ -284,7 +289,7 @@ impl<'a> Sim<'a> {
     #[inline(never)] // It must not add to the stack of the steps.
     fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;
-        if self.system.scene.drive != Drive::Prescribed {
+        if self.system.scene.is_free() {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
         let step = self.system.state.step;
@@ -333,7 +338,7 @@ impl<'a> Sim<'a> {
         self.system.sound()?;
         crate::ground::error::finite3("external.force", force)?;
         crate::ground::error::finite3("external.torque", torque)?;
-        if self.system.scene.drive != Drive::Free {
+        if !self.system.scene.is_free() {
             return Err(Error::plain(Code::WrongDrive, "drive"));
         }
         let force = Vector::from(self.system.model.pose.vector_in(force));
@@ -369,8 +374,9 @@ impl<'a> Sim<'a> {
     /// fewer are taken, dropping the bands completes the block: up to eight steps more.
     ///
     /// # Errors
-    /// More bands than [`crate::memory::layout::MAX_BANDS`] or none, too little scratch or more than there can be, the theta rule, a latched failure.
+    /// More bands than [`crate::memory::layout::MAX_BANDS`] or none, too little scratch or more than there can be, the theta rule, a latched failure; bands are not built.
     pub fn bands<'s>(&'s mut self, scratch: &'s mut [CacheLine], of: u32, steps: u64) -> Result<Bands<'s, 'a>, Error> {
+        Feature::Bands.needed_by("bands")?;
         Bands::of(&mut self.system, scratch, of, steps)
     }
 
@@ -547,20 +553,23 @@ impl<'a> Sim<'a> {
         self.system.layout.snapshot_bytes()
     }
 
-    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing.
+    /// Writes the image into the first [`Sim::snapshot_bytes`] bytes of `image`. Commits nothing. Needs the feature `snapshot`.
     pub fn save(&self, image: &mut [u8]) -> Result<(), Error> {
+        Feature::Snapshot.needed_by("image")?;
         snapshot::save(&self.system, image)
     }
 
     /// Puts the simulation into the state of an image made with the same scene, on any target. Clears a failure.
     /// On an error nothing has changed.
     pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
+        Feature::Snapshot.needed_by("image")?;
         snapshot::load(&mut self.system, image)
     }
 
     /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
     /// happens to bytes on their way, is not looked at. Everything else is.
     pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
+        Feature::Snapshot.needed_by("image")?;
         snapshot::load_kept(&mut self.system, image)
     }
 

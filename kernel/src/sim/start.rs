@@ -12,7 +12,7 @@ use crate::memory::layout::Layout;
 use crate::memory::model::{Model, start_motion};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::scene::parts::{Drive, Scene, StepLimits};
+use crate::scene::parts::{Scene, StepLimits};
 use crate::sheet::check::LOOKED_AT;
 use crate::sheet::places::Places;
 use crate::sheet::weave::{self, in_runs};
@@ -75,7 +75,7 @@ pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;
     *body = Body::of(&motion);
-    scene.symmetry.align(solid, body, scene.sheet.spacing)
+    if Feature::Mirrors.is_built() { scene.symmetry.align(solid, body, scene.sheet.spacing) } else { Ok(()) }
 }
 
 /// Rounding aside, a node that does more than touch is inside.
@@ -90,7 +90,7 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
     let [h_x, h_y] = scene.spacings();
     let places = Places::both(scene);
     let search = Search::new(solid, body, scene.largest_spacing(), InstructionSet::Scalar);
-    let (movable, [columns, rows, plies]) = (scene.drive == Drive::Free, search.box_at_rest(scene, &places));
+    let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
     let [along, up, through] = strides([&columns, &rows, &plies].map(|range| range.len() as u64), most);
     for j in rows.step_by(up.max(1)) {
         let y = places[1].offset(j) * h_y;
@@ -130,7 +130,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
             return Err(Error::new(Code::OutOfRange, "velocities", moves, 0.0));
         }
         let x = Vector::from(system.model.pose.point_in(*point));
-        let meets = !fixed || system.scene.drive == Drive::Free;
+        let meets = !fixed || system.scene.is_free();
         let near = if meets { search.candidate(&x) } else { None };
         if let Some((gap, _, _)) = near.filter(|(gap, _, _)| overlaps(&system.scene, *gap)) {
             return Err(Error::new(Code::InitialOverlap, "positions", gap, 0.0));
@@ -231,7 +231,7 @@ pub(crate) fn set_largest_stretch(system: &mut System<'_>, stretches: &[f64]) ->
 
 /// Whether a node lies on the mirror planes x = 0 and y = 0.
 fn on_planes(system: &System<'_>, i: usize, j: usize) -> [bool; 2] {
-    [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.mirrored && line.node_weight(i) == 1.0)
+    [(system.layout.x, i), (system.layout.y, j)].map(|(line, i)| line.is_mirrored() && line.node_weight(i) == 1.0)
 }
 
 /// The component of a position, m, or velocity, m/s, that takes a node off a mirror plane, beyond rounding of its unit.

@@ -12,7 +12,6 @@ use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::planes::{self, Axis, CHUNK};
 use crate::memory::system::{SegmentView, System};
 use crate::scene::features::Feature;
-use crate::scene::parts::Drive;
 use crate::sheet::direction::{Along, Direction};
 use crate::step::readout::Around;
 use crate::yarn::law::{self, Segment};
@@ -55,7 +54,7 @@ pub struct Energy {
 pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     system.sound()?;
     let sums = &system.state.sums;
-    let prescribed = system.scene.drive == Drive::Prescribed;
+    let prescribed = !system.scene.is_free();
     let (fabric_kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let projectile_kinetic = system.state.body.kinetic_energy(&system.model.inertia);
     let held = fabric_kinetic + strain + dissipated + sums.viscous + sums.friction + sums.ply_loss + sums.loss;
@@ -86,7 +85,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
     system.sound()?;
     let sums = &system.state.sums;
     let mut balance = momentum(system) - sums.first_momentum - sums.external_impulse;
-    if system.scene.drive == Drive::Prescribed {
+    if !system.scene.is_free() {
         // The body's reaction is the load the fabric received.
         balance += sums.impulse;
     }
@@ -100,7 +99,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
 pub(crate) fn start_audit(system: &mut System<'_>) {
     let (kinetic, strain, dissipated) = energy_of_rows(system, [0, system.layout.nodes_y]);
     let mut energy = kinetic + strain + dissipated;
-    if system.scene.drive == Drive::Free {
+    if system.scene.is_free() {
         energy += system.state.body.kinetic_energy(&system.model.inertia);
     }
     system.state.sums.first_energy = energy;
@@ -118,7 +117,7 @@ fn momentum(system: &System<'_>) -> Vector {
         total += Vector::new(sum(3), sum(4), sum(5)) * system.mass_share_of_row(j);
     }
     let mut momentum = total.component_mul(&system.scene.symmetry.force_mask()) * system.model.unit_impulse;
-    if system.scene.drive == Drive::Free {
+    if system.scene.is_free() {
         momentum += system.state.body.velocity * system.model.inertia.mass;
     }
     momentum
@@ -171,7 +170,7 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
 fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     let (layout, mut sums) = (&system.layout, [0.0; 3]);
     let row = planes::row(system.blocks.hot, layout.chunks, j);
-    let weighted = layout.has(Feature::Grading) || layout.x.mirrored || layout.y.mirrored;
+    let weighted = layout.has(Feature::Grading) || layout.x.is_mirrored() || layout.y.is_mirrored();
     for (c, [_, _, _, vx, vy, vz, ..]) in row.iter().enumerate() {
         for (k, ((vx, vy), vz)) in vx.iter().zip(vy).zip(vz).enumerate().take(layout.nodes_x.saturating_sub(c * CHUNK))
         {
@@ -308,7 +307,7 @@ fn segment_energy(system: &System<'_>, [rate_before, rate_now]: &[RateLaw; 2], s
 mod tests {
     use super::*;
     use crate::ground::math;
-    use crate::scene::parts::{AttachmentKind, Scene, Shape, StepAfterFailure, StrengthDraw, Symmetry};
+    use crate::scene::parts::{AttachmentKind, Drive, Scene, Shape, StepAfterFailure, StrengthDraw, Symmetry};
     use crate::yarn::law::DamageLaw;
     use crate::yarn::toe::NO_TOE;
     use crate::{Layout, Sim};

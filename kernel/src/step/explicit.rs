@@ -270,7 +270,7 @@ pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usi
 
 /// The row of images above a sweep that reaches the plane.
 pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
-    if system.layout.y.mirrored && end == system.layout.nodes_y {
+    if system.layout.y.is_mirrored() && end == system.layout.nodes_y {
         system.place_image_row();
     }
 }

@@ -15,10 +15,10 @@ pub(crate) fn mark_slack(system: &mut System<'_>) {
 
 fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (chunks, line) = (system.layout.chunks, system.layout.x);
-    if line.mirrored {
+    if line.is_mirrored() {
         (first..end).for_each(|j| place_image_column(planes::row_mut(system.blocks.hot, chunks, j), line));
     }
-    if system.layout.y.mirrored {
+    if system.layout.y.is_mirrored() {
         system.place_image_row();
     }
     for j in first..end {

@@ -6,7 +6,6 @@ use crate::body::projectile::{self, Body};
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::memory::system::System;
-use crate::scene::parts::Drive;
 
 /// Refuses a body whose motion, or a sum over its impulses, is no number, before anyone reads it.
 pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
@@ -36,6 +35,9 @@ pub(crate) fn prescribe_rates(
     system: &mut System<'_>,
     end_of_pass: f64,
 ) -> Option<(Vector, nalgebra::Quaternion<f64>)> {
+    if system.scene.is_free() {
+        return None;
+    }
     let state = &mut system.state;
     let track = &state.track;
     let end = track.first + track.steps;
@@ -67,7 +69,7 @@ pub(crate) fn refuse_too_fast(system: &System<'_>) -> Result<(), Failure> {
 /// The external load on the body during dt.
 pub(crate) fn load_body(system: &mut System<'_>, dt: f64) {
     let (force, torque) = (system.state.force, system.state.torque);
-    if system.scene.drive == Drive::Free {
+    if system.scene.is_free() {
         let body = &mut system.state.body;
         body.velocity += force * (dt * system.model.inertia.inverse_mass);
         if system.model.inertia.turns {
@@ -80,7 +82,7 @@ pub(crate) fn load_body(system: &mut System<'_>, dt: f64) {
 /// The external load's work and impulse during dt.
 pub(crate) fn book_load(system: &mut System<'_>, dt: f64, before: &Body) {
     let (force, torque) = (system.state.force, system.state.torque);
-    if system.scene.drive == Drive::Free {
+    if system.scene.is_free() {
         let mean = (before.velocity + system.state.body.velocity) * 0.5;
         let mut work = force.dot(&mean) * dt;
         if system.model.inertia.turns {
@@ -95,13 +97,13 @@ pub(crate) fn book_load(system: &mut System<'_>, dt: f64, before: &Body) {
 pub(crate) fn move_body(system: &mut System<'_>, target: Option<(Vector, nalgebra::Quaternion<f64>)>) {
     let dt = system.model.pass_dt;
     let state = &mut system.state;
-    match (system.scene.drive, target) {
-        (Drive::Free, _) => state.body.drift(&system.model.inertia, system.scene.rotation_rule, dt),
-        (Drive::Prescribed, Some((position, orientation))) => {
+    match (system.scene.is_free(), target) {
+        (true, _) => state.body.drift(&system.model.inertia, system.scene.rotation_rule, dt),
+        (false, Some((position, orientation))) => {
             state.body.position = position;
             state.body.orientation = orientation;
         }
-        (Drive::Prescribed, None) => {
+        (false, None) => {
             state.body.position += state.body.velocity * dt;
             if system.model.inertia.turns {
                 let w = state.body.angular_velocity;

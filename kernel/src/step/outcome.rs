@@ -17,7 +17,7 @@ use crate::memory::model::start_motion;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
-use crate::scene::parts::{AttachmentKind, Drive};
+use crate::scene::parts::AttachmentKind;
 
 /// Steps between two tests.
 pub const TEST_INTERVAL: u64 = 64;
@@ -208,7 +208,7 @@ fn has_passed(system: &System<'_>) -> bool {
     let [x, y] = system.scene.half_size();
     let (low, high) = ([-x, -y, 0.0], [x, y, system.scene.stack_height()]);
     let flight = flight(system);
-    if system.scene.drive == Drive::Prescribed {
+    if !system.scene.is_free() {
         // Only its host knows how it goes on; that it has got past the sheet's box is a fact.
         let start = path::into_sheet(&system.model.pose, &start_motion(&system.scene)).position;
         return (0..3).any(|k| {
@@ -241,7 +241,7 @@ fn complete(system: &System<'_>, region: &mut Region) {
 
 fn flight(system: &System<'_>) -> Flight {
     let (body, solid) = (&system.state.body, &system.solid);
-    let free = system.scene.drive == Drive::Free;
+    let free = system.scene.is_free();
     Flight {
         position: body.position,
         velocity: body.velocity,

@@ -23,7 +23,7 @@ impl<'a> Around<'a> {
     #[inline(always)]
     pub fn of(system: &'a System<'_>, c: usize, j: usize) -> Option<Around<'a>> {
         let layout = &system.layout;
-        if layout.x.mirrored || layout.y.mirrored || !system.net().is_fine(c, j) {
+        if layout.x.is_mirrored() || layout.y.is_mirrored() || !system.net().is_fine(c, j) {
             return None;
         }
         let row = planes::row(system.blocks.hot, layout.chunks, j);

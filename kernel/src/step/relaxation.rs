@@ -20,7 +20,7 @@ use crate::yarn::rate::RateLaw;
 pub(crate) fn find_rates(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (layout, chunks) = (system.layout, system.layout.chunks);
     for j in first..end {
-        if layout.x.mirrored {
+        if layout.x.is_mirrored() {
             place_image_column(planes::row_mut(system.blocks.hot, chunks, j), layout.x);
         }
         let of_h = taken_of_row(system, Axis::Horizontal, j) * layout.y.node_weight(j);
@@ -54,7 +54,7 @@ fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
     };
     let mut relaxing = relaxing.iter().sum::<f64>();
     let length = direction.rest.length;
-    if line.mirrored {
+    if line.is_mirrored() {
         // All columns but the last are there twice.
         let last = line.modelled().saturating_sub(1);
         let less = 2.0 - weight(line, axis, last);

@@ -180,10 +180,10 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
     let uniform = Constants::Uniform(directions);
     let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
     let net = Net { columns, lines };
-    if system.layout.x.mirrored {
+    if system.layout.x.is_mirrored() {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
     }
-    if system.layout.y.mirrored {
+    if system.layout.y.is_mirrored() {
         place_image_row(iterate, chunks, system.layout.y);
     }
     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);

@@ -83,7 +83,7 @@ pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
 /// The image columns of rows [first, end) with their velocities.
 pub(crate) fn place_images(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (line, chunks) = (system.layout.x, system.layout.chunks);
-    if line.mirrored {
+    if line.is_mirrored() {
         (first..end).for_each(|j| place_image_motion(planes::row_mut(system.blocks.hot, chunks, j), line));
     }
 }
@@ -100,14 +100,14 @@ impl Pushing<'_> {
             let row = planes::row(hot, chunks, j);
             let above = if layout.has_verticals(j) { planes::row(hot, chunks, j + 1) } else { &[] };
             let marks = planes::row(marks, chunks, j);
-            if layout.y.mirrored && j + 1 == layout.nodes_y {
+            if layout.y.is_mirrored() && j + 1 == layout.nodes_y {
                 keep_moments(work);
             }
             lanes::dispatch(instructions, FirstLoop { horizontal, vertical, toe, row, above, marks, work, below });
             if !(first..end).contains(&j) {
                 continue;
             }
-            if layout.x.mirrored {
+            if layout.x.is_mirrored() {
                 place_image_moment(work, layout.x);
             }
             let here = planes::row_mut(pushes, chunks, j - first);
@@ -118,7 +118,7 @@ impl Pushing<'_> {
             }
         }
         if end == all[1] && first < end {
-            let mirrored = layout.y.mirrored && end == layout.nodes_y;
+            let mirrored = layout.y.is_mirrored() && end == layout.nodes_y;
             let last = planes::row_mut(pushes, chunks, end - first - 1);
             close_row(work, last, mirrored.then_some(layout.y), layout.nodes_x);
         }
