@@ -4,150 +4,154 @@
 mod pins;
 mod scenes;
 
-use fabric::Scene;
+use fabric::{Code, Scene, Sim};
 use fabric_tests::Buffers;
 
-/// Compares a digest with its pin.
+/// Runs a scene and compares its digest with the pin. A scene that this build was made without is left out.
 #[track_caller]
-fn assert_pin(digest: u64, pin: u64) {
+fn pinned(scene: &Scene, pin: u64, run: impl FnOnce(&mut Sim<'_>)) {
+    if let Err(error) = scene.check()
+        && error.code == Code::NotBuilt
+    {
+        return println!("left out: {}", error.text());
+    }
+    let mut memory = Buffers::of(scene);
+    let mut sim = memory.sim(scene);
+    run(&mut sim);
+    let digest = sim.digest();
     assert_eq!(digest, pin, "digest {digest:#018x}, pinned {pin:#018x}");
 }
 
-/// The digest after so many plain steps; `failures` says whether segments are to have failed by then.
+/// The same with so many plain steps; `failures` says whether segments are to have failed by then.
 #[track_caller]
-fn digest_after(scene: &Scene, steps: u64, failures: bool) -> u64 {
-    let mut memory = Buffers::of(scene);
-    let mut sim = memory.sim(scene);
-    sim.advance(steps).expect("no failure");
-    assert_eq!(sim.counters().failed_segments > 0, failures);
-    sim.digest()
+fn stepped(scene: &Scene, steps: u64, failures: bool, pin: u64) {
+    pinned(scene, pin, |sim| {
+        sim.advance(steps).expect("no failure");
+        assert_eq!(sim.counters().failed_segments > 0, failures);
+    });
 }
 
 #[test]
 fn sheet_3in_sphere() {
-    assert_pin(digest_after(&Scene::sheet_3in_sphere(), 4500, true), pins::SHEET_3IN_SPHERE);
+    stepped(&Scene::sheet_3in_sphere(), 4500, true, pins::SHEET_3IN_SPHERE);
 }
 
 #[test]
 fn sheet_10in_cylinder() {
-    assert_pin(digest_after(&Scene::sheet_10in_cylinder(), 600, false), pins::SHEET_10IN_CYLINDER);
+    stepped(&Scene::sheet_10in_cylinder(), 600, false, pins::SHEET_10IN_CYLINDER);
 }
 
 #[test]
 fn uniform_sphere_before_failure() {
-    assert_pin(digest_after(&scenes::uniform_sphere(), 400, false), pins::UNIFORM_SPHERE_BEFORE_FAILURE);
+    stepped(&scenes::uniform_sphere(), 400, false, pins::UNIFORM_SPHERE_BEFORE_FAILURE);
 }
 
 #[test]
 fn uniform_sphere_through_failure() {
-    assert_pin(digest_after(&scenes::uniform_sphere(), 3000, true), pins::UNIFORM_SPHERE_THROUGH_FAILURE);
+    stepped(&scenes::uniform_sphere(), 3000, true, pins::UNIFORM_SPHERE_THROUGH_FAILURE);
 }
 
 #[test]
 fn sphere_on_softened_yarn() {
-    assert_pin(digest_after(&scenes::sphere_on_softened_yarn(), 3000, true), pins::SPHERE_ON_SOFTENED_YARN);
+    stepped(&scenes::sphere_on_softened_yarn(), 3000, true, pins::SPHERE_ON_SOFTENED_YARN);
 }
 
 #[test]
 fn sphere_on_drawn_strength() {
-    assert_pin(digest_after(&scenes::sphere_on_drawn_strength(), 3000, true), pins::SPHERE_ON_DRAWN_STRENGTH);
+    stepped(&scenes::sphere_on_drawn_strength(), 3000, true, pins::SPHERE_ON_DRAWN_STRENGTH);
 }
 
 #[test]
 fn sphere_on_yarn_that_depends_on_rate() {
     let scene = scenes::sphere_on_yarn_that_depends_on_rate();
-    assert_pin(digest_after(&scene, 3000, true), pins::SPHERE_ON_YARN_THAT_DEPENDS_ON_RATE);
+    stepped(&scene, 3000, true, pins::SPHERE_ON_YARN_THAT_DEPENDS_ON_RATE);
 }
 
 #[test]
 fn sphere_on_viscous_yarn() {
-    assert_pin(digest_after(&scenes::sphere_on_viscous_yarn(), 3000, true), pins::SPHERE_ON_VISCOUS_YARN);
+    stepped(&scenes::sphere_on_viscous_yarn(), 3000, true, pins::SPHERE_ON_VISCOUS_YARN);
 }
 
 #[test]
 fn sphere_that_rubs() {
-    assert_pin(digest_after(&scenes::sphere_that_rubs(), 3000, true), pins::SPHERE_THAT_RUBS);
+    stepped(&scenes::sphere_that_rubs(), 3000, true, pins::SPHERE_THAT_RUBS);
 }
 
 #[test]
 fn sphere_through_turned_plies() {
-    assert_pin(digest_after(&scenes::sphere_through_turned_plies(), 1200, true), pins::SPHERE_THROUGH_TURNED_PLIES);
+    stepped(&scenes::sphere_through_turned_plies(), 1200, true, pins::SPHERE_THROUGH_TURNED_PLIES);
 }
 
 #[test]
 fn cylinder_on_a_graded_sheet() {
-    assert_pin(digest_after(&scenes::cylinder_on_a_graded_sheet(), 2500, true), pins::CYLINDER_ON_A_GRADED_SHEET);
+    stepped(&scenes::cylinder_on_a_graded_sheet(), 2500, true, pins::CYLINDER_ON_A_GRADED_SHEET);
 }
 
 #[test]
 fn taut_warp_and_crimped_weft() {
-    assert_pin(digest_after(&scenes::taut_warp_and_crimped_weft(), 3000, true), pins::TAUT_WARP_AND_CRIMPED_WEFT);
+    stepped(&scenes::taut_warp_and_crimped_weft(), 3000, true, pins::TAUT_WARP_AND_CRIMPED_WEFT);
 }
 
 #[test]
 fn uniform_sphere_in_halves() {
-    assert_pin(digest_after(&scenes::uniform_sphere_in_halves(), 3000, true), pins::UNIFORM_SPHERE_IN_HALVES);
+    stepped(&scenes::uniform_sphere_in_halves(), 3000, true, pins::UNIFORM_SPHERE_IN_HALVES);
 }
 
 #[test]
 fn tumbling_cylinder_on_corners() {
-    assert_pin(digest_after(&scenes::tumbling_cylinder_on_corners(), 2000, true), pins::TUMBLING_CYLINDER_ON_CORNERS);
+    stepped(&scenes::tumbling_cylinder_on_corners(), 2000, true, pins::TUMBLING_CYLINDER_ON_CORNERS);
 }
 
 #[test]
 fn free_plies_in_a_turned_frame() {
-    assert_pin(digest_after(&scenes::free_plies_in_a_turned_frame(), 1500, true), pins::FREE_PLIES_IN_A_TURNED_FRAME);
+    stepped(&scenes::free_plies_in_a_turned_frame(), 1500, true, pins::FREE_PLIES_IN_A_TURNED_FRAME);
 }
 
 #[test]
 fn damage_law_with_offset() {
-    assert_pin(digest_after(&scenes::damage_law_with_offset(), 2000, true), pins::DAMAGE_LAW_WITH_OFFSET);
+    stepped(&scenes::damage_law_with_offset(), 2000, true, pins::DAMAGE_LAW_WITH_OFFSET);
 }
 
 #[test]
 fn quarter_under_a_cylinder() {
-    assert_pin(digest_after(&scenes::quarter_under_a_cylinder(), 2500, true), pins::QUARTER_UNDER_A_CYLINDER);
+    stepped(&scenes::quarter_under_a_cylinder(), 2500, true, pins::QUARTER_UNDER_A_CYLINDER);
 }
 
 #[test]
 fn drawn_yarns_by_the_theta_rule() {
-    assert_pin(digest_after(&scenes::drawn_yarns_by_the_theta_rule(), 1200, true), pins::DRAWN_YARNS_BY_THE_THETA_RULE);
+    stepped(&scenes::drawn_yarns_by_the_theta_rule(), 1200, true, pins::DRAWN_YARNS_BY_THE_THETA_RULE);
 }
 
 #[test]
 fn tumbling_bullet() {
-    assert_pin(digest_after(&scenes::tumbling_bullet(), 2000, true), pins::TUMBLING_BULLET);
+    stepped(&scenes::tumbling_bullet(), 2000, true, pins::TUMBLING_BULLET);
 }
 
 #[test]
 fn box_on_a_corner() {
-    assert_pin(digest_after(&scenes::box_on_a_corner(), 1500, true), pins::BOX_ON_A_CORNER);
+    stepped(&scenes::box_on_a_corner(), 1500, true, pins::BOX_ON_A_CORNER);
 }
 
 #[test]
 fn disc_sector() {
-    assert_pin(digest_after(&scenes::disc_sector(), 2000, true), pins::DISC_SECTOR);
+    stepped(&scenes::disc_sector(), 2000, true, pins::DISC_SECTOR);
 }
 
 #[test]
 fn loaded_sphere_on_a_prepared_sheet() {
-    let scene = scenes::uniform_sphere();
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
-    scenes::pre_damage_and_stretch(&mut sim);
-    sim.set_external_load([0.5, -0.25, 2000.0], [0.0; 3]).expect("accepted");
-    sim.advance(1500).expect("no failure");
-    assert_pin(sim.digest(), pins::LOADED_SPHERE_ON_A_PREPARED_SHEET);
+    pinned(&scenes::uniform_sphere(), pins::LOADED_SPHERE_ON_A_PREPARED_SHEET, |sim| {
+        scenes::pre_damage_and_stretch(sim);
+        sim.set_external_load([0.5, -0.25, 2000.0], [0.0; 3]).expect("accepted");
+        sim.advance(1500).expect("no failure");
+    });
 }
 
 #[test]
 fn prescribed_cylinder_on_two_paths() {
-    let scene = scenes::prescribed_cylinder();
-    let mut memory = Buffers::of(&scene);
-    let mut sim = memory.sim(&scene);
-    for path in scenes::two_paths() {
-        sim.follow(&path, path.steps).expect("followed");
-    }
-    assert!(sim.counters().failed_segments > 0);
-    assert_pin(sim.digest(), pins::PRESCRIBED_CYLINDER_ON_TWO_PATHS);
+    pinned(&scenes::prescribed_cylinder(), pins::PRESCRIBED_CYLINDER_ON_TWO_PATHS, |sim| {
+        for path in scenes::two_paths() {
+            sim.follow(&path, path.steps).expect("followed");
+        }
+        assert!(sim.counters().failed_segments > 0);
+    });
 }

@@ -92,7 +92,7 @@ const FREESTANDING: &[&str] = &[
     "-Wl,--gc-sections",
 ];
 /// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
-const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
+pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
 const GCC: [&str; 2] = ["gcc", "gcc libc6-dev"];
 const ARM: [&str; 2] = ["arm-none-eabi-gcc", "gcc-arm-none-eabi"];
 
@@ -318,14 +318,22 @@ fn build(targets: &[&Target]) -> Result<Vec<Built>, String> {
 
 /// One library, in the profile that ships, and its file.
 fn build_one(library: Library) -> Result<PathBuf, String> {
-    let (triple, flags, compiler) = match library {
-        Library::Shipped => return Ok(crate::install::build()?.join("libfabric_kernel.a")),
-        Library::Choosing => (None, "", platforms::own()),
-        Library::Of(triple, flags) => (Some(triple), flags, platforms::compiler_for(triple)?),
-    };
-    let features = if triple.is_some() { "bare" } else { "bare,choose-instructions" };
-    let kind = if flags.is_empty() { "" } else { "-with-options" };
-    let folder = target().join("digests").join(format!("{}{kind}", triple.unwrap_or("choosing")));
+    let folder = target().join("digests");
+    match library {
+        Library::Shipped => Ok(crate::install::build()?.join("libfabric_kernel.a")),
+        Library::Choosing => {
+            self::library(None, "", &["--features", "bare,choose-instructions"], &folder.join("choosing"))
+        }
+        Library::Of(triple, flags) => {
+            let kind = if flags.is_empty() { "" } else { "-with-options" };
+            self::library(Some(triple), flags, &["--features", "bare"], &folder.join(format!("{triple}{kind}")))
+        }
+    }
+}
+
+/// The library of a target, or of this machine, with these options of cargo and a folder of its own.
+pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Path) -> Result<PathBuf, String> {
+    let compiler = triple.map_or_else(|| Ok(platforms::own()), platforms::compiler_for)?;
     let mut command = compiler.command();
     command
         .args([
@@ -340,10 +348,10 @@ fn build_one(library: Library) -> Result<PathBuf, String> {
             "--crate-type",
             "staticlib",
         ])
-        .args(["--features", features])
+        .args(options)
         .args(compiler.options())
         .arg("--target-dir")
-        .arg(&folder)
+        .arg(folder)
         .current_dir(top());
     if let Some(triple) = triple {
         command.args(["--target", triple]);

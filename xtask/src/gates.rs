@@ -3,14 +3,14 @@
 
 use crate::stack;
 use crate::tools::{Outcome, cargo, output, read, target, top};
+use fabric::features::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
-    let without_theta = code(&linked("capi-lib", "libfabric_kernel.so", &["--no-default-features"])?)?;
-    let [kernel, fmu] =
-        [linked("capi-lib", "libfabric_kernel.so", &[])?, linked("fmu-lib", "libfabric_shield.so", &[])?];
+    let bare = code(&kernel(Some(""))?)?;
+    let [kernel, fmu] = [kernel(None)?, linked("fmu-lib", "libfabric_shield.so", &[])?];
     println!("figure 1: 0 in libfabric_kernel, 0 in the FMU: both link although no panic handler exists");
     undefined(&kernel, &FROM_HOST)?;
     undefined(&fmu, &crate::platforms::FROM_LINUX)?;
@@ -20,7 +20,7 @@ pub fn run() -> Outcome {
         crate::platforms::FROM_LINUX.join(", ")
     );
     unsafe_blocks()?;
-    features_remove_code(&without_theta, &code(&kernel)?)?;
+    features_remove_code(&bare, &code(&kernel)?)?;
     if cfg!(target_arch = "x86_64") {
         return stacks(&kernel);
     }
@@ -65,38 +65,45 @@ fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
     if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
 }
 
-/// Machine code of a library.
-struct Code {
-    /// Bytes.
-    bytes: u64,
-    /// Symbols of the theta rule.
-    theta: usize,
+/// libfabric_kernel with these features only, or with all.
+pub fn kernel(features: Option<&str>) -> Result<PathBuf, String> {
+    let few = ["--no-default-features", "--features", features.unwrap_or_default()];
+    linked("capi-lib", "libfabric_kernel.so", if features.is_some() { &few } else { &[] })
 }
 
+/// Machine code of a library.
+pub struct Code {
+    /// Bytes.
+    pub bytes: u64,
+    /// Modules of [`LEFT_OUT`] of which it has a symbol.
+    modules: Vec<&'static str>,
+}
+
+/// Modules that belong to one feature, as mangled names hold them: each part with its length before it.
+const LEFT_OUT: [&str; 5] = ["4step5theta", "4step9viscosity", "4step5bands", "4step5waves", "7contact5stack"];
+/// Machine code of the library before features could be left out, bytes; without any it is to be at most a third of that.
+const ALWAYS_BUILT: u64 = 648_073;
+
 /// What a library holds that has kept its symbols.
-fn code(library: &Path) -> Result<Code, String> {
+pub fn code(library: &Path) -> Result<Code, String> {
     let data = std::fs::read(library).map_err(|error| format!("{}: {error}", library.display()))?;
     let file = object::File::parse(&*data).map_err(|error| format!("{}: {error}", library.display()))?;
     let text = file.sections().filter(|section| section.kind() == SectionKind::Text);
-    // Mangled names hold the path of modules, each with its length before it.
-    let of_theta = |name: &str| name.contains("6fabric5theta");
-    Ok(Code {
-        bytes: text.map(|section| section.size()).sum(),
-        theta: file.symbols().filter(|symbol| symbol.name().is_ok_and(of_theta)).count(),
-    })
+    let names: Vec<&str> = file.symbols().filter_map(|symbol| symbol.name().ok()).collect();
+    let held = |module: &&str| names.iter().any(|name| name.contains(&format!("6fabric{module}")));
+    Ok(Code { bytes: text.map(|section| section.size()).sum(), modules: LEFT_OUT.into_iter().filter(held).collect() })
 }
 
-/// A feature that is left out makes the library smaller and takes its symbols along.
-fn features_remove_code(without: &Code, with: &Code) -> Outcome {
-    println!(
-        "figure 6: machine code of libfabric_kernel {} bytes, without the theta rule {}",
-        with.bytes, without.bytes
-    );
-    match (without.theta, with.theta) {
-        (_, 0) => Err("libfabric_kernel has no symbol of the theta rule: this gate looks for the wrong names".into()),
-        (0, _) if without.bytes < with.bytes => Ok(()),
-        _ => Err("libfabric_kernel without the feature `implicit` still holds code of the theta rule".into()),
+/// Features that are left out make the library smaller and take their modules along.
+fn features_remove_code(bare: &Code, all: &Code) -> Outcome {
+    println!("figure 6: machine code of libfabric_kernel {} bytes, without any feature {}", all.bytes, bare.bytes);
+    if all.modules != LEFT_OUT {
+        return Err(format!("libfabric_kernel has symbols of {:?} only: this gate looks for wrong names", all.modules));
     }
+    if !bare.modules.is_empty() {
+        return Err(format!("libfabric_kernel without features still holds {:?}", bare.modules));
+    }
+    if 3 * bare.bytes <= ALWAYS_BUILT { Ok(()) } else { Err("more than a third is left without features".into()) }
 }
 
 /// The files of the kernel that may have unsafe code.
@@ -179,20 +186,42 @@ fn short(name: &str) -> String {
     parts[parts.len().saturating_sub(2)..].join("::")
 }
 
-/// Builds and tests the kernel with every set of its features, without a warning. The steps before have done so with all of them.
+/// Sets of features that are more than one and less than all: the kernel's Cargo.toml says what each is for.
+pub const SETS: [&str; 2] = ["paper", "real"];
+
+/// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs the pinned scenes of the
+/// first and the last of these. The steps before have done so with all features.
 pub fn every_feature_set() -> Outcome {
-    const SETS: [&str; 3] = ["", "micro", "implicit"];
-    for set in SETS {
-        let package = ["--quiet", "--package", "fabric-kernel", "--features", set];
-        cargo(&[&["clippy"], &package[..], &["--all-targets", "--", "-D", "warnings"]].concat())?;
-        cargo(&[&["test"], &package[..]].concat())?;
+    let check = |set: &str| {
+        println!("  {}", if set.is_empty() { "nothing" } else { set });
+        let few = ["check", "--quiet", "--package", "fabric-kernel", "--no-default-features", "--features", set];
+        cargo(&few).map_err(|message| format!("features {set:?}: {message}"))
+    };
+    let names = names();
+    for left_out in &names {
+        let others: Vec<_> = names.iter().filter(|name| *name != left_out).copied().collect();
+        check(&others.join(","))?;
+    }
+    for set in [""].iter().chain(&SETS) {
+        let features = if set.is_empty() { "" } else { &format!("fabric-kernel/{set}") };
+        let tests = ["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"];
+        cargo(&[&tests[..], &["--features", features]].concat())?;
     }
     println!(
-        "figure 15: {} of {} sets of features build without a warning and pass their tests, and that with all in the steps before",
-        SETS.len(),
-        SETS.len()
+        "figure 15: each of {} features left out, nothing, and {} build without a warning; pinned scenes of the last {} pass",
+        names.len(),
+        SETS.join(" and "),
+        1 + SETS.len()
     );
     Ok(())
+}
+
+/// The cargo features of the kernel, each once.
+pub fn names() -> Vec<&'static str> {
+    let mut names: Vec<_> = FEATURES.iter().map(|record| record.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 #[cfg(test)]

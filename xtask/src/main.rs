@@ -19,6 +19,7 @@ mod platforms;
 mod readme;
 mod rotorburst;
 mod sanitize;
+mod size;
 mod stack;
 mod tests;
 mod tools;
@@ -65,6 +66,8 @@ enum Command {
     Wheel(wheel::Options),
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
+    /// Write docs/tables/size.md: machine code, stack and memory of the library with few features.
+    Size,
     /// Run the library's tests under AddressSanitizer, and those with threads under ThreadSanitizer.
     Sanitize,
 }
@@ -85,6 +88,7 @@ fn main() -> std::process::ExitCode {
         Command::Bench(options) => tests::bench(&options),
         Command::Wheel(options) => wheel::run(&options),
         Command::Fuzz(options) => fuzz::run(&options),
+        Command::Size => size::run(),
         Command::Sanitize => sanitize::run(),
     };
     match result {

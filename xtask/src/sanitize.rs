@@ -15,7 +15,7 @@ const SANITIZERS: [Sanitizer; 2] = [
     Sanitizer {
         name: "address",
         tests: &[
-            &["-p", "fabric-kernel", "--lib", "--features", "micro,implicit"],
+            &["-p", "fabric-kernel", "--lib", "--features", "micro,internals"],
             &["-p", "fabric-host", "-p", "fabric-capi", "-p", "fabric-fmu", "-p", "fabric-fuzz", "--lib", "--tests"],
             &["-p", "fabric-tests", "--test", "robustness", "--test", "golden"],
         ],

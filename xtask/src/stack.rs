@@ -48,11 +48,11 @@ const POINTERS: [(&str, &[&str]); 5] = [
 
 /// Who calls through the table of parameters: starts of names.
 const LOOPS: [&str; 5] = [
-    "fabric::fields::check",
-    "fabric::fields::fingerprint_words",
+    "fabric::scene::fields::check",
+    "fabric::scene::fields::fingerprint_words",
     "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
-    "<fabric::fields::Field>::word",
+    "<fabric::scene::fields::Field>::word",
 ];
 
 /// The deepest chain of every exported `fk_*` function, deepest first.
@@ -67,7 +67,7 @@ pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
     // What the table holds: functions of its module whose address stands in the library's data.
     let held = slots(library)?;
     let of_table = |(address, function): &(&u64, &Function)| {
-        function.name.contains("fabric::fields::") && held.values().any(|place| place == *address)
+        function.name.contains("fabric::scene::fields::") && held.values().any(|place| place == *address)
     };
     let table: Vec<u64> = functions.iter().filter(of_table).map(|(address, _)| *address).collect();
     let pointers: Vec<(&str, Vec<u64>)> =

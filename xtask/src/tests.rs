@@ -55,8 +55,8 @@ const SECOND: &[Step] = &[
     ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true, plies: false })),
 ];
 
-/// The features of the kernel. Where a step builds it with others, it is one more build.
-const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/implicit";
+/// What the kernel does not have by default. Where a step builds it with others, it is one more build.
+const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
 
 /// The long checks, by hand before a release.
 const VERIFY: &[Step] = &[
@@ -109,7 +109,7 @@ fn package() -> Outcome {
     }
     let folder = target().join("package/docs");
     let (packed, folder) = (packed.to_string_lossy(), folder.to_string_lossy());
-    let features = ["--no-deps", "--features", "micro,implicit"];
+    let features = ["--no-deps", "--features", "micro"];
     cargo(&[&["doc", "--quiet", "--manifest-path", &packed, "--target-dir", &folder], &features[..]].concat())
 }
 
