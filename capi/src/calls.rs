@@ -374,7 +374,15 @@ pub unsafe extern "C" fn fk_advance_until(sim: ToChange, mask: u32, steps: u64, 
 /// fk_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, path_size: u64, steps: u64) -> i32 {
-    change(sim, |sim| sim.follow(&read(&path, path_size)?, steps))
+    change(sim, |sim| {
+        start_path(sim, &path, path_size, steps)?;
+        Ok(sim.advance(steps)?)
+    })
+}
+
+#[inline(never)] // The path must not add to the stack of the steps.
+fn start_path(sim: &mut fabric::Sim<'static>, path: &Input<fk_path>, size: u64, steps: u64) -> Result<(), Error> {
+    sim.start_path(&read(path, size)?, steps)
 }
 
 /// Bytes of scratch that fk_bands_begin needs for `of` bands, wherever it starts.

@@ -4,7 +4,7 @@
 //! linked library. A frame counts with the return address that the call itself pushes. A function that ends by jumping to
 //! another has given up its own frame by then. Functions of the host (memcpy, memset, memmove, memcmp) are not counted.
 //! Calls through a pointer are of three kinds, and anything else is an error: functions of the host whose address a register
-//! keeps; the formatting of an error's text, whose callees are listed here; and the loops over the kernel's table of parameters,
+//! keeps; the formatting of an error's text, whose callees are listed here; and the loops over the kernel's tables of parameters and features,
 //! each of which may call every function of the table. A chain that comes back to itself is an error.
 
 use crate::tools::output;
@@ -46,8 +46,11 @@ const POINTERS: [(&str, &[&str]); 5] = [
     ("<core::fmt::Formatter>::pad_integral::write_prefix", &["write_str", "write_char"]),
 ];
 
-/// Who calls through the table of parameters: starts of names.
-const LOOPS: [&str; 5] = [
+/// Who calls through the tables of parameters and of features: starts of names.
+const LOOPS: [&str; 8] = [
+    "<fabric::memory::layout::Layout>::compute",
+    "<fabric::scene::parts::Scene>::check",
+    "fabric::scene::features::",
     "fabric::scene::fields::check",
     "fabric::scene::fields::fingerprint_words",
     "fabric_capi::sizes::put_scene",
@@ -64,10 +67,11 @@ pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
             functions.iter().filter(move |(_, f)| f.name == wanted || f.name.ends_with(&format!(">::{wanted}")));
         known.map(|(address, _)| *address).collect::<Vec<_>>()
     };
-    // What the table holds: functions of its module whose address stands in the library's data.
+    // What the tables hold: functions of their modules whose address stands in the library's data.
     let held = slots(library)?;
     let of_table = |(address, function): &(&u64, &Function)| {
-        function.name.contains("fabric::scene::fields::") && held.values().any(|place| place == *address)
+        ["fields", "features"].iter().any(|table| function.name.contains(&format!("fabric::scene::{table}::")))
+            && held.values().any(|place| place == *address)
     };
     let table: Vec<u64> = functions.iter().filter(of_table).map(|(address, _)| *address).collect();
     let pointers: Vec<(&str, Vec<u64>)> =

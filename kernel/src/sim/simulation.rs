@@ -282,12 +282,15 @@ impl<'a> Sim<'a> {
     /// The body is not prescribed; the path starts elsewhere in time, is shorter than asked for, not finite, or too fast.
     pub fn follow(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.start_path(path, steps)?;
-        Ok(self.advance(steps)?)
+        self.advance(steps).map_err(Into::into)
     }
 
-    /// Starts a path, or goes on along it, for `steps` steps to come.
+    /// Starts a path, or goes on along it, for `steps` steps to come: [`Sim::follow`] without the steps.
+    ///
+    /// # Errors
+    /// Those of [`Sim::follow`] before its first step.
     #[inline(never)] // It must not add to the stack of the steps.
-    fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
+    pub fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;
         if self.system.scene.is_free() {
             return Err(Error::plain(Code::WrongDrive, "drive"));
