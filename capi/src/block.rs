@@ -4,7 +4,7 @@
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
-use fabric::features::Feature;
+use fabric::Feature;
 use fabric::{Bands, CacheLine, Code, Error, Layout, Scene, Sim};
 
 /// What the handle and the numbers are aligned to, bytes, wherever the host's memory starts.

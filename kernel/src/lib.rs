@@ -74,12 +74,12 @@ pub use ground::math;
 pub use memory::layout::{Layout, MAX_BANDS};
 pub use memory::watch::{Latch, Outcome, OutcomeSet};
 pub use scene::features::{FEATURES, Feature, Features};
+pub use scene::fields;
 pub use scene::parts::{
     Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,
     MAX_NODES_PER_SIDE, MAX_PLIES, Projectile, RotationKind, RotationRule, Scene, Sector, Shape, Sheet, Stack,
     StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
-pub use scene::{features, fields};
 pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
 pub use sim::simulation::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use sim::snapshot::FORMAT;

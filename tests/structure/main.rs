@@ -1,4 +1,5 @@
-//! The order of the sources: equations and where they are computed, and files that import each other.
+//! The order of the sources: equations and where they are computed, files that import each other, and what a host may use.
 
 mod equations;
 mod floors;
+mod surface;

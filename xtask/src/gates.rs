@@ -3,7 +3,7 @@
 
 use crate::stack;
 use crate::tools::{Outcome, cargo, output, read, target, top};
-use fabric::features::FEATURES;
+use fabric::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
 

@@ -2,8 +2,8 @@
 
 use crate::tools::{Outcome, target, top};
 use crate::{digests, gates, stack};
-use fabric::features::{FEATURES, Feature};
-use fabric::{IntegratorKind, Layout, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw};
+
+use fabric::{FEATURES, Feature, IntegratorKind, Layout, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw};
 use indicatif::ProgressIterator;
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};
