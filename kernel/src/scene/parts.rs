@@ -438,7 +438,7 @@ impl TimeStep {
 pub enum IntegratorKind {
     /// Velocity Verlet, explicit: the default.
     Verlet = 0,
-    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature `implicit`).
+    /// The paper's theta rule by fixed-point iteration: the reference method, several times the cost (feature `theta`).
     Theta = 1,
 }
 
@@ -480,7 +480,7 @@ pub enum StepAfterFailure {
 pub enum RotationKind {
     /// Implicit midpoint rule: keeps kinetic energy and angular momentum.
     Midpoint = 0,
-    /// The paper's theta rule (its equations 14-16); does not conserve (feature `implicit`).
+    /// The paper's theta rule (its equations 14-16); does not conserve (feature `theta`).
     Theta = 1,
 }
 
