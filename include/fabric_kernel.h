@@ -631,9 +631,6 @@ typedef struct fk_scene {
 // A step count that has not happened.
 #define FK_NEVER UINT64_MAX
 
-// Warp and weft of one fabric.
-typedef struct fk_fabric fk_fabric;
-
 // A simulation in its block. C knows only that it exists.
 typedef struct fk_sim fk_sim;
 
@@ -801,6 +798,15 @@ typedef struct fk_ply {
     // Energy dissipated by rupture, J.
     double dissipated;
 } fk_ply;
+
+// Extremes of the fabric at the present time.
+typedef struct fk_fabric {
+    // Largest distance from the sheet's plane of a node that live segments join to a support, m; 0 once all of the sheet has torn
+    // off. Of all nodes if the sheet is free, or if segments have failed and `track_detachment` is off.
+    double max_deflection;
+    // Largest stretch (M1) of a live segment; yarns of the presets fail at about 1.05.
+    double max_stretch;
+} fk_fabric;
 
 // Counters and high-water marks. Available even after a failure.
 typedef struct fk_counters {

@@ -74,7 +74,7 @@ fn volume_of(scene: &Scene, axis: Axis) -> f64 {
 
 /// Warp and weft of one fabric.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fabric {
+pub struct WarpAndWeft {
     /// Of a ply that is not turned, along x: the warp.
     pub horizontal: Direction,
     /// Along y: the weft.
@@ -87,9 +87,9 @@ pub struct Fabric {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Directions {
     /// Those of the sheet, or of a stack's first plies.
-    pub front: Fabric,
+    pub front: WarpAndWeft,
     /// Those of the last plies, where they are of another fabric.
-    pub back: Fabric,
+    pub back: WarpAndWeft,
     /// How the plies differ.
     plies: Arrangement,
 }
@@ -97,7 +97,7 @@ pub struct Directions {
 impl Directions {
     /// No constants: a place for them.
     pub(crate) const NOTHING: Directions =
-        Directions { front: Fabric::NOTHING, back: Fabric::NOTHING, plies: Arrangement::SINGLE };
+        Directions { front: WarpAndWeft::NOTHING, back: WarpAndWeft::NOTHING, plies: Arrangement::SINGLE };
 
     /// Derives the directions of a scene for passes of dt, s, where they are: a copy would add to the stack of the caller. `of_back`:
     /// the same scene, of which that of the back fabric is made.
@@ -124,7 +124,7 @@ impl Directions {
 
     /// What segments along x and along y have in common in a ply, which may be turned by 90 degrees.
     pub(crate) fn of_ply(&self, ply: usize) -> Along<'_> {
-        let Fabric { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };
+        let WarpAndWeft { horizontal, vertical, plain } = if self.is_back(ply) { &self.back } else { &self.front };
         let (horizontal, vertical) =
             if self.plies.is_turned(ply) { (vertical, horizontal) } else { (horizontal, vertical) };
         Along { horizontal, vertical, plain: *plain }
@@ -141,15 +141,16 @@ impl Directions {
     }
 }
 
-impl Fabric {
+impl WarpAndWeft {
     /// No constants: a place for them.
-    const NOTHING: Fabric = Fabric { horizontal: Direction::NOTHING, vertical: Direction::NOTHING, plain: true };
+    const NOTHING: WarpAndWeft =
+        WarpAndWeft { horizontal: Direction::NOTHING, vertical: Direction::NOTHING, plain: true };
 
     #[inline(never)]
     fn derive(&mut self, scene: &Scene, dt: f64, unit: f64) {
         self.horizontal = Direction::of(scene, Axis::Horizontal, dt, unit);
         self.vertical = Direction::of(scene, Axis::Vertical, dt, unit);
-        let Fabric { horizontal, vertical, .. } = self;
+        let WarpAndWeft { horizontal, vertical, .. } = self;
         let at_rest = horizontal.rest == Rest::PLAIN && vertical.rest == Rest::PLAIN;
         self.plain = at_rest && horizontal.critical == vertical.critical;
     }
@@ -170,7 +171,7 @@ pub struct Along<'a> {
     pub horizontal: &'a Direction,
     /// Of the segments along y.
     pub vertical: &'a Direction,
-    /// [`Fabric::plain`].
+    /// [`WarpAndWeft::plain`].
     pub plain: bool,
 }
 
