@@ -1,7 +1,7 @@
 //! Flat faces that slide over held nodes: the nodes take the motion along the face's normal and leave the rest as it is.
 
 use crate::contact::gap;
-use fabric::{Faces, Projectile, Scene, Shape, Sim, TimeStep, pose, prism};
+use fabric::{Faces, Projectile, Scene, Sector, Shape, Sim, TimeStep, pose, prism, shape::Solid};
 use fabric_tests::reference::{V3, add, cross, length, sub};
 use fabric_tests::{Buffers, close, small_sheet};
 use std::cell::Cell;
@@ -93,8 +93,8 @@ impl Slide {
 }
 
 /// Bodies that look along z with a flat face, and how far that is from the centre of mass, m: a box, a prism over an uneven
-/// pentagon and a polyhedron with slanting sides.
-fn bodies() -> [(Projectile, f64); 3] {
+/// pentagon, a polyhedron with slanting sides, a cylinder on its end, one with a hemisphere above its flat end, and a sector of a disc.
+fn bodies() -> [(Projectile, f64); 6] {
     let (h, base) = (spacing(), Projectile { mass: 0.01, ..small_sheet(2, 0.0).projectile });
     let cuboid = Projectile { shape: Shape::Box, size: [20.0 * h, 6.0 * h, 8.0 * h], ..base };
     let corners = [[8.0, -4.0], [10.0, 1.0], [2.0, 5.0], [-9.0, 4.0], [-8.0, -4.0]].map(|x| x.map(|x| x * h));
@@ -103,7 +103,21 @@ fn bodies() -> [(Projectile, f64); 3] {
     let sides = [[n, 0.0, -m, 6.0 * h], [-n, 0.0, -m, 6.0 * h], [0.0, n, m, 4.0 * h], [0.0, -n, m, 4.0 * h]];
     let faces = Faces::of(&[&sides[..], &[[0.0, 0.0, 1.0, 3.0 * h], [0.0, 0.0, -1.0, 3.0 * h]]].concat());
     let slanting = Projectile { shape: Shape::Polyhedron, faces, moments: [3e-8, 7e-8, 8e-8], ..base };
-    [(cuboid, 4.0 * h), (pentagon.projectile, 3.5 * h), (slanting, 3.0 * h)]
+    let cylinder = Projectile { shape: Shape::Cylinder, radius: 5.0 * h, length: 7.0 * h, ..base };
+    // Half a turn about x: its flat end looks along -z.
+    let (shape, orientation) = (Shape::HemisphericalCylinder, [0.0, 1.0, 0.0, 0.0]);
+    let bullet = Projectile { shape, orientation, radius: 6.0 * h, length: 9.0 * h, ..base };
+    let flat_end = Solid::of(&bullet).support(&[0.0, 0.0, -1.0].into());
+    let sector = Sector { inner_radius: 2.0 * h, outer_radius: 12.0 * h, angle: 1.5, thickness: 5.0 * h };
+    let sector = Projectile { shape: Shape::DiscSector, sector, ..base };
+    [
+        (cuboid, 4.0 * h),
+        (pentagon.projectile, 3.5 * h),
+        (slanting, 3.0 * h),
+        (cylinder, 3.5 * h),
+        (bullet, flat_end),
+        (sector, 2.5 * h),
+    ]
 }
 
 /// Nodes on straight rails along x at these y, from `first` to `last` in spacings, at the height 0.
@@ -187,7 +201,7 @@ fn a_rough_face_loses_what_coulomb_says() {
     let h = spacing();
     for (k, (body, below)) in bodies().into_iter().enumerate() {
         for (gap, mu) in GAPS.into_iter().flat_map(|gap| [(gap, 0.1), (gap, 0.3)]) {
-            let turn = turns()[k];
+            let turn = turns()[k % 3];
             let points = rails(&[-1.0, 1.5], -16, 16);
             let (position, [x, z]) = ([-5.0 * h, 0.0, -below - gap * below], [100.0, 10.0]);
             let body = Projectile { position, velocity: [x, 0.0, z], ..body };
