@@ -132,8 +132,10 @@ fn turns() -> [[f64; 4]; 3] {
 }
 
 /// Speed at which the widest of the gaps at the start closes within the first step, m/s: so much is left after it, and goes in the next.
+/// With it what rounding leaves of gaps, four last places of where the body is.
 fn closing(slide: &Slide, sim: &Sim<'_>) -> f64 {
-    1e-12 * slide.body.position[2].abs() / sim.step_limits().dt
+    let rounding = 4.0 * f64::EPSILON * length(sim.projectile().unwrap().position);
+    (1e-12 * slide.body.position[2].abs() + rounding) / sim.step_limits().dt
 }
 
 /// What a body must have after its face has landed: its velocity without the part along z, in the axes of the slide, and the same
@@ -146,8 +148,8 @@ fn lands_and_slides(slide: &Slide, sim: &Sim<'_>, name: &str) {
     let speed = length(body.velocity);
     let lost = 0.5 * mass * z * z;
     let kinetic = 0.5 * mass * speed * speed;
-    assert!(length(sub(v, [x, y, 0.0])) < 1e-9 * speed + closing(slide, sim), "{name}: {v:?} of {:?}", body.velocity);
-    assert!(length(w) * spacing() < 1e-9 * speed, "{name}: {w:?}");
+    assert!(length(sub(v, [x, y, 0.0])) < closing(slide, sim), "{name}: {v:?} of {:?}", body.velocity);
+    assert!(length(w) * spacing() < closing(slide, sim), "{name}: {w:?}");
     let contact = sim.contact().unwrap();
     assert!((contact.loss - lost).abs() < 1e-9 * kinetic, "{name}: lost {} J, not {lost}", contact.loss);
     assert!(sim.counters().worst_penetration < 2e-9 * spacing(), "{name}: {:e}", sim.counters().worst_penetration);
@@ -211,13 +213,20 @@ fn a_rough_face_loses_what_coulomb_says() {
                 let motion = sim.projectile().unwrap();
                 let v = slide.back(motion.velocity);
                 let left = length(sub(v, [x - mu * z, 0.0, 0.0]));
-                assert!(left < 1e-9 * x + closing(&slide, sim), "{name}: {v:?}");
-                assert!(length(motion.angular_velocity) * h < 1e-9 * x, "{name}: {:?}", motion.angular_velocity);
+                assert!(left < (1.0 + mu) * closing(&slide, sim), "{name}: {v:?}");
+                assert!(length(motion.angular_velocity) * h < closing(&slide, sim), "{name}: {:?}", motion.angular_velocity);
                 let left = closing(&slide, sim) / z;
                 close(sim.contact().unwrap().loss, 0.5 * body.mass * z * z, 1e-8);
                 close(sim.energy().unwrap().friction, mu * body.mass * z * (x - 0.5 * mu * z), 1e-8 + left);
             };
-            slide.run(10.0 * h, check, &name);
+            slide.run(
+                10.0 * h,
+                |sim, name| {
+                    check(sim, name);
+                    assert_eq!(sim.counters().unconverged, 0, "{name}: {:e}", sim.counters().contact_residual);
+                },
+                &name,
+            );
         }
     }
 }
@@ -271,7 +280,7 @@ fn an_edge_goes_on_along_a_groove_of_held_nodes() {
         let check = |sim: &Sim<'_>, name: &str| {
             let motion = sim.projectile().unwrap();
             let v = slide.back(motion.velocity);
-            assert!(length(sub(v, [100.0, 0.0, 0.0])) < 1e-9 * 100.0 + closing(&slide, sim), "{name}: {v:?}");
+            assert!(length(sub(v, [100.0, 0.0, 0.0])) < 2.0 * closing(&slide, sim), "{name}: {v:?}");
             close(sim.contact().unwrap().loss, 0.5 * body.mass * (1.0 + 100.0), 1e-7);
         };
         slide.run(20.0 * h, check, &format!("{gap:e} {turn:?}"));
