@@ -214,7 +214,11 @@ fn a_rough_face_loses_what_coulomb_says() {
                 let v = slide.back(motion.velocity);
                 let left = length(sub(v, [x - mu * z, 0.0, 0.0]));
                 assert!(left < (1.0 + mu) * closing(&slide, sim), "{name}: {v:?}");
-                assert!(length(motion.angular_velocity) * h < closing(&slide, sim), "{name}: {:?}", motion.angular_velocity);
+                assert!(
+                    length(motion.angular_velocity) * h < closing(&slide, sim),
+                    "{name}: {:?}",
+                    motion.angular_velocity
+                );
                 let left = closing(&slide, sim) / z;
                 close(sim.contact().unwrap().loss, 0.5 * body.mass * z * z, 1e-8);
                 close(sim.energy().unwrap().friction, mu * body.mass * z * (x - 0.5 * mu * z), 1e-8 + left);
@@ -341,6 +345,74 @@ fn random_boxes_on_a_held_grid_lose_the_motion_along_the_normal_and_no_more() {
             assert!((loss - normal).abs() < 1e-9 * mass * speed * speed, "{name}: lost {loss} J of {normal}");
         };
         slide.run(8.0 * h, check, &format!("{k}"));
+    }
+}
+
+/// The same with friction. The pushes' sum P = M V_z must stop the spin about x and y against the moment of friction, too: the centre of
+/// percussion moves on by at most mu d along the way, d the height of the middle, and must stay within the hull. Friction is at most mu P.
+///
+/// Every other box spins about the axis across its way alone, if at all. The centre of percussion is then on the line of the way, all nodes
+/// slide along it, and the body goes on at V - mu V_z without spin. The moment of friction, mu P d about the axis across, works on the spin w
+/// there: of the loss of both, mu P d w/2 goes from the pushes to friction.
+#[test]
+fn random_rough_boxes_on_a_held_grid_lose_what_coulomb_says() {
+    let h = spacing();
+    for k in 0..40 {
+        let draw = |m: u64| number(3000 + 100 * k + m);
+        let between = |m: u64, low: f64, high: f64| 0.5 * (low + high) + 0.5 * (high - low) * draw(m);
+        let size = [between(0, 6.0, 12.0) * h, between(1, 6.0, 9.0) * h, between(2, 2.0, 4.0) * h];
+        let (mass, speed, heading) =
+            (between(3, 1e-3, 2e-2), between(4, 30.0, 800.0), between(5, 0.0, std::f64::consts::TAU));
+        let (down, yaw) = (speed * between(6, 0.01, 0.3), between(10, 0.0, std::f64::consts::TAU));
+        let [i, j] = [0, 1].map(|axis| mass * (size[1 - axis] * size[1 - axis] + size[2] * size[2]) / 12.0);
+        let (room, d) = (0.95 * (0.5 * size[0].min(size[1]) - 2f64.sqrt() * h), 0.5 * size[2]);
+        let mu = between(7, 0.05, 0.5f64.min(0.5 * room / d));
+        // The centre of percussion without friction, from the middle of the face, in the body's axes.
+        let (ahead, way) = ((room - mu * d) * draw(8), [(heading - yaw).cos(), (heading - yaw).sin()]);
+        let straight = k % 2 == 0;
+        let [p, q] = if straight { way.map(|x| x * ahead) } else { [ahead * draw(9).cos(), ahead * draw(9).sin()] };
+        let about_z = if straight { 0.0 } else { 0.3 * speed / size[0] * draw(17) };
+        let local = [-q * mass * down / i, p * mass * down / j, about_z];
+        let orientation = [(0.5 * yaw).cos(), 0.0, 0.0, (0.5 * yaw).sin()];
+        let gap = GAPS[k as usize % GAPS.len()];
+        let position = [between(11, -1.0, 1.0) * h, between(12, -1.0, 1.0) * h, -d * (1.0 + gap)];
+        let velocity = [speed * heading.cos(), speed * heading.sin(), down];
+        let angular_velocity = pose::rotate(&pose::normalised(orientation), &local.into()).into();
+        let base = small_sheet(2, 0.0).projectile;
+        let body =
+            Projectile { shape: Shape::Box, size, mass, position, velocity, orientation, angular_velocity, ..base };
+        let rows: Vec<f64> = (-12..=12).map(f64::from).collect();
+        let turn = if k % 3 == 0 { turns()[0] } else { [draw(13), draw(14), draw(15), draw(16)] };
+        let slide = Slide { points: rails(&rows, -12, 12), body, turn, friction: mu };
+        let kinetic = 0.5 * mass * (speed * speed + down * down);
+        let turning = 0.5 * (i * local[0] * local[0] + j * local[1] * local[1]);
+        let spinning = 0.5 * mass * (size[0] * size[0] + size[1] * size[1]) / 12.0 * about_z * about_z;
+        let across = way[0] * local[1] - way[1] * local[0];
+        let shifted = 0.5 * mu * mass * down * d * across;
+        let check = |sim: &Sim<'_>, name: &str| {
+            let motion = sim.projectile().unwrap();
+            let (v, w) = (slide.back(motion.velocity), slide.back(motion.angular_velocity));
+            let ([loss, rubbed], most) = ([sim.contact().unwrap().loss, sim.energy().unwrap().friction], mu * down);
+            let near = (1.0 + mu) * closing(&slide, sim);
+            let slowed = length(sub([v[0], v[1], 0.0], [velocity[0], velocity[1], 0.0]));
+            assert!(v[2].abs() < near, "{name}: {v:?}");
+            assert!(length([w[0], w[1], 0.0]) * h < near, "{name}: {w:?}");
+            assert!(slowed < most + near, "{name}: slowed by {slowed} m/s of {most}");
+            let left = sim.energy().unwrap().projectile_kinetic + loss + rubbed;
+            assert!((kinetic + turning + spinning - left).abs() < 1e-9 * (kinetic + turning), "{name}: {left} J");
+            if straight {
+                let left = [heading.cos(), heading.sin(), 0.0].map(|x| x * (speed - most));
+                assert!(length(sub(v, left)) < near, "{name}: {v:?} {left:?}");
+                let pushed = 0.5 * mass * down * down + turning - shifted;
+                assert!((loss - pushed).abs() < 1e-9 * (kinetic + turning), "{name}: lost {loss} J of {pushed}");
+                let coulomb = most * mass * (speed - 0.5 * most) + shifted;
+                assert!(
+                    (rubbed - coulomb).abs() < 1e-9 * (kinetic + turning),
+                    "{name}: rubbed {rubbed} J of {coulomb}"
+                );
+            }
+        };
+        slide.run(3.0 * h, check, &format!("{k}"));
     }
 }
 
