@@ -174,9 +174,11 @@ class Simulation:
     """One impact. What it computes leaves the interpreter free for other threads; one thread at a time may use it.
 
     Raises Refused if the scene cannot be simulated, MemoryError if it takes more memory than there is.
+    Steps warn (RuntimeWarning), once, when the energy balance is open by more than 1 % of the impact energy, unless `warns` is False;
+    they look every 256 steps.
     """
 
-    def __init__(self, scene: Scene) -> None: ...
+    def __init__(self, scene: Scene, *, warns: bool = True) -> None: ...
     @property
     def scene(self) -> Scene: ...
     @property

@@ -43,18 +43,19 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
 
     After a failure everything but the outcome, steps, these counters and the digest is None.
 
-    Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are. Raises Refused, with the name of
+    Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the energy
+    balance opens. Raises Refused, with the name of
     the field, if the scene cannot be simulated.
     """
-    row = flown(scene, until, steps)
+    row = flown(scene, until, steps, warns=True)
     for doubt in doubts([row]):
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return row
 
 
-def flown(scene: Scene, until: Sequence[str], steps: int) -> dict[str, Any]:
-    """What `fly` returns, without its warnings."""
-    simulation = Simulation(scene)
+def flown(scene: Scene, until: Sequence[str], steps: int, *, warns: bool = False) -> dict[str, Any]:
+    """What `fly` returns, without its warnings at the end, and while it flies if not asked for."""
+    simulation = Simulation(scene, warns=warns)
     initial = simulation.energy()["projectile_kinetic"]
     row: dict[str, Any] = {"outcome": "failed", "failure": None, "stopped": None}
     try:

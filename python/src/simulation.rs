@@ -6,13 +6,17 @@ use crate::scene::Scene;
 use fabric::{CacheLine, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
-use fabric_scene::short;
+use fabric_scene::{notes, short};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict};
+use std::ffi::CString;
 
 /// Nodes stepped between two looks at signals, some tenths of a second.
 const NODES_AT_A_TIME: u64 = 5_000_000;
+/// Steps between two looks at the energy balance, which takes about a step.
+const LOOK: u64 = 256;
 
 /// One impact. It may be used by any thread, but by one at a time.
 #[pyclass(module = "fabric_kernel")]
@@ -20,15 +24,20 @@ pub struct Simulation {
     /// It refers to the lines below, which it outlives in no way: it is private, and nothing it lends leaves a call.
     sim: Sim<'static>,
     _lines: Vec<CacheLine>,
+    /// Kinetic energy of the projectile at the start, J.
+    impact_energy: f64,
+    /// Whether it is still to be told that the energy balance is open.
+    warns: bool,
 }
 
 impl Simulation {
-    fn of(scene: &fabric::Scene) -> PyResult<Simulation> {
+    fn of(scene: &fabric::Scene, warns: bool) -> PyResult<Simulation> {
         let mut lines = Buffers::of(scene).map_err(errors::of_making)?.into_lines();
         // SAFETY: the lines stay where they are until the simulation is dropped together with them, and nobody else uses them.
         let memory = unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr(), lines.len()) };
         let sim = in_our_environment(|| Sim::new(scene, memory)).map_err(errors::of)?;
-        Ok(Simulation { sim, _lines: lines })
+        let impact_energy = in_our_environment(|| sim.energy()).map_err(errors::failed)?.projectile_kinetic;
+        Ok(Simulation { sim, _lines: lines, impact_energy, warns })
     }
 
     /// Works without the interpreter.
@@ -41,14 +50,28 @@ impl Simulation {
         let stride = (NODES_AT_A_TIME / self.sim.layout().nodes().max(1) as u64).max(1);
         let mut taken = 0;
         loop {
-            let now = stride.min(steps - taken);
+            let now = stride.min(steps - taken).min(LOOK - self.sim.step_count() % LOOK);
             let done = self.work(py, |sim| sim.advance_until(until, now)).map_err(errors::failed)?;
             taken += done;
+            self.tell_of_open_balance(py)?;
             if taken == steps || done < now || self.sim.outcomes().mask.has(until) {
                 return Ok(taken);
             }
             py.check_signals()?;
         }
+    }
+
+    /// Warns once if the energies no longer add up.
+    fn tell_of_open_balance(&mut self, py: Python<'_>) -> PyResult<()> {
+        if !self.warns || !self.sim.step_count().is_multiple_of(LOOK) {
+            return Ok(());
+        }
+        let residual = in_our_environment(|| self.sim.energy()).map_err(errors::failed)?.residual;
+        if let Some(text) = notes::open_balance(&self.sim, self.impact_energy, residual).map_err(errors::of)? {
+            self.warns = false;
+            PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text)?, 1)?;
+        }
+        Ok(())
     }
 
     /// An array that a read-out of the kernel fills; NumPy takes it over without a copy.
@@ -107,9 +130,10 @@ fn count(steps: &Bound<'_, PyAny>) -> PyResult<u64> {
 #[pymethods]
 impl Simulation {
     #[new]
-    fn new(py: Python<'_>, scene: &Bound<'_, Scene>) -> PyResult<Simulation> {
+    #[pyo3(signature = (scene, *, warns = true))]
+    fn new(py: Python<'_>, scene: &Bound<'_, Scene>, warns: bool) -> PyResult<Simulation> {
         let scene = &scene.get().scene;
-        py.detach(|| Simulation::of(scene))
+        py.detach(|| Simulation::of(scene, warns))
     }
 
     /// The scene it was made of.

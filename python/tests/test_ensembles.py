@@ -208,6 +208,30 @@ class Ensembles(unittest.TestCase):
         self.assertEqual(table["failure"][1], "ContactCapacity")
         self.assertTrue(math.isnan(table["speed"][1]))
 
+    def test_energy_that_slack_yarn_adds_is_told_while_a_run_goes_on(self):
+        gains = fk.Scene(sheet={"nodes_x": 31, "nodes_y": 31}, time_step={"fraction": 0.5}).replace({"projectile.velocity": (0.0, 0.0, 40.0)})
+        ends = []
+        for warns, stride in ((True, 8000), (True, 7), (False, 8000)):
+            simulation = fk.Simulation(gains, warns=warns)
+            initial, seen = simulation.energy()["projectile_kinetic"], []
+            while simulation.step_count < 8000:
+                with warnings.catch_warnings(record=True) as told:
+                    warnings.simplefilter("always")
+                    simulation.run("exited", min(stride, 8000 - simulation.step_count))
+                seen += [(simulation.step_count, str(one.message)) for one in told]
+            self.assertEqual(len(seen), int(warns), seen)
+            self.assertTrue(all("the energy balance is open by 1." in text and "segments are slack" in text for _, text in seen), seen)
+            self.assertGreater(simulation.energy()["residual"], 0.01 * initial)
+            ends.append((simulation.digest, seen and seen[0][1]))
+        self.assertEqual(ends[0], ends[1])
+        self.assertEqual(ends[0][0], ends[2][0])
+        with self.assertWarnsRegex(RuntimeWarning, "^at .* us the energy balance is open by"):
+            fk.fly(gains, steps=8000)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            fk.ensemble([gains], on=1, steps=8000)
+        self.assertEqual(len([one for one in told if one.category is RuntimeWarning]), 1, told)
+
     def test_results_that_are_not_to_be_trusted_are_told_once(self):
         # With so much friction some solves of plies that lie on each other do not converge.
         rubs = fk.Scene(

@@ -1,7 +1,7 @@
-//! What a report of a shot must say of its scene: every report takes it from here.
+//! What must be said of a shot besides its numbers: every report takes it from here.
 
 use fabric::math::sqrt;
-use fabric::{Scene, Shape};
+use fabric::{Error, Scene, Shape, Sim};
 
 /// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of a flat face were seen to
 /// break within 6 us from 0.31 of it on (docs/tables/edges.md).
@@ -18,6 +18,33 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
          at which a yarn that is hit across breaks at once, bars at an edge may break within microseconds, in packs of many plies, too, \
          and at which velocity they do depends on the node spacing and the place of the hit (docs/validation.md, \"Spacing\")"
     ))
+}
+
+/// Part of the impact energy by which the energy balance may be open.
+const OPEN: f64 = 0.01;
+
+/// Why a balance is open, and what helps.
+pub const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or the viscosity of the yarn, after the \
+                              first failure step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")";
+
+/// What is said where the energy balance is open by more than 1 % of the impact energy: none of a body without energy. `impact_energy`
+/// and `residual`, J.
+///
+/// # Errors
+/// The simulation has failed.
+pub fn open_balance(sim: &Sim<'_>, impact_energy: f64, residual: f64) -> Result<Option<String>, Error> {
+    if impact_energy == 0.0 || residual.abs() <= OPEN * impact_energy {
+        return Ok(None);
+    }
+    let mut stretches = vec![0.0; sim.layout().segments()];
+    sim.copy_stretch(&mut stretches)?;
+    let slack = stretches.iter().filter(|&&stretch| stretch < 1.0 - 1e-9).count() as f64 / stretches.len() as f64;
+    Ok(Some(format!(
+        "at {:.1} us the energy balance is open by {:.1} % of the impact energy. {:.0} % of the segments are slack: {SLACK_ADDS}",
+        1e6 * sim.time(),
+        100.0 * residual / impact_energy,
+        100.0 * slack
+    )))
 }
 
 /// Velocity of Smith's relation for the critical strain of a yarn along x, m/s: c sqrt(2 e sqrt(e (1 + e)) - e^2).

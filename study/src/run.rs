@@ -8,6 +8,7 @@ use crate::progress::Progress;
 use crate::{Result, report, say, threads};
 use clap::{Args, ValueEnum};
 use fabric::{Outcome, OutcomeSet, Scene, Sim, StepCheck};
+use fabric_scene::notes;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -298,23 +299,14 @@ fn advance(
 
 /// What is said when the energies cease to add up to 1 % of the impact energy.
 fn open_balance(sim: &Sim<'_>, start: &Sample, last: Option<&Sample>, now: &Sample) -> Result<Option<String>> {
-    let open = |sample: &Sample| sample.energy_residual_j.abs() > 0.01 * start.projectile_kinetic_j;
-    if start.projectile_kinetic_j == 0.0 || !open(now) || last.is_some_and(open) {
+    let text = |sample: &Sample| notes::open_balance(sim, start.projectile_kinetic_j, sample.energy_residual_j);
+    if let Some(last) = last
+        && text(last)?.is_some()
+    {
         return Ok(None);
     }
-    let mut stretches = vec![0.0; sim.layout().segments()];
-    sim.copy_stretch(&mut stretches)?;
-    let slack = stretches.iter().filter(|&&stretch| stretch < 1.0 - 1e-9).count() as f64 / stretches.len() as f64;
-    let (time, percent) = (1e6 * now.time_s, 100.0 * now.energy_residual_j / start.projectile_kinetic_j);
-    Ok(Some(format!(
-        "at {time:.1} us the energy balance is open by {percent:.1} % of the impact energy. {:.0} % of the segments are slack: {SLACK_ADDS}",
-        100.0 * slack
-    )))
+    Ok(text(now)?)
 }
-
-/// Why a balance is open, and what helps.
-const SLACK_ADDS: &str = "yarn that goes slack and taut adds energy. Take time_step.fraction = 0.2 or the viscosity of the yarn, after the \
-                          first failure step_after_failure = \"half\" or slack_toe (docs/model.md, \"Slack and taut\")";
 
 fn write_history(path: &Path, history: &[Sample]) -> Result<()> {
     let mut writer = csv::Writer::from_path(path)?;
@@ -449,7 +441,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
         );
     }
     if summary.energy_residual_relative.abs() > 0.01 {
-        found.push(format!("the energy balance does not close within 1 % of the impact energy: {SLACK_ADDS}"));
+        found.push(format!("the energy balance does not close within 1 % of the impact energy: {}", notes::SLACK_ADDS));
     }
     if summary.unconverged > 0 {
         let share = 100.0 * summary.unconverged as f64 / summary.steps.max(1) as f64;
@@ -471,7 +463,7 @@ fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
             summary.beyond_fine
         ));
     }
-    found.extend(fabric_scene::notes::sharp_edges(scene, fabric::math::length(scene.projectile.velocity)));
+    found.extend(notes::sharp_edges(scene, fabric::math::length(scene.projectile.velocity)));
     let [nx, ny] = [sim.layout().nodes_x, sim.layout().y.modelled()];
     let free = |j: usize| {
         let fixed: u32 = fabric::internals::weave::fixed_runs(scene, j).iter().map(|run| run[1] - run[0]).sum();
