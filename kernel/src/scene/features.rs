@@ -91,8 +91,7 @@ pub const FEATURES: [Record; 22] = [
             ("yarn.rate_modulus", |s| s.yarn.rate_modulus != 0.0),
             ("yarn.rate_stretch", |s| s.yarn.rate_stretch != 0.0),
         ],
-        // A strain that is there before the load has no rate.
-        not_with: &[Plies, Theta, Grading, PreTension],
+        not_with: &[Plies, Theta, Grading],
         words: 1,
         about: "Modulus and strength that depend on the rate of strain",
     },
@@ -101,7 +100,8 @@ pub const FEATURES: [Record; 22] = [
         name: "crimp",
         built: cfg!(feature = "crimp"),
         asked_by: &[("sheet.pre_strain", |s| s.sheet.pre_strain != [0.0; 2])],
-        not_with: &[],
+        // A strain that is there before the load has no rate.
+        not_with: &[Rate],
         words: 0,
         about: "A sheet that is held strained",
     },
