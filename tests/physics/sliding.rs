@@ -1,7 +1,7 @@
 //! Flat faces that slide over held nodes: the nodes take the motion along the face's normal and leave the rest as it is.
 
 use crate::contact::gap;
-use fabric::{Faces, Projectile, Scene, Sector, Shape, Sim, TimeStep, pose, prism, shape::Solid};
+use fabric::{Faces, Projectile, Scene, Sector, Shape, Sim, Solid, TimeStep, pose, prism};
 use fabric_tests::reference::{V3, add, cross, length, sub};
 use fabric_tests::{Buffers, close, small_sheet};
 use std::cell::Cell;
