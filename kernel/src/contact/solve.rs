@@ -90,6 +90,217 @@ fn finished<const FRICTION: bool>(
     solved
 }
 
+/// What impulses act on: the body, and nodes that move alike.
+#[derive(Clone, Copy)]
+struct Pushed<'s> {
+    inertia: &'s Inertia,
+    node_mass: f64,
+    inverse_node_mass: f64,
+    symmetry: Symmetry,
+    /// What the mirror planes leave of a push and of a twist.
+    masks: [Vector; 2],
+    /// Whether there is no mirror plane.
+    whole: bool,
+    /// A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly zero.
+    turns: bool,
+    /// 1/m of a node that stands alone and of the body together, of a body that does not turn.
+    plain_mass: f64,
+    /// Whether any node is held.
+    supported: bool,
+}
+
+/// The rates of the body in a solve.
+#[derive(Clone, Copy)]
+struct Rates {
+    velocity: Vector,
+    angular_velocity: Vector,
+}
+
+impl Rates {
+    fn of(body: &Body) -> Rates {
+        Rates { velocity: body.velocity, angular_velocity: body.angular_velocity }
+    }
+}
+
+/// Sizes that a solve is judged by.
+#[derive(Clone, Copy, Default)]
+struct Sizes {
+    /// Largest gap rate or slip before contact, m/s.
+    fastest: f64,
+    /// Square of the longest arm, m^2.
+    farthest: f64,
+    most_images: f64,
+}
+
+impl<'s> Pushed<'s> {
+    fn of(body: &Body, inertia: &'s Inertia, node_mass: f64, symmetry: Symmetry) -> Pushed<'s> {
+        let inverse_node_mass = 1.0 / node_mass;
+        Pushed {
+            inertia,
+            node_mass,
+            inverse_node_mass,
+            symmetry,
+            masks: [symmetry.force_mask(), symmetry.torque_mask()],
+            whole: symmetry == Symmetry::default(),
+            turns: body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros(),
+            plain_mass: 1.0 / (inverse_node_mass + inertia.inverse_mass),
+            supported: false,
+        }
+    }
+
+    #[inline(always)]
+    fn is_alone(&self, c: &Candidate) -> bool {
+        self.whole && c.weight == 1.0
+    }
+
+    #[inline(always)]
+    fn push(&self, c: &Candidate) -> Vector {
+        if self.is_alone(c) { c.normal } else { c.normal.component_mul(&self.masks[0]) * c.images() }
+    }
+
+    #[inline(always)]
+    fn twist(&self, c: &Candidate) -> Vector {
+        if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.masks[1]) * c.images() }
+    }
+
+    /// Of a node: what it gives way by, 1/kg.
+    #[inline(always)]
+    fn give(&self, c: &Candidate) -> f64 {
+        if c.is_fixed() { 0.0 } else { self.inverse_node_mass }
+    }
+
+    #[inline(always)]
+    fn effective_mass(&self, c: &Candidate) -> f64 {
+        if !self.turns && self.is_alone(c) {
+            return self.plain_mass;
+        }
+        let turning = c.arm.dot(&self.twist(c).component_mul(&self.inertia.inverse_moments));
+        let moving = if self.whole { c.images() } else { c.normal.dot(&self.push(c)) };
+        let give = self.give(c) + self.inertia.inverse_mass * moving + turning;
+        if give > 0.0 { 1.0 / give } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn closing(&self, c: &Candidate, rates: &Rates) -> f64 {
+        if self.turns {
+            c.gap_rate(&rates.velocity, &rates.angular_velocity)
+        } else {
+            c.approach - c.normal.dot(&rates.velocity)
+        }
+    }
+
+    /// Prepares all candidates. Until the solve begins, the place of the mass holds the gap rate.
+    #[inline(always)]
+    fn begin<const FRICTION: bool>(
+        &mut self,
+        candidates: &mut [[f64; CANDIDATE_REALS]],
+        tangential: &mut [[f64; TANGENTIAL_REALS]],
+        rates: &Rates,
+    ) -> Sizes {
+        let mut sizes = Sizes::default();
+        for (k, slot) in candidates.iter_mut().enumerate() {
+            let c = Candidate::read(slot);
+            self.supported |= c.is_fixed();
+            sizes.most_images = math::max(c.images(), sizes.most_images);
+            let gap_rate = self.closing(&c, rates);
+            sizes.fastest = math::max(math::abs(gap_rate), sizes.fastest);
+            if self.turns {
+                sizes.farthest = math::max(c.arm.dot(&c.arm), sizes.farthest);
+            }
+            if FRICTION && let Some(place) = tangential.get_mut(k) {
+                let mut t = Tangential::read(place);
+                t.begin(self.inertia, self.give(&c), self.symmetry, c.images());
+                for (slip, arm) in t.slip(&rates.velocity, &rates.angular_velocity).into_iter().zip(t.arms) {
+                    sizes.fastest = math::max(math::abs(slip), sizes.fastest);
+                    sizes.farthest = math::max(arm.dot(&arm), sizes.farthest);
+                }
+                t.write(place);
+            }
+            let [.., kept, impulse] = slot;
+            (*kept, *impulse) = (gap_rate, 0.0);
+        }
+        sizes
+    }
+
+    /// The masses, in place of gap rates. Of what is out of reach the mass is 0, so that no sweep changes it.
+    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
+        for slot in candidates {
+            let c = Candidate::read(slot);
+            let [.., mass, _] = slot;
+            *mass = if c.effective_mass > out_of_reach { 0.0 } else { self.effective_mass(&c) };
+        }
+    }
+
+    /// One sweep over all candidates, in their order. Returns the largest change of an impulse, in that of a node's, and adds to the sum of
+    /// changes.
+    #[inline(always)]
+    fn sweep<const FRICTION: bool>(
+        &self,
+        candidates: &mut [[f64; CANDIDATE_REALS]],
+        tangential: &mut [[f64; TANGENTIAL_REALS]],
+        coefficient: f64,
+        rates: &mut Rates,
+        changes: &mut f64,
+    ) -> f64 {
+        let mut largest_change = 0.0;
+        for (k, slot) in candidates.iter_mut().enumerate() {
+            let mut c = Candidate::read(slot);
+            if !FRICTION && c.effective_mass == 0.0 {
+                continue;
+            }
+            let fixed = self.supported && c.is_fixed();
+            if c.impulse > 0.0 {
+                c.approach += if fixed { 0.0 } else { c.impulse / self.node_mass };
+            }
+            let gap_rate = self.closing(&c, rates);
+            let trial = c.impulse - gap_rate * c.effective_mass;
+            let impulse = math::max(trial, 0.0);
+            let change = impulse - c.impulse;
+            if change != 0.0 {
+                rates.velocity -= self.push(&c) * (change * self.inertia.inverse_mass);
+                if self.turns {
+                    let turned = self.twist(&c).component_mul(&self.inertia.inverse_moments);
+                    rates.angular_velocity -= turned * change;
+                }
+                let [.., place] = slot;
+                *place = impulse;
+                let mut size = math::abs(change);
+                *changes += size;
+                if fixed {
+                    // A change of speed is what counts, and here the mass that changes it is the body's.
+                    size *= self.node_mass / c.effective_mass;
+                }
+                largest_change = math::max(size, largest_change);
+            }
+            if FRICTION && let Some(place) = tangential.get_mut(k) {
+                let size = self.rub(&c, coefficient * impulse, place, rates);
+                largest_change = math::max(size, largest_change);
+            }
+        }
+        largest_change
+    }
+
+    /// Friction of one candidate up to the impulse `most`. Returns the change.
+    #[inline(always)]
+    fn rub(&self, c: &Candidate, most: f64, place: &mut [f64; TANGENTIAL_REALS], rates: &mut Rates) -> f64 {
+        let (mut t, own) = (Tangential::read(place), self.give(c));
+        let [s0, s1] = t.slip(&rates.velocity, &rates.angular_velocity);
+        let [p, q] = t.impulse;
+        let next = t.next([s0 + p * own, s1 + q * own], most);
+        let change = [next[0] - p, next[1] - q];
+        if change == [0.0; 2] {
+            return 0.0;
+        }
+        rates.velocity -= t.push(change).component_mul(&self.masks[0]) * (c.images() * self.inertia.inverse_mass);
+        let twist = t.twist(change).component_mul(&self.masks[1]) * c.images();
+        rates.angular_velocity -= twist.component_mul(&self.inertia.inverse_moments);
+        t.impulse = next;
+        t.write(place);
+        let size = math::max(math::abs(change[0]), math::abs(change[1]));
+        if c.is_fixed() { size * (self.node_mass / t.effective_mass) } else { size }
+    }
+}
+
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
 /// which a solve has settled, m/s.
 #[inline(never)] // It must not add to the stack of what follows.
@@ -102,143 +313,38 @@ fn sweeps<const FRICTION: bool>(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> (Solved, f64) {
-    let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
-    let whole = symmetry == Symmetry::default();
-    let alone = |c: &Candidate| whole && c.weight == 1.0;
-    let push = |c: &Candidate| {
-        if alone(c) { c.normal } else { c.normal.component_mul(&push_mask) * c.images() }
-    };
-    let twist = |c: &Candidate| {
-        if alone(c) { c.arm } else { c.arm.component_mul(&twist_mask) * c.images() }
-    };
-    let mut velocity = body.velocity;
-    let mut rate = body.angular_velocity;
-    let inverse_node_mass = 1.0 / node_mass;
-    // A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly zero.
-    let turns = rate != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
-    let plain_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass);
-    let effective_mass = |c: &Candidate| {
-        if !turns && alone(c) {
-            return plain_mass;
-        }
-        let turning = c.arm.dot(&twist(c).component_mul(&inertia.inverse_moments));
-        let moving = if whole { c.images() } else { c.normal.dot(&push(c)) };
-        let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
-        if give > 0.0 { 1.0 / give } else { 0.0 }
-    };
-    let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
-        if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
-    };
-    let (mut fastest, mut farthest, mut most_images, mut supported) = (0.0, 0.0, 0.0, false);
-    for (k, slot) in candidates.iter_mut().enumerate() {
-        let c = Candidate::read(slot);
-        supported |= c.is_fixed();
-        most_images = math::max(c.images(), most_images);
-        let gap_rate = closing(&c, &velocity, &rate);
-        fastest = math::max(math::abs(gap_rate), fastest);
-        if turns {
-            let arm = c.arm.dot(&c.arm);
-            farthest = math::max(arm, farthest);
-        }
-        if FRICTION && let Some(place) = tangential.get_mut(k) {
-            let mut t = Tangential::read(place);
-            let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
-            t.begin(inertia, own, symmetry, c.images());
-            for (slip, arm) in t.slip(&velocity, &rate).into_iter().zip(t.arms) {
-                fastest = math::max(math::abs(slip), fastest);
-                farthest = math::max(arm.dot(&arm), farthest);
-            }
-            t.write(place);
-        }
-        // Until the solve begins, the place of the mass holds the gap rate.
-        let [.., kept, impulse] = slot;
-        (*kept, *impulse) = (gap_rate, 0.0);
-    }
+    let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
+    let mut rates = Rates::of(body);
+    let sizes = pushed.begin::<FRICTION>(candidates, tangential, &rates);
     // The speeds that a gap rate is the difference of.
-    let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
-    let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
+    let moving = length(&rates.velocity) + math::sqrt(sizes.farthest) * length(&rates.angular_velocity);
+    let (relative, rounding) = (1e-14 * sizes.fastest, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the body, however they
     // add up, changes the speed of its surface by less than that: it would take no impulse.
-    let follows = most_images * (inertia.inverse_mass + farthest * inertia.inverse_moments.max());
+    let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { OUT_OF_REACH * moving };
-    // Of what is out of reach the mass is 0, so that no sweep changes it.
-    let set_masses = |candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64| {
-        for slot in candidates {
-            let c = Candidate::read(slot);
-            let [.., mass, _] = slot;
-            *mass = if c.effective_mass > out_of_reach { 0.0 } else { effective_mass(&c) };
-        }
-    };
-    set_masses(candidates, out_of_reach);
+    pushed.set_masses(candidates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
-        let mut largest_change = 0.0;
-        for (k, slot) in candidates.iter_mut().enumerate() {
-            let mut c = Candidate::read(slot);
-            if !FRICTION && c.effective_mass == 0.0 {
-                continue;
-            }
-            if c.impulse > 0.0 {
-                c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
-            }
-            let gap_rate = closing(&c, &velocity, &rate);
-            let trial = c.impulse - gap_rate * c.effective_mass;
-            let impulse = math::max(trial, 0.0);
-            let change = impulse - c.impulse;
-            if change != 0.0 {
-                velocity -= push(&c) * (change * inertia.inverse_mass);
-                if turns {
-                    rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
-                }
-                let [.., place] = slot;
-                *place = impulse;
-                let mut size = math::abs(change);
-                changes += size;
-                if supported && c.is_fixed() {
-                    // A change of speed is what counts, and here the mass that changes it is the body's.
-                    size *= node_mass / c.effective_mass;
-                }
-                largest_change = math::max(size, largest_change);
-            }
-            if FRICTION && let Some(place) = tangential.get_mut(k) {
-                let mut t = Tangential::read(place);
-                let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
-                let [s0, s1] = t.slip(&velocity, &rate);
-                let [p, q] = t.impulse;
-                let next = t.next([s0 + p * own, s1 + q * own], coefficient * impulse);
-                let change = [next[0] - p, next[1] - q];
-                if change != [0.0; 2] {
-                    velocity -= t.push(change).component_mul(&push_mask) * (c.images() * inertia.inverse_mass);
-                    let twist = t.twist(change).component_mul(&twist_mask) * c.images();
-                    rate -= twist.component_mul(&inertia.inverse_moments);
-                    t.impulse = next;
-                    t.write(place);
-                    let mut size = math::max(math::abs(change[0]), math::abs(change[1]));
-                    if c.is_fixed() {
-                        size *= node_mass / t.effective_mass;
-                    }
-                    largest_change = math::max(size, largest_change);
-                }
-            }
-        }
+        let largest = pushed.sweep::<FRICTION>(candidates, tangential, coefficient, &mut rates, &mut changes);
         sweeps += 1;
-        converged = largest_change <= tolerance;
+        converged = largest <= tolerance;
         let followed = changes * follows < 0.9 * out_of_reach;
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
-            set_masses(candidates, out_of_reach);
-            (velocity, rate) = (body.velocity, body.angular_velocity);
+            pushed.set_masses(candidates, out_of_reach);
+            rates = Rates::of(body);
             candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
         }
     }
     if !converged {
-        set_masses(candidates, f64::INFINITY);
+        pushed.set_masses(candidates, f64::INFINITY);
     }
-    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual: 0.0 };
-    (solved, tolerance / node_mass)
+    let Rates { velocity, angular_velocity } = rates;
+    (Solved { sweeps, converged, velocity, angular_velocity, residual: 0.0 }, tolerance / node_mass)
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
