@@ -31,18 +31,96 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     }
 }
 
-/// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
-/// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
-/// before and after, for a free and a prescribed body alike: the two then agree to second order.
-#[inline(never)] // As above.
+/// What a step's impulses come to. Work is impulse times the mean of the rates before and after, for a free and a prescribed body
+/// alike: the two then agree to second order.
+struct Booked {
+    /// Means of the body's rates before and after.
+    velocity: Vector,
+    rate: Vector,
+    /// On the body, and what they turn it by, in its axes.
+    impulse: Vector,
+    arm: Vector,
+    work: f64,
+    loss: f64,
+    rubbed: f64,
+    held: f64,
+    touched: u64,
+}
+
+impl Booked {
+    fn between(before: &Body, after: &Body) -> Booked {
+        Booked {
+            velocity: (before.velocity + after.velocity) * 0.5,
+            rate: (before.angular_velocity + after.angular_velocity) * 0.5,
+            impulse: Vector::zeros(),
+            arm: Vector::zeros(),
+            work: 0.0,
+            loss: 0.0,
+            rubbed: 0.0,
+            held: 0.0,
+            touched: 0,
+        }
+    }
+
+    /// Work of friction on the body.
+    #[inline(always)]
+    fn rub(&self, t: &Tangential) -> f64 {
+        t.work(t.surface_speed(&self.velocity, &self.rate))
+    }
+
+    /// What all images of a node give the body; without mirror planes it is the node's own. Returns the impulse along the normal, and
+    /// the speed of the body's surface there.
+    #[inline(always)]
+    fn give(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>) -> [f64; 2] {
+        let images = candidate.images();
+        if let Some(t) = rubbing {
+            self.impulse -= t.push(t.impulse) * images;
+            self.arm -= t.twist(t.impulse) * images;
+            let done = self.rub(t) * images;
+            self.work += done;
+            self.rubbed += done;
+        }
+        let (given, speed) =
+            (candidate.impulse * images, candidate.normal.dot(&self.velocity) + candidate.arm.dot(&self.rate));
+        self.impulse -= candidate.normal * given;
+        self.arm -= candidate.arm * given;
+        self.work += given * speed;
+        self.touched += 1;
+        [given, speed]
+    }
+
+    /// What a support takes, which moves nothing, is lost.
+    #[inline(always)]
+    fn hold(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>, [given, speed]: [f64; 2]) {
+        self.loss += given * speed;
+        let along = rubbing.map_or(0.0, |t| self.rub(t));
+        self.held += given * speed + along * candidate.images();
+    }
+
+    /// What a node, whose velocity is now `v`, m/s, has not taken of the body's work. `speed_after`: its speed along the normal.
+    #[inline(always)]
+    fn lose(
+        &mut self,
+        candidate: &Candidate,
+        rubbing: Option<&Tangential>,
+        [given, speed]: [f64; 2],
+        speed_after: f64,
+        v: &Vector,
+    ) {
+        self.loss -= given * (0.5 * (candidate.speed_before + speed_after) - speed);
+        if let Some(t) = rubbing {
+            let [p, q] = t.along(v);
+            let [p_before, q_before] = t.speed_before;
+            self.rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
+        }
+    }
+}
+
+/// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support.
+#[inline(never)] // It must not add to the stack of the solve.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
-    let body = system.state.body;
-    let mean_velocity = (before.velocity + body.velocity) * 0.5;
-    let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
-    let mut impulse_sum = Vector::zeros();
-    let mut arm_sum = Vector::zeros();
-    let (mut work, mut loss, mut rubbed, mut held, mut touched) = (0.0, 0.0, 0.0, 0.0, 0);
-    let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.has(Feature::Theta));
+    let mut booked = Booked::between(before, &system.state.body);
+    let (nx, implicit) = (system.layout.nodes_x, system.layout.has(Feature::Theta));
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
@@ -54,66 +132,38 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             continue;
         }
         let candidate = Candidate::read(slot);
-        let normal = candidate.normal;
         let mut i = (node as usize).wrapping_sub(start);
         if i >= nx {
             (i, j) = system.layout.column_and_row(node as usize);
             (start, share) = (node as usize - i, system.mass_share_of_row(j));
         }
-        let mut push = normal * (impulse / (system.model.unit_impulse * share));
+        let mut push = candidate.normal * (impulse / (system.model.unit_impulse * share));
         let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
         if let Some(t) = &rubbing {
             push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
-            impulse_sum -= t.push(t.impulse) * candidate.images();
-            arm_sum -= t.twist(t.impulse) * candidate.images();
-            let done = t.work(t.surface_speed(&mean_velocity, &mean_rate)) * candidate.images();
-            work += done;
-            rubbed += done;
         }
         if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
-        let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
-        // What all images of the node give; without mirror planes it is the node's own.
-        let given = impulse * candidate.images();
-        impulse_sum -= normal * given;
-        arm_sum -= candidate.arm * given;
-        work += given * body_speed;
-        touched += 1;
+        let given = booked.give(&candidate, rubbing.as_ref());
         if candidate.is_fixed() {
             system.load_support(i, j, &(push * share));
-            loss += given * body_speed;
-            let along = rubbing.map_or(0.0, |t| t.work(t.surface_speed(&mean_velocity, &mean_rate)));
-            held += given * body_speed + along * candidate.images();
+            booked.hold(&candidate, rubbing.as_ref(), given);
             continue;
         }
-        let lane = i % CHUNK;
-        let Some(chunk) = planes::row_mut(system.blocks.hot, chunks, j).get_mut(i / CHUNK) else { break };
-        let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
-        let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-        if !implicit {
-            let from = candidate.displacement;
-            u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
-        } // The theta rule has put the node in its place already.
-        (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
-        (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
-        widen(system, j, u);
+        let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
         if woken != j {
             system.wake(j);
             woken = j;
         }
         // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
+        let unit_speed = system.model.unit_speed;
         let speed_after = if implicit {
-            candidate.speed_before + normal.dot(&push) * system.model.unit_speed
+            candidate.speed_before + candidate.normal.dot(&push) * unit_speed
         } else {
-            normal.dot(&Vector::from(v)) * system.model.unit_speed
+            candidate.normal.dot(&v) * unit_speed
         };
-        loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
-        if let Some(t) = &rubbing {
-            let [p, q] = t.along(&(Vector::from(v) * system.model.unit_speed));
-            let [p_before, q_before] = t.speed_before;
-            rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
-        }
+        booked.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
         if system.layout.has(Feature::Viscosity) {
             // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
             let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
@@ -122,27 +172,49 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
         }
     }
-    system.state.sums.contacts = touched;
-    if touched == 0 {
+    close(system, booked, before);
+}
+
+/// Gives a free node its velocity after a push, in spacings a step, and puts it where that leads. Returns the velocity.
+#[inline(always)]
+fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
+    let lane = i % CHUNK;
+    let chunk = planes::row_mut(system.blocks.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
+    let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
+    let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+    if !system.layout.has(Feature::Theta) {
+        let from = candidate.displacement;
+        u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
+    } // The theta rule has put the node in its place already.
+    (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
+    (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
+    widen(system, j, u);
+    Some(Vector::from(v))
+}
+
+/// Adds a step's contact to the sums.
+fn close(system: &mut System<'_>, mut booked: Booked, before: &Body) {
+    system.state.sums.contacts = booked.touched;
+    if booked.touched == 0 {
         return;
     }
-    impulse_sum.component_mul_assign(&system.scene.symmetry.force_mask());
-    arm_sum.component_mul_assign(&system.scene.symmetry.torque_mask());
+    booked.impulse.component_mul_assign(&system.scene.symmetry.force_mask());
+    booked.arm.component_mul_assign(&system.scene.symmetry.torque_mask());
     if system.state.watch.first.is_none() {
         let energy = before.kinetic_energy(&system.model.inertia);
         system.state.watch.note_contact(system.state.step, before, energy);
     }
     let sums = &mut system.state.sums;
-    sums.impulses += touched;
-    sums.impulse += impulse_sum;
-    sums.window += impulse_sum;
+    sums.impulses += booked.touched;
+    sums.impulse += booked.impulse;
+    sums.window += booked.impulse;
     if system.model.inertia.turns {
-        sums.angular_impulse += pose::out_of_body(&before.orientation, &arm_sum);
+        sums.angular_impulse += pose::out_of_body(&before.orientation, &booked.arm);
     }
-    sums.work += work;
-    sums.loss += loss;
-    sums.friction += rubbed;
-    sums.support_work += held;
+    sums.work += booked.work;
+    sums.loss += booked.loss;
+    sums.friction += booked.rubbed;
+    sums.support_work += booked.held;
 }
 
 /// Notes that a row holds a node with this displacement.
