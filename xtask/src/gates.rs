@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
-    let bare = code(&kernel(Some(""))?)?;
+    let few = kernel(Some(""))?;
+    let bare = code(&few)?;
     let [kernel, fmu] = [kernel(None)?, linked("fmu-lib", "libfabric_shield.so", &[])?];
     println!("figure 1: 0 in libfabric_kernel, 0 in the FMU: both link although no panic handler exists");
     undefined(&kernel, &FROM_HOST)?;
@@ -22,6 +23,9 @@ pub fn run() -> Outcome {
     unsafe_blocks()?;
     features_remove_code(&bare, &code(&kernel)?)?;
     if cfg!(target_arch = "x86_64") {
+        println!("  without any feature:");
+        stacks(&few)?;
+        println!("  with all:");
         return stacks(&kernel);
     }
     println!("  the stack is measured on x86-64 only: left out");

@@ -3,7 +3,9 @@
 use crate::tools::{Outcome, target, top};
 use crate::{digests, gates, stack};
 
-use fabric::{FEATURES, Feature, IntegratorKind, Layout, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw};
+use fabric::{
+    FEATURES, Feature, IntegratorKind, Layout, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, TimeStep,
+};
 use indicatif::ProgressIterator;
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};
@@ -73,7 +75,8 @@ fn code(library: &Path) -> Result<u64, String> {
 /// Bytes a node of a sheet of 105 x 105 nodes that asks for a feature; none if memory does not depend on a scene.
 fn bytes_a_node(name: &str) -> Option<usize> {
     let mut scene = Scene::sheet_3in_sphere();
-    scene.yarn.stochastic = name == "paper";
+    // Short enough for any yarn.
+    (scene.yarn.stochastic, scene.time_step) = (name == "paper", TimeStep::fraction(0.1));
     if name != "nothing" && name != "paper" {
         for record in FEATURES.iter().filter(|record| record.name == name) {
             ask(&mut scene, record.feature)?;
@@ -87,7 +90,9 @@ fn bytes_a_node(name: &str) -> Option<usize> {
 /// Makes a scene ask for a feature.
 fn ask(scene: &mut Scene, feature: Feature) -> Option<()> {
     match feature {
-        Feature::Rate => scene.yarn.rate_modulus = 0.02,
+        Feature::Rate => {
+            (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.02, 1.0, 1e4);
+        }
         Feature::PreTension => {}
         Feature::Friction => scene.contact.friction = 0.2,
         Feature::Viscosity => scene.yarn.viscosity_linear = 0.1,

@@ -250,6 +250,7 @@ pub(crate) struct Gathered {
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone. Only rows [first, end) are looked at.
+#[inline(never)] // It must not add to the stack of the solve.
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();

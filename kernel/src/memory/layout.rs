@@ -130,99 +130,117 @@ impl Layout {
         let plies = scene.stack.plies as usize;
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
-        let chunks = x.stored().div_ceil(CHUNK);
-        let has = Features::of(scene);
-        let [implicit, halving, toe, viscous, rate, graded, friction] = [
-            Feature::Theta,
-            Feature::Halving,
-            Feature::Toe,
-            Feature::Viscosity,
-            Feature::Rate,
-            Feature::Grading,
-            Feature::Friction,
-        ]
-        .map(|feature| has.has(feature));
-        let candidates = match scene.contact_capacity {
-            0 => nodes,
-            most => nodes.min(most as usize),
-        };
-
-        let planes = HOT_PLANES + HISTORY_PLANES + if has_constants(has) { YARN_PLANES } else { 0 };
-        let iterate = if implicit { ITERATE_PLANES } else { 0 };
-        let planes = planes
-            + iterate
-            + if toe { MARK_PLANES } else { 0 }
-            + if has.has(Feature::Strength) { STRENGTH_PLANES } else { 0 };
-        let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
-        let image_row = usize::from(y.is_mirrored()) * (HOT_PLANES + iterate);
-        let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
-        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
-        let scratch = chunks
-            .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
-            .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(if viscous || rate { nodes_y } else { 0 })?
-            .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
-        let plain = plies == 1
-            && !(implicit || halving || toe || viscous || rate || graded || x.is_mirrored() || y.is_mirrored());
-        let in_waves = Feature::Blocks.is_built()
-            && plain
-            && nodes_y.checked_mul(chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS;
-        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
-        let waves = if in_waves { BLOCK_STEPS } else { 0 };
-        let scratch = scratch
-            .checked_add(waves.checked_mul(chunks.checked_mul(CHUNK * CARRY_PLANES)?)?)?
-            .checked_add(waves.checked_mul(nodes_y.checked_mul(PULL_REALS)?)?)?;
-        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
-        let stack = |count: usize| if plies > 1 { count } else { 0 };
-        let scratch = scratch
-            .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
-            .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
-            .checked_add(stack(candidates.checked_mul(TOUCH_REALS + if friction { PACE_REALS } else { 0 })?))?;
-        let segments =
-            x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
-        let reals = rows.checked_add(scratch)?;
-
-        let watched = if has.has(Feature::Detachment) { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
-        let words = nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(candidates)?;
-        let columns = nodes_x.checked_mul(y.modelled())?;
-        let words = words
-            .checked_add(stack(plies.checked_mul(2)?))?
-            .checked_add(stack(columns))?
-            .checked_add(stack(candidates.checked_mul(2)?))?;
-
-        // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
-        // segment where they exist.
-        let flags = if has.has(Feature::Detachment) { nodes.div_ceil(32) } else { 0 };
-        let image_words = nodes
-            .checked_mul(6)?
-            .checked_add(segments)?
-            .checked_add(if toe { segments } else { 0 })?
-            .checked_add(flags)?
-            .checked_add(frame_words(has))?;
-
-        // No block may exceed what a slice can hold.
-        let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
-        for (count, bytes) in [(lines, size_of::<CacheLine>()), (image_words, 8)] {
-            if count.checked_mul(bytes)? > isize::MAX as usize {
-                return None;
-            }
-        }
-        Some(Layout {
+        let mut layout = Layout {
             nodes_x,
             nodes_y,
             plies,
             x,
             y,
-            upper: Places::of(scene, Axis::Vertical).upper(),
-            chunks,
-            has,
-            in_waves,
-            candidates,
-            reals,
-            words,
-            image_words,
-        })
+            upper: 0,
+            chunks: x.stored().div_ceil(CHUNK),
+            has: Features::of(scene),
+            in_waves: false,
+            candidates: match scene.contact_capacity {
+                0 => nodes,
+                most => nodes.min(most as usize),
+            },
+            reals: 0,
+            words: 0,
+            image_words: 0,
+        };
+        layout.in_waves = layout.can_take_blocks()?;
+        layout.reals = layout.count_rows()?.checked_add(layout.count_scratch()?)?;
+        layout.words = layout.count_words()?;
+        layout.image_words = layout.count_image()?;
+        // No block may exceed what a slice can hold.
+        let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
+        for (count, bytes) in [(lines, size_of::<CacheLine>()), (layout.image_words, 8)] {
+            if count.checked_mul(bytes)? > isize::MAX as usize {
+                return None;
+            }
+        }
+        layout.upper = Places::of(scene, Axis::Vertical).upper();
+        Some(layout)
+    }
+
+    /// `count` if the scene has the feature, else 0.
+    fn where_it_has(&self, feature: Feature, count: usize) -> usize {
+        if self.has(feature) { count } else { 0 }
+    }
+
+    /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
+    fn can_take_blocks(&self) -> Option<bool> {
+        use Feature::*;
+        let options = [Theta, Halving, Toe, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
+        let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
+        let reals = self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)?;
+        Some(Blocks.is_built() && plain && reals > CACHED_REALS)
+    }
+
+    /// Numbers of the rows.
+    fn count_rows(&self) -> Option<usize> {
+        use Feature::*;
+        let iterate = self.where_it_has(Theta, ITERATE_PLANES);
+        let planes = HOT_PLANES + HISTORY_PLANES + if has_constants(self.has) { YARN_PLANES } else { 0 } + iterate;
+        let planes = planes + self.where_it_has(Toe, MARK_PLANES) + self.where_it_has(Strength, STRENGTH_PLANES);
+        let planes = planes + self.where_it_has(Viscosity, PUSH_PLANES) + self.where_it_has(Rate, RATE_PLANES);
+        let image_row = usize::from(self.y.is_mirrored()) * (HOT_PLANES + iterate);
+        self.nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(self.chunks.checked_mul(CHUNK)?)
+    }
+
+    /// Numbers of the scratch.
+    fn count_scratch(&self) -> Option<usize> {
+        use Feature::*;
+        let row = self.chunks.checked_mul(CHUNK)?;
+        let taken = if self.takes_energy() { self.nodes_y } else { 0 };
+        let lines = (self.chunks + self.nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES;
+        let candidate = CANDIDATE_REALS + self.where_it_has(Theta, 1) + self.where_it_has(Friction, TANGENTIAL_REALS);
+        let scratch = row
+            .checked_mul(CARRY_PLANES + self.where_it_has(Viscosity, VISCOUS_PLANES))?
+            .checked_add(self.nodes_x.checked_mul(3)?)?
+            .checked_add(taken)?
+            .checked_add(self.where_it_has(Grading, lines))?
+            .checked_add(self.candidates.checked_mul(candidate)?)?;
+        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
+        let waves = if self.in_waves { BLOCK_STEPS } else { 0 };
+        let scratch = scratch
+            .checked_add(waves.checked_mul(row.checked_mul(CARRY_PLANES)?)?)?
+            .checked_add(waves.checked_mul(self.nodes_y.checked_mul(PULL_REALS)?)?)?;
+        if self.plies <= 1 {
+            return Some(scratch);
+        }
+        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
+        scratch
+            .checked_add(self.nodes_y.checked_mul(row)?)?
+            .checked_add(self.plies.checked_mul(COLUMN_REALS)?)?
+            .checked_add(self.candidates.checked_mul(TOUCH_REALS + self.where_it_has(Friction, PACE_REALS))?)
+    }
+
+    /// Integers.
+    fn count_words(&self) -> Option<usize> {
+        let nodes = self.nodes();
+        let watched = self.where_it_has(Feature::Detachment, nodes.checked_add(nodes.div_ceil(32))?);
+        let words = self.nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(self.candidates)?;
+        if self.plies <= 1 {
+            return Some(words);
+        }
+        words
+            .checked_add(self.plies.checked_mul(2)?)?
+            .checked_add(self.nodes_x.checked_mul(self.y.modelled())?)?
+            .checked_add(self.candidates.checked_mul(2)?)
+    }
+
+    /// Words of an image. Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and
+    /// vertical segment where they exist.
+    fn count_image(&self) -> Option<usize> {
+        let vertical = self.nodes_x.checked_mul(self.y.segments())?.checked_mul(self.plies)?;
+        let segments = self.x.segments().checked_mul(self.nodes_y)?.checked_add(vertical)?;
+        self.nodes()
+            .checked_mul(6)?
+            .checked_add(segments)?
+            .checked_add(self.where_it_has(Feature::Toe, segments))?
+            .checked_add(self.where_it_has(Feature::Detachment, self.nodes().div_ceil(32)))?
+            .checked_add(frame_words(self.has))
     }
 
     /// Length of the memory that a simulation takes, in lines of 64 bytes.

@@ -410,26 +410,12 @@ impl<L: Lane> Carried<L> {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
         if some_beyond {
-            if q_h.any_not_below(limit_h) && q_h.any_above(L::load(&history_h[g])) {
-                let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
-                cold.damage(q_h, place, &mut history_h[g], &mut kh[g]);
-            }
-            if q_v.any_not_below(limit_v) && q_v.any_above(L::load(&history_v[g])) {
-                let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
-                cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
-            }
+            cold.damage_beyond(q_h, limit_h, column, Axis::Horizontal, &mut history_h[g], &mut kh[g]);
+            cold.damage_beyond(q_v, limit_v, column, Axis::Vertical, &mut history_v[g], &mut kv[g]);
         }
-        let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
         let [factor_h, factor_v] = planes.factors;
-        if FACTOR == TOE {
-            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(factor_h)[g])));
-            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
-        }
-        if FACTOR == RATE {
-            let rates = cold.pass.rates;
-            kh = kh.mul(rates.stiffening(L::load(&L::groups(factor_h)[g])));
-            kv = kv.mul(rates.stiffening(L::load(&L::groups(factor_v)[g])));
-        }
+        let kh = factored::<L, FACTOR>(L::load(&kh[g]), q_h, factor_h, g, cold.pass);
+        let kv = factored::<L, FACTOR>(L::load(&kv[g]), q_v, factor_v, g, cold.pass);
         let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
         let (lift, force) = if PLAIN {
             (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
@@ -448,31 +434,38 @@ impl<L: Lane> Carried<L> {
             force[1].left_of(self.left_force[1]),
             force[2].left_of(self.left_force[2]),
         ];
-        let y;
-        if GRADED {
-            let column = L::load(&L::groups(&columns[INVERSE_WIDTH])[g]);
-            let widths = [column, L::splat(net.inverse_width)];
-            let sum = [
+        let sum = if GRADED {
+            let widths = [L::load(&L::groups(&columns[INVERSE_WIDTH])[g]), L::splat(net.inverse_width)];
+            [
                 graded_with_vertical(force[0], left[0], vertical[0], widths),
                 graded_with_vertical(force[1], left[1], vertical[1], widths),
                 graded_with_vertical(force[2], left[2], vertical[2], widths),
-            ];
-            move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
-            y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
-            move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+            ]
         } else {
-            move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
-            y = move_along(
-                here[1],
+            [
+                with_vertical(force[0], left[0], vertical[0]),
                 with_vertical(force[1], left[1], vertical[1]),
-                &mut vy[g],
-                &mut L::groups_mut(uy)[g],
-            );
-            move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
-        }
+                with_vertical(force[2], left[2], vertical[2]),
+            ]
+        };
+        move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
+        let y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
         self.low = y.min(self.low);
         self.high = y.max(self.high);
         self.left_force = force;
+    }
+}
+
+/// The stiffnesses of group g times what the plane of factors says of them.
+#[inline(always)]
+fn factored<L: Lane, const FACTOR: u8>(stiffness: L, q: L, plane: &[f64; CHUNK], g: usize, pass: &Pass<'_>) -> L {
+    if FACTOR == TOE {
+        stiffness.mul(pass.toe.factor(q, L::load(&L::groups(plane)[g])))
+    } else if FACTOR == RATE {
+        stiffness.mul(pass.rates.stiffening(L::load(&L::groups(plane)[g])))
+    } else {
+        stiffness
     }
 }
 
@@ -528,6 +521,23 @@ struct Place {
 }
 
 impl Cold<'_> {
+    /// Damages the segments from column `first` on of which some q is at or beyond the limit and above all before.
+    #[inline(always)]
+    fn damage_beyond<L: Lane>(
+        &mut self,
+        q: L,
+        limit: L,
+        first: usize,
+        axis: Axis,
+        history: &mut L::Group,
+        stiffness: &mut L::Group,
+    ) {
+        if q.any_not_below(limit) && q.any_above(L::load(history)) {
+            let end = if axis == Axis::Horizontal { self.horizontal_end } else { self.vertical_end };
+            self.damage(q, Place { first, end, axis }, history, stiffness);
+        }
+    }
+
     /// The cold path: a lane group in which some q is at or beyond the critical one and above all before, or no number.
     #[cold]
     #[inline(never)]

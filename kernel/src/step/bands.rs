@@ -333,42 +333,8 @@ impl Drop for Bands<'_, '_> {
     }
 }
 
-impl Plan {
-    /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
-    fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
-        let second_half = last.is_some_and(|last| last.end < 1.0);
-        let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
-        let failed_before = match last {
-            Some(last) if second_half => last.failed_before,
-            _ => system.failed_segments,
-        };
-        let course = last.and_then(Plan::next_part);
-        let course = course.or_else(|| Course::start(system, of as usize, until.saturating_sub(system.state.step)));
-        let found = match &course {
-            Some(course) => course.look_ahead(system),
-            None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
-        };
-        let mut rows = [system.layout.nodes_y, 0];
-        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
-        for ply in 0..system.layout.plies {
-            let [first, end] = system.rows_to_step(ply);
-            if first == end {
-                continue;
-            }
-            rows = [rows[0].min(first), rows[1].max(end)];
-            explicit::place_images_above(system, end);
-            if system.layout.has(Feature::Rate) && found.is_ok() {
-                relaxation::find_rates(system, [first, end]);
-            }
-            if pushing {
-                viscosity::place_images(system, [first, end]);
-            }
-        }
-        rows[0] = rows[0].min(rows[1]);
-        if let Some(course) = &course {
-            rows = course.rows_near();
-        }
-        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
+impl Pointers {
+    fn of(system: &mut System<'_>, scratch: *mut f64) -> Pointers {
         let Blocks {
             hot,
             history,
@@ -388,7 +354,7 @@ impl Plan {
             pulls,
             ..
         } = &mut system.blocks;
-        let memory = Pointers {
+        Pointers {
             directions: &raw const system.directions,
             hot: hot.as_mut_ptr(),
             history: history.as_mut_ptr(),
@@ -407,7 +373,52 @@ impl Plan {
             carries: carries.as_mut_ptr(),
             noted: pulls.as_mut_ptr().cast(),
             scratch,
+        }
+    }
+}
+
+/// Rows [first, end) of all plies that a pass steps; what it needs of rates and images is put there. `sound`: whether it will be taken.
+fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
+    let mut rows = [system.layout.nodes_y, 0];
+    for ply in 0..system.layout.plies {
+        let [first, end] = system.rows_to_step(ply);
+        if first == end {
+            continue;
+        }
+        rows = [rows[0].min(first), rows[1].max(end)];
+        explicit::place_images_above(system, end);
+        if system.layout.has(Feature::Rate) && sound {
+            relaxation::find_rates(system, [first, end]);
+        }
+        if system.layout.has(Feature::Viscosity) && sound {
+            viscosity::place_images(system, [first, end]);
+        }
+    }
+    [rows[0].min(rows[1]), rows[1]]
+}
+
+impl Plan {
+    /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
+    fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
+        let second_half = last.is_some_and(|last| last.end < 1.0);
+        let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
+        let failed_before = match last {
+            Some(last) if second_half => last.failed_before,
+            _ => system.failed_segments,
         };
+        let course = last.and_then(Plan::next_part);
+        let course = course.or_else(|| Course::start(system, of as usize, until.saturating_sub(system.state.step)));
+        let found = match &course {
+            Some(course) => course.look_ahead(system),
+            None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
+        };
+        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
+        let mut rows = prepare_rows(system, found.is_ok());
+        if let Some(course) = &course {
+            rows = course.rows_near();
+        }
+        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
+        let memory = Pointers::of(system, scratch);
         let track_support = system.scene.track_support;
         let all = system.steps_all();
         Plan {
