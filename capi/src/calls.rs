@@ -380,7 +380,7 @@ pub unsafe extern "C" fn fk_follow(sim: ToChange, path: Input<fk_path>, path_siz
     })
 }
 
-#[inline(never)] // The path must not add to the stack of the steps.
+#[inline(never)]
 fn start_path(sim: &mut fabric::Sim<'static>, path: &Input<fk_path>, size: u64, steps: u64) -> Result<(), Error> {
     sim.start_path(&read(path, size)?, steps)
 }

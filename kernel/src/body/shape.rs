@@ -93,7 +93,7 @@ pub(crate) fn check(body: &Projectile, spacing: f64) -> Result<(), Error> {
 }
 
 /// Refuses a sector that is too small, or an edge of which is a millionth of the rest.
-#[inline(never)] // Its faces must not add to the stack of the other shapes.
+#[inline(never)]
 fn check_sector(sector: &Sector, spacing: f64) -> Result<(), Error> {
     const RADIUS: &str = "projectile.sector.outer_radius";
     const THICKNESS: &str = "projectile.sector.thickness";
@@ -181,13 +181,13 @@ impl Solid {
         }
     }
 
-    #[inline(never)] // Its faces must not add to the stack of the other shapes.
+    #[inline(never)]
     fn set_box(&mut self, [a, b, c]: [f64; 3]) {
         let gyration = [b * b + c * c, c * c + a * a, a * a + b * b].map(|sum| sum / 12.0);
         self.set_polyhedron(box_faces([a, b, c]).into_iter(), gyration);
     }
 
-    #[inline(never)] // As above.
+    #[inline(never)]
     fn set_sector(&mut self, sector: &Sector, mass: f64) {
         let profile = prism::of_sector(sector);
         // With a mass those of a polyhedron of these moments, to the last bit.

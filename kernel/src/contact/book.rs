@@ -117,7 +117,7 @@ impl Booked {
 }
 
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support.
-#[inline(never)] // It must not add to the stack of the solve.
+#[inline(never)]
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
     let mut booked = Booked::between(before, &system.state.body);
     let (nx, implicit) = (system.layout.nodes_x, system.layout.has(Feature::Theta));

@@ -72,7 +72,7 @@ struct Equations {
 
 impl Newton<'_> {
     /// Goes on from a solve that was given up. `settled`: what sweeps may leave, m/s.
-    #[inline(never)] // It must not add to the stack of a solve that converges.
+    #[inline(never)]
     pub fn finish(&mut self, given_up: Solved, settled: f64) -> Solved {
         let mut solved = given_up;
         let (mut passes, mut before, mut was_near) = (0, f64::INFINITY, false);
@@ -164,7 +164,7 @@ impl Newton<'_> {
 
     /// Where a step of Newton's method ends: where it is whole, if that is nearer to the solution, or about the least of what the equations without
     /// friction are the gradient of, which is convex. `at`: the equations there.
-    #[inline(never)] // It must not add to the stack of the search for the root.
+    #[inline(never)]
     fn way_on(
         &self,
         solved: &Solved,
@@ -315,7 +315,7 @@ fn combined(a: &Six, part: f64, b: &Six) -> Six {
 }
 
 /// What `slope` takes to `left`, by elimination in order: without friction no pivot is less than 1. None if there is one close to 0.
-#[inline(never)] // As `way_on`.
+#[inline(never)]
 fn solution(at: &Equations) -> Option<Six> {
     let (mut rows, mut right) = (at.slope, at.left);
     for k in 0..6 {

@@ -89,7 +89,7 @@ fn at(body: &Body, x: &Vector) -> Vector {
 /// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
 /// `deepest`: what gathering found, m.
-#[inline(never)] // As above.
+#[inline(never)]
 pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
@@ -131,7 +131,7 @@ fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
 
 /// The impulses of the candidates, whose approach is known: of the first `kept`, and of those behind them that the body
 /// meets after all, because impulses have changed its rates. `solve_first` finds those of the first so many. Returns how many there are now.
-#[inline(never)] // Of plies it must not add to the stack of a single sheet.
+#[inline(never)]
 pub(crate) fn solve_contact(
     system: &mut System<'_>,
     mut kept: usize,
@@ -154,7 +154,7 @@ pub(crate) fn solve_contact(
 }
 
 /// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left it. Returns how many there are now.
-#[inline(never)] // It must not add to the stack of the solve.
+#[inline(never)]
 fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
     let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
     let touching = TOUCHING * system.scene.sheet.spacing;

@@ -35,7 +35,7 @@ pub struct Search<'s> {
 
 impl<'s> Search<'s> {
     /// Prepares a search for nodes closer than `margin` (the node spacing, m).
-    #[inline(never)] // What it needs must not add to the stack of the search.
+    #[inline(never)]
     pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
         // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
         let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
@@ -44,7 +44,7 @@ impl<'s> Search<'s> {
     }
 
     /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
-    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    #[inline(never)]
     pub(crate) fn box_at_rest(&self, scene: &Scene, places: &[Places; 2]) -> [Range<usize>; 3] {
         // In spacings rounding is another: a little more again.
         let ends = |k: usize, h: f64| {
@@ -68,7 +68,7 @@ impl<'s> Search<'s> {
     }
 
     /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet nothing is coarse.
-    #[inline(never)] // It must not add to the stack of the sweep.
+    #[inline(never)]
     fn is_beyond_fine(&self, scene: &Scene) -> bool {
         let axes = [(0, Axis::Horizontal), (1, Axis::Vertical)];
         axes.into_iter().zip(Places::both(scene)).any(|((k, axis), places)| {
@@ -88,7 +88,7 @@ impl<'s> Search<'s> {
     }
 
     /// Gap of any point, m.
-    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    #[inline(never)]
     pub fn gap(&self, x: &Vector) -> f64 {
         let r = x - self.body.position;
         let turns = self.solid.feels_torque();
@@ -250,7 +250,7 @@ pub(crate) struct Gathered {
 
 /// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
 /// nodes are no candidates, and their depth is noted alone. Only rows [first, end) are looked at.
-#[inline(never)] // It must not add to the stack of the solve.
+#[inline(never)]
 pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
@@ -335,7 +335,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.
-#[inline(never)] // It must not add to the stack of the solve.
+#[inline(never)]
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
     let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;

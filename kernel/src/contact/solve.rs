@@ -303,7 +303,7 @@ impl<'s> Pushed<'s> {
 
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
 /// which a solve has settled, m/s.
-#[inline(never)] // It must not add to the stack of what follows.
+#[inline(never)]
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
@@ -348,7 +348,7 @@ fn sweeps<const FRICTION: bool>(
 }
 
 /// Impulses that were given up on, scaled back until they add no energy: a cone holds every part of what it holds.
-#[inline(never)] // As above.
+#[inline(never)]
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],

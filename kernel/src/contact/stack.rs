@@ -290,7 +290,7 @@ fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
 }
 
 /// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
-#[inline(never)] // It must not add to the stack of a single sheet.
+#[inline(never)]
 pub(crate) fn part(system: &mut System<'_>, count: usize) {
     // The balances of contact take the velocities that nodes have at the end of the pass.
     let [before, rubbed_before] = half_work(system, count);
@@ -425,7 +425,7 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
 }
 
 /// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together with the columns.
-#[inline(never)] // It must not add to the stack of a single sheet's solve.
+#[inline(never)]
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let mut joint = Joint::at(system);
     let reach = joint.begin(count);
@@ -1009,7 +1009,7 @@ const NO_CANDIDATE: [f64; CANDIDATE_REALS] = [0.0; CANDIDATE_REALS];
 /// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
 /// of what it holds. The impulses between the plies are scaled with them here; those that part the plies in the end leave no more energy than
 /// these and what they would do against the gaps.
-#[inline(never)] // It must not add to the stack of the solve.
+#[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {
     let (body, inertia, mass) = (system.state.body, system.model.inertia, system.model.node_mass);
     let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);

@@ -43,7 +43,7 @@ fn folded(mut numbers: &mut [f64], choose: impl Fn(f64, f64) -> f64) -> f64 {
 }
 
 /// Least and greatest displacement along x of a row, or 0.
-#[inline(never)] // It must not add to the stack of the sweep.
+#[inline(never)]
 pub(crate) fn spread(row: &[Chunk<HOT_PLANES>], instructions: InstructionSet) -> [f64; 2] {
     lanes::dispatch(instructions, Spread(row))
 }

@@ -122,7 +122,7 @@ impl Layout {
         ))
     }
 
-    #[inline(never)] // It must not add to the stack of the checks.
+    #[inline(never)]
     fn compute(scene: &Scene) -> Option<Layout> {
         let [across, up] = scene.network();
         let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };

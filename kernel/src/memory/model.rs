@@ -63,7 +63,7 @@ impl Model {
     };
 
     /// Derives the constants, where they are. `solid`: the projectile's.
-    #[inline(never)] // What it needs must not add to the stack of the caller.
+    #[inline(never)]
     pub(crate) fn derive(&mut self, scene: &Scene, limits: StepLimits, solid: &Solid) {
         let (h, dt) = (scene.sheet.spacing, limits.dt);
         let node_mass = scene.lumped_mass();

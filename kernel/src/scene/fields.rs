@@ -762,7 +762,7 @@ pub fn field(name: &str) -> Option<&'static Field> {
 
 /// Refuses the first number, in the order of the table, that cannot be, whatever the others are. What the scene does not read may
 /// be anything.
-#[inline(never)] // The copy must not add to the stack of what is checked next.
+#[inline(never)]
 pub fn check(scene: &Scene) -> Result<(), Error> {
     let mut copy = *scene;
     for field in FIELDS {
@@ -780,7 +780,7 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
 }
 
 /// Shows the words of a scene's fingerprint, in their order. `dt`: the step in use, s.
-#[inline(never)] // As above.
+#[inline(never)]
 pub fn fingerprint_words(scene: &Scene, dt: f64, take: &mut impl FnMut(u64)) {
     let mut copy = *scene;
     for field in FIELDS {

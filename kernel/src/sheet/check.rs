@@ -81,7 +81,7 @@ impl Scene {
     }
 
     /// What the front or the back fabric allows.
-    #[inline(never)] // Once on the stack, not twice.
+    #[inline(never)]
     fn bounds(&self, back: bool, look: &mut Look) -> Result<Bounds, Error> {
         let (moduli, strongest) = (self.stiffest(back, look)?, self.strongest(back, look)?);
         let mass = self.node_mass(back);
@@ -252,7 +252,7 @@ impl Scene {
     }
 
     /// What the front fabric must be holds for the back one, too.
-    #[inline(never)] // Its scene must not add to the stack of a single fabric.
+    #[inline(never)]
     fn check_back(&self) -> Result<(), Error> {
         let shape = self.back.weibull_shape;
         if shape != 0.0 && shape < WEIBULL_SHAPES[0] {
@@ -443,7 +443,7 @@ impl Scene {
         Ok(())
     }
 
-    #[inline(never)] // Its half-spaces must not add to the stack of what is checked next.
+    #[inline(never)]
     fn check_attachment(&self) -> Result<(), Error> {
         if self.attachment.kind != AttachmentKind::FourCorners {
             return Ok(());

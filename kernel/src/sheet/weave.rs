@@ -51,7 +51,7 @@ pub fn fixed_runs(scene: &Scene, j: usize) -> FixedRuns {
 }
 
 /// The same among nodes at these places.
-#[inline(never)] // It must not add to the stack of the search for overlaps.
+#[inline(never)]
 pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> FixedRuns {
     let [nx, ny] = places.each_ref().map(Places::nodes);
     let last_row = ny as usize - 1;

@@ -176,21 +176,21 @@ impl<'a> Sim<'a> {
     }
 
     /// Checks the scene and the memory for it.
-    #[inline(never)] // The layout must not add to the stack of the check of the body.
+    #[inline(never)]
     fn check(scene: &Scene, memory: &[CacheLine]) -> Result<StepLimits, Error> {
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
         blocks::check(memory, &Layout::of(scene)?)?;
         scene.step_limits()
     }
 
-    #[inline(never)] // As above.
+    #[inline(never)]
     fn lay_out(&mut self, scene: &Scene) -> Result<(), Error> {
         self.system.layout = Layout::of_sound(scene)?;
         Ok(())
     }
 
     /// Takes the scene and the memory, which have been found right, and fills it. The layout is there.
-    #[inline(never)] // What it needs must not add to the stack of the checks.
+    #[inline(never)]
     fn fill(&mut self, scene: &Scene, limits: StepLimits, memory: &'a mut [CacheLine]) -> Result<(), Error> {
         let system = &mut self.system;
         system.solid.set(&scene.projectile);
@@ -289,7 +289,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Errors
     /// Those of [`Sim::follow`] before its first step.
-    #[inline(never)] // It must not add to the stack of the steps.
+    #[inline(never)]
     pub fn start_path(&mut self, path: &Path, steps: u64) -> Result<(), Error> {
         self.system.sound()?;
         if self.system.scene.is_free() {

@@ -44,7 +44,7 @@ impl Scene {
 ///
 /// # Errors
 /// Too fast for the step, too heavy for its energy to be a number, not symmetric, or overlapping a node.
-#[inline(never)] // What it needs must not add to the stack of the caller, who makes another model in its place.
+#[inline(never)]
 pub(crate) fn check_body(scene: &Scene, limits: StepLimits, most: u64) -> Result<(), Error> {
     let (mut solid, mut body) = (Solid::NOTHING, Body::AT_REST);
     solid.set(&scene.projectile);
@@ -63,7 +63,7 @@ fn strides(counts: [u64; 3], most: u64) -> [usize; 3] {
 }
 
 /// Puts the projectile where the scene places it, with a model of its own.
-#[inline(never)] // The model must not add to the stack of the search for overlaps.
+#[inline(never)]
 fn check_motion(scene: &Scene, limits: StepLimits, solid: &Solid, body: &mut Body) -> Result<(), Error> {
     let mut model = Model::NOTHING;
     model.derive(scene, limits, solid);
@@ -71,7 +71,7 @@ fn check_motion(scene: &Scene, limits: StepLimits, solid: &Solid, body: &mut Bod
 }
 
 /// Puts the projectile where the scene places it, in the sheet's frame. Refuses a speed or a symmetry that does not suit the scene.
-#[inline(never)] // What it needs must not add to the stack of the search for overlaps.
+#[inline(never)]
 pub(crate) fn place_body(scene: &Scene, model: &Model, solid: &Solid, body: &mut Body) -> Result<(), Error> {
     let motion = path::into_sheet(&model.pose, &start_motion(scene));
     model.check_speed(&motion)?;
@@ -86,7 +86,7 @@ fn overlaps(scene: &Scene, gap: f64) -> bool {
 
 /// Refuses a start in which a node of the flat sheet lies inside the projectile; a fixed one may lie in a prescribed body, with
 /// which it has no contact. Looks at the nodes in the body's box, of more than `most` at some.
-#[inline(never)] // What it needs must not add to the stack of making the model.
+#[inline(never)]
 fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Result<(), Error> {
     let [h_x, h_y] = scene.spacings();
     let places = Places::both(scene);

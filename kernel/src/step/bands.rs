@@ -283,7 +283,7 @@ impl Bands<'_, '_> {
     ///
     /// # Safety
     /// All bands have arrived and none can be claimed.
-    #[inline(never)] // The next plan must not add to the stack of a sweep.
+    #[inline(never)]
     unsafe fn complete(&self) -> Result<(), Failure> {
         // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
         let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
@@ -489,7 +489,7 @@ impl Plan {
     ///
     /// # Safety
     /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
-    #[inline(never)] // Its constants must not add to the stack of the plan.
+    #[inline(never)]
     unsafe fn cut(&self, of: u32, band: u32) {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
@@ -519,7 +519,7 @@ impl Plan {
     ///
     /// # Safety
     /// Nothing changes the two rows.
-    #[inline(never)] // Its constants must not add to the stack of the plan.
+    #[inline(never)]
     unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>]) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         // SAFETY: the rows lie inside the blocks; the caller's promise.
@@ -541,7 +541,7 @@ impl Plan {
     ///
     /// # Safety
     /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
-    #[inline(never)] // What it needs must not add to the stack of a sweep.
+    #[inline(never)]
     unsafe fn push(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if first == end {
@@ -579,7 +579,7 @@ impl Plan {
     ///
     /// # Safety
     /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
-    #[inline(never)] // Its constants must not add to the stack of the next plan.
+    #[inline(never)]
     unsafe fn sweep(&self, of: u32, band: u32) -> Report {
         let [first, end] = self.rows_of(of, band);
         if self.found.is_err() || first == end {
@@ -634,7 +634,7 @@ impl Plan {
     ///
     /// # Safety
     /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation and the scratch.
-    #[inline(never)] // As above.
+    #[inline(never)]
     unsafe fn step_away(&self, band: u32, course: &Course) -> Report {
         let mut report = Report::default();
         for piece in &course.pieces(band as usize) {
@@ -674,7 +674,7 @@ impl Plan {
     ///
     /// # Safety
     /// As for [`Plan::step_away`].
-    #[inline(never)] // As above.
+    #[inline(never)]
     unsafe fn fill_cut(&self, band: u32, course: &Course) -> Report {
         let [first, end] = course.rows_of_cut(band as usize);
         let (edge, mut report) = (Edge::Cut(band as usize), Report::default());
@@ -693,7 +693,7 @@ impl Plan {
     ///
     /// # Safety
     /// Nothing else uses the row and what belongs to it, and nothing changes the row above.
-    #[inline(never)] // As above.
+    #[inline(never)]
     unsafe fn step_row(
         &self,
         band: u32,
@@ -868,7 +868,7 @@ impl Plan {
     /// Where a band's own numbers are: those of [`Scratch`] in their order; then, of each step of a block, the row above the gap below the
     /// band, and the forces carried from below to that gap. The first band has no gap below it: its row above is that of the body's gap, its
     /// forces are those of the piece that reaches the top of the sheet.
-    #[inline(never)] // As above.
+    #[inline(never)]
     fn places(&self, band: u32) -> [*mut f64; 6] {
         let layout = &self.layout;
         let row = layout.chunks * CHUNK;
@@ -911,7 +911,7 @@ fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
 }
 
 /// Copies the displacements of a row, which are all that is read of a row above.
-#[inline(never)] // It must not add to the stack of a sweep.
+#[inline(never)]
 fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
     for (copy, chunk) in copy.iter_mut().zip(row) {
         copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);

@@ -166,7 +166,7 @@ fn energy_of_rows(system: &System<'_>, [first, end]: [usize; 2]) -> (f64, f64, f
 }
 
 /// Sum of the squared velocities of a row, each component by itself, in units of (h/dt)^2 and of a node's mass.
-#[inline(never)] // It must not add to the stack of the laws.
+#[inline(never)]
 fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
     let (layout, mut sums) = (&system.layout, [0.0; 3]);
     let row = planes::row(system.blocks.hot, layout.chunks, j);
@@ -184,7 +184,7 @@ fn squared_velocities(system: &System<'_>, j: usize) -> f64 {
 /// Strain energy of the segments that start in a row, in units of m (h/dt)^2, and energy that they have dissipated, in J/m^3 times
 /// `segment_volume`. `rates`: before and now, along x and along y. Those of a chunk of plain yarn without damage are found side by side;
 /// all are summed in one order.
-#[inline(never)] // As above.
+#[inline(never)]
 fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f64, f64) {
     let layout = &system.layout;
     let ends = [layout.x.segments(), if layout.has_verticals(j) { layout.nodes_x } else { 0 }];
@@ -219,7 +219,7 @@ fn yarns_of_row(system: &System<'_>, rates: &[[RateLaw; 2]; 2], j: usize) -> (f6
 
 /// The mean strain energies of the segments along an axis from a chunk of nodes, with their history, as [`segment_energy`] has them of plain
 /// yarn without damage; false if one of them is damaged.
-#[inline(never)] // It must not add to the stack of the laws.
+#[inline(never)]
 fn stored_in_chunk(
     system: &System<'_>,
     around: &Around<'_>,
@@ -261,7 +261,7 @@ impl Job for StoredInChunk<'_> {
 }
 
 /// What [`segment_energy`] finds of a segment, times how much of it there is, in the units of [`yarns_of_row`].
-#[inline(never)] // It must not add to the stack of the rest.
+#[inline(never)]
 pub(crate) fn weighted_energy(system: &System<'_>, rates: &[RateLaw; 2], axis: Axis, i: usize, j: usize) -> (f64, f64) {
     let Some(segment) = system.segment(axis, i, j) else { return (0.0, 0.0) };
     let (stored, lost) = segment_energy(system, rates, &segment);

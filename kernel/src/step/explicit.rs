@@ -87,7 +87,7 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
 }
 
 /// The body moves; high-water marks.
-#[inline(never)] // It must not add to the stack of the sweep.
+#[inline(never)]
 fn end_pass(
     system: &mut System<'_>,
     gathered: &Gathered,
@@ -103,7 +103,7 @@ fn end_pass(
 
 /// For bands and blocks, before the sweep: the candidates of the next pass among `rows` [first, end), or why there can be none. The state stays as it
 /// is.
-#[inline(never)] // It must not add to the stack of a sweep.
+#[inline(never)]
 pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
     motion::prescribe_rates(system, end);
@@ -113,7 +113,7 @@ pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) ->
 }
 
 /// For bands and blocks, behind the sweep: the rest of the pass.
-#[inline(never)] // As above.
+#[inline(never)]
 pub(crate) fn close_pass(
     system: &mut System<'_>,
     end: f64,
@@ -156,7 +156,7 @@ fn halve_step(system: &mut System<'_>) -> Result<(), Failure> {
 }
 
 /// What the sweep leaves to do: failures, loads and contact.
-#[inline(never)] // It must not add to the stack of the sweep.
+#[inline(never)]
 fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, before: &Body) -> Result<(), Failure> {
     let count = gathered.count;
     if report.non_finite {
@@ -211,7 +211,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
 }
 
 /// What a sweep of rows [first, end) of a ply starts from.
-#[inline(never)] // As above.
+#[inline(never)]
 fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     place_images_above(system, end);
     if system.layout.has(Feature::Rate) {
@@ -229,7 +229,7 @@ pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize;
 }
 
 /// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
-#[inline(never)] // Its constants must not add to the stack of contact.
+#[inline(never)]
 fn sweep_rows(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
     let failed = system.failed_segments > 0;
@@ -264,7 +264,7 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], in_
 }
 
 /// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
-#[inline(never)] // As above.
+#[inline(never)]
 pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let unit = system.model.unit_energy * system.mass_share(ply);
     let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);

@@ -30,7 +30,7 @@ pub(crate) fn refuse_lost_body(system: &System<'_>) -> Result<(), Failure> {
 
 /// A prescribed body on a path: sets its rates for this pass and returns its pose at the pass's end. Behind a path it
 /// coasts with the rates the path ended with.
-#[inline(never)] // It must not add to the stack of the sweep.
+#[inline(never)]
 pub(crate) fn prescribe_rates(
     system: &mut System<'_>,
     end_of_pass: f64,

@@ -121,7 +121,7 @@ impl Course {
     }
 
     /// What a band steps away from the body: pieces, of which both may have no rows.
-    #[inline(never)] // What it needs must not add to the stack of a sweep.
+    #[inline(never)]
     pub fn pieces(&self, band: usize) -> [Piece; 2] {
         let [near, beyond] = self.block.near;
         let (first, lower) = match self.cut(band) {

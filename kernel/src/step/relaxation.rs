@@ -32,7 +32,7 @@ pub(crate) fn find_rates(system: &mut System<'_>, [first, end]: [usize; 2]) {
 }
 
 /// Finds the logarithms of the segments of one direction that start in row j, and what relaxation and rupture take of them.
-#[inline(never)] // Its stack must not add to that of both directions.
+#[inline(never)]
 fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
     let (chunks, line, law) = (system.layout.chunks, system.layout.x, system.rate_law(axis));
     // The growth of ln t; none before the load has begun.

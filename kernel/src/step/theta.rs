@@ -39,7 +39,7 @@ use crate::yarn::law::{self, Damage};
 const LARGEST_FORCE: f64 = 1e80;
 
 /// One step of nodes and rates. On a failure nothing has changed.
-#[inline(never)] // It must not add to the stack of the sweep.
+#[inline(never)]
 pub(crate) fn iterate(
     system: &mut System<'_>,
     rule: Integrator,
@@ -111,7 +111,7 @@ fn keep_gaps(system: &mut System<'_>, count: usize) {
 }
 
 /// phi/dt + n.(v_n + g) of every candidate.
-#[inline(never)] // It must not add to the stack of contact.
+#[inline(never)]
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
@@ -128,7 +128,7 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 }
 
 /// v_n and the impulse of every candidate.
-#[inline(never)] // It must not add to the stack of contact.
+#[inline(never)]
 fn push_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
@@ -148,7 +148,7 @@ fn push_candidates(system: &mut System<'_>, count: usize) {
 }
 
 /// The next guess of every free node; returns the largest change of a coordinate, infinite if any is not a number.
-#[inline(never)] // It must not add to the stack of contact.
+#[inline(never)]
 fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
@@ -249,7 +249,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
 }
 
 /// Takes the converged guess: positions, velocities without impulses, supports, damage.
-#[inline(never)] // It must not add to the stack of contact.
+#[inline(never)]
 fn commit(system: &mut System<'_>, rule: Integrator) {
     let chunks = system.layout.chunks;
     let theta = rule.theta;

@@ -38,7 +38,7 @@ pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usiz
 }
 
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
-#[inline(never)] // It must not add to the stack of single steps.
+#[inline(never)]
 pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
     let Some(block) = Block::plan(system, most) else { return Ok(0) };
     block.take(system)?;
@@ -70,7 +70,7 @@ struct Reach {
 
 impl Block {
     /// The block that may begin now; None for single steps: beyond `most` steps, or if the body may reach a fixed node or half of the rows.
-    #[inline(never)] // What it needs must not add to the stack of the steps.
+    #[inline(never)]
     pub fn plan(system: &System<'_>, most: u64) -> Option<Block> {
         let (steps, rows) = (system.block_steps, system.layout.nodes_y);
         // So that outcomes are tested behind a block.
@@ -125,7 +125,7 @@ impl Block {
     }
 
     /// All steps of the rows away from the body.
-    #[inline(never)] // It must not add to the stack of the steps near the body.
+    #[inline(never)]
     fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
         for r in first..end {
             for (step, j) in (0..self.steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < self.rows) {
@@ -141,7 +141,7 @@ impl Block {
     }
 
     /// A step of the rows that the body may reach.
-    #[inline(never)] // As above.
+    #[inline(never)]
     fn step_near(&self, system: &mut System<'_>, step: usize) -> Result<(), Failure> {
         let (gathered, rows) = (self.look_ahead(system)?, self.rows_near(step));
         let report = explicit::sweep_in_block(system, step, rows);
@@ -154,7 +154,7 @@ impl Block {
     }
 
     /// What is left of a step near the body behind its sweep of rows [first, end). What follows the last step is left to do.
-    #[inline(never)] // It must not add to the stack of a wave.
+    #[inline(never)]
     pub fn close_near(
         &self,
         system: &mut System<'_>,
@@ -208,7 +208,7 @@ pub(crate) fn end(system: &mut System<'_>) -> Result<(), Failure> {
 }
 
 /// Books the pulls on the supports, step by step.
-#[inline(never)] // It must not add to the stack of a wave.
+#[inline(never)]
 fn book_pulls(system: &mut System<'_>) {
     if !system.scene.track_support {
         return;
