@@ -1,8 +1,10 @@
 pub mod book;
 pub mod candidate;
+pub(crate) mod column;
 pub mod friction;
+pub mod joint;
 pub(crate) mod newton;
+pub(crate) mod part;
 pub mod passage;
 pub mod search;
 pub mod solve;
-pub mod stack;

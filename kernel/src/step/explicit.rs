@@ -8,10 +8,11 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::contact::book;
+use crate::contact::joint;
+use crate::contact::part;
 use crate::contact::passage;
 use crate::contact::search::{self, Gathered};
 use crate::contact::solve;
-use crate::contact::stack;
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
@@ -172,7 +173,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         search::complete_candidates(system, count);
         let kept = passage::let_pass(system, count, gathered.deepest);
         let (solved, _) = if system.layout.is_stack() {
-            passage::solve_contact(system, kept, count, stack::solve)
+            passage::solve_contact(system, kept, count, joint::solve)
         } else {
             passage::solve_contact(system, kept, count, solve::solve_first)
         };
@@ -182,7 +183,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         system.state.sums.contacts = 0;
     }
     if system.layout.is_stack() {
-        stack::part(system, count);
+        part::part(system, count);
     }
     motion::book_load(system, system.model.pass_dt, before);
     Ok(())
