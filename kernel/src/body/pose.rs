@@ -1,6 +1,7 @@
 //! Pose of one frame in another: a point and a unit quaternion. Used at the simulation's boundary, where the host's frame
 //! and the sheet's frame meet. An identity pose changes no bit.
 
+use crate::ground::math;
 use crate::scene::parts::Sheet;
 use nalgebra::{Quaternion, Vector3};
 
@@ -73,7 +74,7 @@ pub fn normalised(q: [f64; 4]) -> Quaternion<f64> {
     if squared == 1.0 {
         return quaternion(q);
     }
-    let scale = 1.0 / crate::ground::math::sqrt(squared);
+    let scale = 1.0 / math::sqrt(squared);
     Quaternion::new(q[0] * scale, q[1] * scale, q[2] * scale, q[3] * scale)
 }
 
@@ -82,6 +83,11 @@ pub fn rotate(q: &Quaternion<f64>, v: &Vector) -> Vector {
     let u = Vector::new(q.i, q.j, q.k);
     let t = u.cross(v) * 2.0;
     v + t * q.w + u.cross(&t)
+}
+
+/// Length of a vector.
+pub(crate) fn length(v: &Vector) -> f64 {
+    math::length([v.x, v.y, v.z])
 }
 
 /// A vector of the world in body axes. The identity orientation changes no bit.

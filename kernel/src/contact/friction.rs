@@ -2,7 +2,7 @@
 //!
 //! Method: at a contact with the normal impulse lambda the tangential impulse p on the node satisfies |p| <= mu lambda, and with
 //! the slip s = (v - V - w x r) less its normal part at the end of the step p = -mu lambda s/|s| where s is not 0. Solved in the
-//! sweeps of `contact.rs`: p <- the nearest point to p - s/W of the disc |p| <= mu lambda, with the largest inverse mass W of the
+//! sweeps of `solve.rs`: p <- the nearest point to p - s/W of the disc |p| <= mu lambda, with the largest inverse mass W of the
 //! contact along its tangents. So the cone is exact, and a node that is alone on a body that does not turn is solved at once.
 //! The impulses act on node and body at the place of the node at t_n: linear and angular momentum are exact.
 //! Limits: one coefficient for rest and sliding; velocity Verlet. Where nodes are coupled by the body alone (fixed nodes) the impulses

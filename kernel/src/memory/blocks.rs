@@ -44,7 +44,7 @@ pub(crate) struct Blocks<'a> {
     pub columns: &'a mut [Chunk<LINE_PLANES>],
     /// The same of a column of nodes.
     pub lines: &'a mut [Chunk<LINE_PLANES>],
-    /// Of a stack (`stack.rs`), as all up to `slots`: velocities along z before the sweep.
+    /// Of a stack (`contact/stack`), as all up to `slots`: velocities along z before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
     pub column: &'a mut [[f64; COLUMN_REALS]],

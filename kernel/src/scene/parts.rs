@@ -58,7 +58,7 @@ pub struct Grading {
     pub half_width: [f64; 2],
 }
 
-/// Several sheets one behind the other, which push on each other (`stack.rs`). Each is a network of its own with draws of its own,
+/// Several sheets one behind the other, which push on each other (`contact/stack`). Each is a network of its own with draws of its own,
 /// held like the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stack {

@@ -45,7 +45,7 @@
 #![allow(unsafe_code)]
 
 use crate::body::pose::Vector;
-use crate::contact::solve::Gathered;
+use crate::contact::search::Gathered;
 use crate::ground::error::{Code, Error, Failure};
 use crate::ground::lanes::{CacheLine, InstructionSet};
 use crate::ground::planes::{

@@ -7,8 +7,8 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
-use crate::contact::solve::{self, Gathered};
-use crate::contact::stack;
+use crate::contact::search::{self, Gathered};
+use crate::contact::{book, passage, solve, stack};
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
@@ -72,7 +72,7 @@ fn pass(system: &mut System<'_>, end: f64) -> Result<(), Failure> {
     let at_start = system.state.body;
     let target = motion::prescribe_rates(system, end);
     let all = [0, system.layout.nodes_y];
-    let found = motion::refuse_too_fast(system).and_then(|()| solve::gather(system, all));
+    let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, all));
     let gathered = found.inspect_err(|_| system.state.body = at_start)?;
     if system.layout.has(Feature::Theta) {
         theta::iterate(system, system.scene.integrator, &gathered, &at_start)?;
@@ -104,7 +104,7 @@ fn end_pass(
 pub(crate) fn look_ahead(system: &mut System<'_>, end: f64, rows: [usize; 2]) -> Result<Gathered, Failure> {
     let at_start = system.state.body;
     motion::prescribe_rates(system, end);
-    let found = motion::refuse_too_fast(system).and_then(|()| solve::gather(system, rows));
+    let found = motion::refuse_too_fast(system).and_then(|()| search::gather(system, rows));
     system.state.body = at_start;
     found
 }
@@ -166,15 +166,15 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     }
     motion::load_body(system, system.model.pass_dt);
     if count > 0 {
-        solve::complete_candidates(system, count);
-        let kept = solve::let_pass(system, count, gathered.deepest);
+        search::complete_candidates(system, count);
+        let kept = passage::let_pass(system, count, gathered.deepest);
         let (solved, _) = if system.layout.is_stack() {
             solve::solve_contact(system, kept, count, stack::solve)
         } else {
             solve::solve_contact(system, kept, count, solve::solve_first)
         };
-        solve::set_rates(system, &solved);
-        solve::book_contact(system, count, before);
+        book::set_rates(system, &solved);
+        book::book_contact(system, count, before);
     } else {
         system.state.sums.contacts = 0;
     }

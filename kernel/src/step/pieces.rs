@@ -9,7 +9,7 @@
 //! the body.
 //! Reference: D. Wonnacott, Int. J. Parallel Programming 30 (2002) 181 (time skewing for parallel computers).
 
-use crate::contact::solve::Gathered;
+use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::memory::system::System;
 use crate::sheet::sweep::Report;

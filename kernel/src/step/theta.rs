@@ -14,7 +14,8 @@
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::contact::candidate::{Candidate, Found};
-use crate::contact::solve::{self, Gathered};
+use crate::contact::search::Gathered;
+use crate::contact::{book, passage, solve};
 use crate::ground::error::Failure;
 use crate::ground::math;
 use crate::ground::planes::{
@@ -53,7 +54,7 @@ pub(crate) fn iterate(
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
         // not end.
-        kept = if iteration == 1 { solve::let_pass(system, count, gathered.deepest) } else { kept };
+        kept = if iteration == 1 { passage::let_pass(system, count, gathered.deepest) } else { kept };
         let solved;
         (solved, kept) = solve::solve_contact(system, kept, count, solve::solve_first);
         push_candidates(system, count);
@@ -63,9 +64,9 @@ pub(crate) fn iterate(
             break;
         }
         if moved <= rule.tolerance {
-            solve::set_rates(system, &solved);
+            book::set_rates(system, &solved);
             commit(system, rule);
-            solve::book_contact(system, count, before);
+            book::book_contact(system, count, before);
             motion::book_load(system, system.model.pass_dt, before);
             let sums = &mut system.state.sums;
             sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);

@@ -17,7 +17,7 @@
 //! 579 (wavefront parallelization).
 
 use crate::body::pose::Vector;
-use crate::contact::solve::{Gathered, Search};
+use crate::contact::search::{Gathered, Search};
 use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
 use crate::ground::planes::{CARRY_PLANES, CHUNK};

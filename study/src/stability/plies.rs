@@ -24,7 +24,7 @@ fn told(end: &Ended<'_>) -> String {
 
 fn flights() -> Vec<Flight> {
     let spacing = 7.26e-4;
-    // Candidates of one column are soft by a millionth of a node's give (`stack.rs`), which nothing takes back: a millionth of the way on
+    // Candidates of one column are soft by a millionth of a node's give (`contact/stack`), which nothing takes back: a millionth of the way on
     // which their impulses would send their nodes alone in a step each. An arrest takes that of the body's whole momentum.
     let (soft, soft_at_arrest) = (1e-6 * spacing, 2e-6 * spacing);
     let whole = move |end: &Ended<'_>| end.sim.counters().ply_penetration < 1e-12 * spacing;

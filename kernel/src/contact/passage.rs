@@ -1,0 +1,162 @@
+//! Nodes that the projectile gets past beside one of its edges within a step: no contact, although the plane that their gap is linearised to goes
+//! on beyond the edge and would press them.
+//!
+//! Method: the whole body lies behind the plane of the gap at any point, so the straight way of a node is safe until it gets behind that
+//! plane, where the next plane is taken. Candidates whose way stays outside stand behind the others and are left out of the solve; with the
+//! body's rates after it they are tried again, and those that it meets after all are taken back.
+//! Limits: the body keeps its rates within the step. What a curved face or turning bends the way by is of second order in dt, and no edge. A way
+//! that needs more than [`MOST_PLANES`] planes counts as a hit. A sphere has no edge.
+
+use crate::body::pose::{self, Vector};
+use crate::body::projectile::{self, Body};
+use crate::body::shape::Solid;
+use crate::contact::candidate::{Candidate, Solved};
+use crate::ground::math;
+use crate::memory::system::System;
+
+/// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
+const MOST_PLANES: u32 = 8;
+
+/// A node no deeper than this part of the spacing touches, rounding aside.
+pub(crate) const TOUCHING: f64 = 1e-9;
+
+/// The body at both ends of a pass in which it keeps its rates, for nodes that may get past one of its edges.
+pub struct Passage<'s> {
+    solid: &'s Solid,
+    start: Body,
+    end: Body,
+}
+
+impl<'s> Passage<'s> {
+    /// The passage of a body with these rates, over `dt`, s.
+    pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> Passage<'s> {
+        let position = body.position + body.velocity * dt;
+        let orientation = projectile::cayley_turn(&body.orientation, &body.angular_velocity, dt);
+        Passage { solid, start: *body, end: Body { position, orientation, ..*body } }
+    }
+
+    /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
+    /// `x` would press it.
+    ///
+    /// A face that is curved (by no radius below R) ends as far above its own plane as way^2/2R: what presses by less is of second
+    /// order, as what turning bends the way by, and no edge.
+    pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (from, way) = (self.solid.gap(&first), last - first);
+        let depth = -(from.distance + from.normal.dot(&way));
+        depth * (2.0 * self.solid.radius()) > way.dot(&way) && self.stays_outside(x, y, touching)
+    }
+
+    /// Whether a node at `x` is before two faces that meet at an edge: impulses on other nodes may decide which of them it meets.
+    pub fn starts_before_an_edge(&self, x: &Vector, touching: f64) -> bool {
+        self.solid.is_before_an_edge(&at(&self.start, x), -touching)
+    }
+
+    /// Depth of a node at `y` at the end, m; negative outside.
+    fn depth_at_end(&self, y: &Vector) -> f64 {
+        -self.solid.gap(&at(&self.end, y)).distance
+    }
+
+    /// Whether a node that goes straight from `x` to `y` stays outside. Down to the depth `touching`, m, it only touches.
+    ///
+    /// The whole body lies behind the plane of the gap at any point: the way is safe until it gets behind that plane, where the next
+    /// plane is taken. All are taken lower by what counts as touching: nodes below a flat face lie in its plane but for rounding, and
+    /// so do those that come under it next.
+    pub fn stays_outside(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
+        let (first, last) = (at(&self.start, x), at(&self.end, y));
+        let (way, mut gone) = (last - first, 0.0);
+        for _ in 0..MOST_PLANES {
+            let gap = self.solid.gap(&(first + way * gone));
+            let (height, rise) = (gap.distance + touching, gap.normal.dot(&way));
+            if height < 0.0 {
+                return false;
+            }
+            if height + rise * (1.0 - gone) >= 0.0 {
+                return true;
+            }
+            gone -= height / rise;
+        }
+        false
+    }
+}
+
+/// A point in the axes of a body, from its centre.
+fn at(body: &Body, x: &Vector) -> Vector {
+    pose::into_body(&body.orientation, &(x - body.position))
+}
+
+/// Puts behind the others the candidates that get past an edge of the body, if both go on freely: the plane that a gap is
+/// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
+/// `deepest`: what gathering found, m.
+#[inline(never)] // As above.
+pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
+    if !system.solid.feels_torque() {
+        // A sphere has no edge.
+        return count;
+    }
+    let body = &system.state.body;
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let held_touching = math::max(2.0 * deepest, touching);
+    let passage = Passage::new(&system.solid, body, system.model.pass_dt);
+    let (mut c, mut kept) = (0, count);
+    while c < kept {
+        let candidate = system.blocks.candidates.get(c).map(Candidate::read);
+        let passes = candidate.is_some_and(|candidate| {
+            let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
+            let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
+            let waits = candidate.is_fixed() && passage.starts_before_an_edge(&x, held_touching);
+            waits || pressed && passage.is_past_an_edge(&x, &y, touching)
+        });
+        if passes {
+            kept -= 1;
+            system.blocks.swap_candidates(c, kept);
+        } else {
+            c += 1;
+        }
+    }
+    kept
+}
+
+/// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
+fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
+    let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+        return [Vector::zeros(); 2];
+    };
+    let (i, j) = system.layout.column_and_row(node as usize);
+    let ([x, y, z], [ux, uy, uz]) = (system.rest(i, j), Candidate::read(slot).displacement);
+    let (from, way) = (Vector::new(x + ux, y + uy, z + uz), system.free_velocity(i, j));
+    [from * system.scene.sheet.spacing, (from + way) * system.scene.sheet.spacing]
+}
+
+/// Takes in those of the candidates from `alone` on that the body meets with the rates that a solve has left it. Returns how many there are now.
+#[inline(never)] // It must not add to the stack of the solve.
+pub(crate) fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
+    let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
+    let touching = TOUCHING * system.scene.sheet.spacing;
+    let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
+    let held_touching = math::max(2.0 * deepest_support(system, &passage, alone), touching);
+    let mut kept = alone;
+    for c in alone..count {
+        let [x, y] = free_way(system, c);
+        let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+        if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
+            system.blocks.swap_candidates(c, kept);
+            kept += 1;
+        }
+    }
+    kept
+}
+
+/// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
+/// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
+fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
+    let mut deepest = 0.0;
+    for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
+        if Candidate::read(slot).is_fixed() {
+            let [_, y] = free_way(system, c);
+            let depth = passage.depth_at_end(&y);
+            deepest = math::max(depth, deepest);
+        }
+    }
+    deepest
+}

@@ -1,0 +1,518 @@
+//! Which nodes are near the projectile: the candidates for contact, in node order.
+//!
+//! Method: rows by the range of their displacements along y, kept by the sweep; chunks of a row by that along x; of a chunk the lanes find the
+//! nodes in the body's box and in the ball about it; of these the gap decides, if it is less than the larger spacing.
+//! Limits: only these sieves keep the search short: a chunk with a node near the body is looked at node by node.
+//! A prescribed body and a fixed node cannot give way to each other: such nodes are no candidates.
+
+use crate::body::pose::{self, Vector};
+use crate::body::projectile::Body;
+use crate::body::shape::{self, Solid};
+use crate::contact::candidate::{Candidate, Found};
+use crate::contact::friction::Tangential;
+use crate::ground::error::Failure;
+use crate::ground::lanes::{self, InstructionSet, Job, Lane};
+use crate::ground::math;
+use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
+use crate::memory::blocks::Blocks;
+use crate::memory::system::System;
+use crate::scene::features::Feature;
+use crate::scene::parts::{Scene, Symmetry};
+use crate::sheet::grading::{LINE_PLANES, Net, PLACE};
+use crate::sheet::places::{Places, rest_offset};
+use crate::sheet::weave::{in_runs, meets_runs};
+use core::ops::Range;
+
+/// The body as the search for candidates sees it.
+pub struct Search<'s> {
+    solid: &'s Solid,
+    body: &'s Body,
+    /// Half extents of the box about the body and the margin, m.
+    half: [f64; 3],
+    /// Square of the radius about the body's centre beyond which nothing is a candidate, m^2.
+    reach2: f64,
+    margin: f64,
+    instructions: InstructionSet,
+}
+
+impl<'s> Search<'s> {
+    /// Prepares a search for nodes closer than `margin` (the node spacing, m).
+    #[inline(never)] // What it needs must not add to the stack of the search.
+    pub fn new(solid: &'s Solid, body: &'s Body, margin: f64, instructions: InstructionSet) -> Search<'s> {
+        // A little more than the margin, so that rounding never hides a candidate; the exact test follows.
+        let half = solid.half_extents(&body.orientation).map(|extent| extent + margin * (1.0 + 1e-9));
+        let reach = (solid.reach() + margin) * (1.0 + 1e-9);
+        Search { solid, body, half, reach2: reach * reach, margin, instructions }
+    }
+
+    /// Columns, rows and plies of the flat sheet outside which no node is in the body's box.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub(crate) fn box_at_rest(&self, scene: &Scene, places: &[Places; 2]) -> [Range<usize>; 3] {
+        // In spacings rounding is another: a little more again.
+        let ends = |k: usize, h: f64| {
+            let half = self.half[k] * (1.0 + 1e-9);
+            [(self.body.position[k] - half) / h, (self.body.position[k] + half) / h]
+        };
+        let ([h_x, h_y], gap, plies) = (scene.spacings(), scene.stack.gap, scene.stack.plies as usize);
+        let [[left, right], [bottom, top]] = [ends(0, h_x), ends(1, h_y)];
+        let behind = if gap > 0.0 {
+            let [first, last] = ends(2, gap).map(|end| math::max(end, 0.0) as usize);
+            first..last.saturating_add(1).min(plies)
+        } else {
+            0..plies
+        };
+        [places[0].within(left, right), places[1].within(bottom, top), behind]
+    }
+
+    /// Whether the plane of the flat sheet cuts the body's box.
+    fn meets_plane(&self) -> bool {
+        math::abs(self.body.position.z) <= self.half[2]
+    }
+
+    /// Whether the body reaches beyond the fine part of a graded network. Beyond the edge of the sheet nothing is coarse.
+    #[inline(never)] // It must not add to the stack of the sweep.
+    fn is_beyond_fine(&self, scene: &Scene) -> bool {
+        let axes = [(0, Axis::Horizontal), (1, Axis::Vertical)];
+        axes.into_iter().zip(Places::both(scene)).any(|((k, axis), places)| {
+            let ([first, last], h) = (places.fine, scene.spacing(axis));
+            let (x, reach) = (self.body.position[k], self.half[k] - self.margin);
+            let place = |crossing: u32| rest_offset(crossing as usize, places.crossings) * h;
+            (first > 0 && x - reach < place(first)) || (last + 1 < places.crossings && x + reach > place(last))
+        })
+    }
+
+    /// What many nodes are tested against at once; `h`: the spacing, m.
+    pub(crate) fn neighbourhood(&self, h: f64) -> Neighbourhood<'_> {
+        // In spacings rounding is another: a little more again.
+        let slack = 1.0 + 1e-9;
+        let (centre, half) = ([0, 1].map(|k| self.body.position[k] / h), [0, 1].map(|k| self.half[k] / h * slack));
+        Neighbourhood { search: self, h, centre, half }
+    }
+
+    /// Gap of any point, m.
+    #[inline(never)] // It must not add to the stack of the search for overlaps.
+    pub fn gap(&self, x: &Vector) -> f64 {
+        let r = x - self.body.position;
+        let turns = self.solid.feels_torque();
+        let r = if turns { pose::into_body(&self.body.orientation, &r) } else { r };
+        self.solid.gap(&r).distance
+    }
+
+    /// Gap, normal in the sheet's frame and arm in body axes of the point `x`, if it is a candidate.
+    pub fn candidate(&self, x: &Vector) -> Option<(f64, Vector, Vector)> {
+        let r = x - self.body.position;
+        let outside = |k: usize| r[k] > self.half[k] || r[k] < -self.half[k];
+        if outside(0) || outside(1) || outside(2) || r.norm_squared() > self.reach2 {
+            return None;
+        }
+        self.candidate_at(&r)
+    }
+
+    /// The same of a point inside the box and the ball, `r` from the body's centre.
+    #[inline(always)] // Most of its time would be the way of its answer through memory.
+    fn candidate_at(&self, r: &Vector) -> Option<(f64, Vector, Vector)> {
+        if let Solid::Sphere { radius } = self.solid {
+            // A sphere needs no body axes: its gap depends on the distance alone.
+            let gap = shape::sphere_gap(r, *radius);
+            return (gap.distance < self.margin).then_some((gap.distance, gap.normal, Vector::zeros()));
+        }
+        let q = &self.body.orientation;
+        let r_body = pose::into_body(q, r);
+        let gap = self.solid.gap(&r_body);
+        (gap.distance < self.margin)
+            .then(|| (gap.distance, pose::out_of_body(q, &gap.normal), r_body.cross(&gap.normal)))
+    }
+}
+
+/// The body's box and the ball about it.
+pub(crate) struct Neighbourhood<'s> {
+    search: &'s Search<'s>,
+    h: f64,
+    /// Centre and half extents of the box in the sheet's plane, spacings.
+    centre: [f64; 2],
+    half: [f64; 2],
+}
+
+/// The nodes of a chunk as the body sees them.
+struct Offsets {
+    /// From the body's centre, m; of nodes beyond the box or the ball they may be others.
+    r: [[f64; CHUNK]; 3],
+    /// How far beyond the box and the ball, not above 0 inside.
+    beyond: [f64; CHUNK],
+}
+
+impl Neighbourhood<'_> {
+    /// Whether no node of a row at y0 is in the box: of all the displacement along y lies in `range`, which holds 0.
+    #[inline]
+    pub(crate) fn misses_row(&self, y0: f64, [low, high]: [f64; 2]) -> bool {
+        let ([_, y], [_, half]) = (self.centre, self.half);
+        // One end decides, because the other one is no nearer than the row's own place.
+        if y0 < y { y0 + high < y - half } else { y0 + low > y + half }
+    }
+
+    /// Chunks [first, end) of a row of `count` outside which no node is in the box: of a node in column i at x0 + i + u, or of a graded
+    /// network in its place, the displacement u lies in `range`.
+    fn chunks(&self, x0: f64, columns: &[Chunk<LINE_PLANES>], [low, high]: [f64; 2], count: usize) -> [usize; 2] {
+        let ([x, _], [half, _]) = (self.centre, self.half);
+        let (from, to) = (x - half - high, x + half - low);
+        if !columns.is_empty() {
+            let first = columns.partition_point(|chunk| chunk[PLACE][CHUNK - 1] < from);
+            return [first, columns.partition_point(|chunk| chunk[PLACE][0] <= to)];
+        }
+        // What lies before the first column becomes 0.
+        let chunk = |place: f64| (((place - x0) / CHUNK as f64) as usize).min(count);
+        [chunk(from), chunk(to) + 1]
+    }
+
+    /// The first of the chunks [from, end) of a row with a node in the box and the ball, and where its nodes are.
+    /// `columns`: those of a graded network; `first`: rest place of the row's first node, spacings.
+    fn next(
+        &self,
+        row: &[Chunk<HOT_PLANES>],
+        columns: &[Chunk<LINE_PLANES>],
+        chunks: [usize; 2],
+        first: [f64; 3],
+        offsets: &mut Offsets,
+    ) -> Option<usize> {
+        lanes::dispatch(self.search.instructions, Near { near: self, row, columns, chunks, first, offsets })
+    }
+}
+
+/// [`Neighbourhood::next`] as a job for the lanes.
+struct Near<'a> {
+    near: &'a Neighbourhood<'a>,
+    columns: &'a [Chunk<LINE_PLANES>],
+    row: &'a [Chunk<HOT_PLANES>],
+    chunks: [usize; 2],
+    first: [f64; 3],
+    offsets: &'a mut Offsets,
+}
+
+impl Job for Near<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Option<usize> {
+        const COLUMNS: [f64; CHUNK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let Search { body, half, reach2, .. } = self.near.search;
+        let (centre, [a, b, c]) = (&body.position, *half);
+        let centre = [L::splat(centre.x), L::splat(centre.y), L::splat(centre.z)];
+        let half = [L::splat(a), L::splat(b), L::splat(c)];
+        let (zero, h, reach2) = (L::splat(0.0), L::splat(self.near.h), L::splat(*reach2));
+        let [x0, y0, z0] = self.first;
+        let [from, end] = self.chunks;
+        let part = self.row.get(from..end.min(self.row.len())).unwrap_or(&[]);
+        let Offsets { r: [out_x, out_y, out_z], beyond: out } = self.offsets;
+        for (c, [x, y, z, ..]) in (from..).zip(part) {
+            // Offsets in a line are halves, so that no sum of them is rounded.
+            let (columns, column) = match self.columns.get(c) {
+                Some(columns) => (&columns[PLACE], 0.0),
+                None => (&COLUMNS, x0 + (c * CHUNK) as f64),
+            };
+            let mut near = false;
+            for g in 0..CHUNK / L::WIDTH {
+                let from_centre =
+                    |place: L, u: &[f64; CHUNK], k: usize| place.add(L::load(&L::groups(u)[g])).mul(h).sub(centre[k]);
+                let beyond_axis = |r: L, k: usize| r.max(zero.sub(r)).sub(half[k]);
+                let rx = from_centre(L::load(&L::groups(columns)[g]).add(L::splat(column)), x, 0);
+                let beyond_x = beyond_axis(rx, 0);
+                if !zero.sub(beyond_x).any_not_below(zero) {
+                    // Most of a row lies to one side, and nothing more is asked of nodes beyond the box.
+                    beyond_x.store(&mut L::groups_mut(out)[g]);
+                    continue;
+                }
+                let (ry, rz) = (from_centre(L::splat(y0), y, 1), from_centre(L::splat(z0), z, 2));
+                let beyond_box = beyond_x.max(beyond_axis(ry, 1)).max(beyond_axis(rz, 2));
+                let beyond_ball = rx.mul(rx).add(ry.mul(ry)).add(rz.mul(rz)).sub(reach2);
+                let beyond = beyond_box.max(beyond_ball);
+                rx.store(&mut L::groups_mut(out_x)[g]);
+                ry.store(&mut L::groups_mut(out_y)[g]);
+                rz.store(&mut L::groups_mut(out_z)[g]);
+                beyond.store(&mut L::groups_mut(out)[g]);
+                near |= zero.sub(beyond).any_not_below(zero);
+            }
+            if near {
+                return Some(c);
+            }
+        }
+        None
+    }
+}
+
+/// What lies under the projectile at t_n.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Gathered {
+    /// Candidates noted.
+    pub count: usize,
+    /// Deepest penetration of any, m; 0 if none is inside.
+    pub deepest: f64,
+    /// Whether the body meets the sheet beyond the fine part of a graded network.
+    pub is_beyond_fine: bool,
+}
+
+/// Copies the nodes closer than a spacing, the larger one, to the projectile. A prescribed body and a fixed node cannot give way to each other: such
+/// nodes are no candidates, and their depth is noted alone. Only rows [first, end) are looked at.
+pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) -> Result<Gathered, Failure> {
+    let h = system.scene.sheet.spacing;
+    let margin = system.scene.largest_spacing();
+    let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
+    let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
+    let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
+    let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
+    let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
+    let free_body = system.scene.is_free();
+    let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
+    let body = &system.state.body;
+    let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
+    let net = Net { columns, lines };
+    let near = search.neighbourhood(h);
+    let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
+    let (mut count, mut deepest) = (0, 0.0);
+    let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
+    // Offsets are exact: those of a row follow from its first.
+    let x0 = rest_offset(0, nodes_x);
+    for (j, [low, high, left, right]) in ranges.iter_mut().enumerate().take(end_row).skip(first_row) {
+        let (ply, row_of_ply) = layout.ply_and_row(j);
+        let y0 = rest_offset(row_of_ply, nodes_y) * rise;
+        let y0 = if layout.has(Feature::Grading) { planes::get(net.lines, PLACE, j).unwrap_or(y0) } else { y0 };
+        if near.misses_row(y0, range_of([*low, *high])) {
+            *left = NOT_KEPT;
+            continue;
+        }
+        let z0 = ply as f64 * pile;
+        let run = runs.get(j).copied().unwrap_or([0; 4]);
+        let row = planes::row(hot, chunks, j);
+        let first = [x0, y0, z0];
+        if *left == NOT_KEPT {
+            // From here on the sweep keeps it.
+            [*left, *right] = spread(row, system.instructions).map(end_of_range);
+        }
+        let [mut from, end] = near.chunks(x0, net.columns, range_of([*left, *right]), chunks);
+        while from < end
+            && let Some(c) = near.next(row, net.columns, [from, end], first, &mut offsets)
+        {
+            from = c + 1;
+            let Some(chunk) = row.get(c) else { break };
+            let held = meets_runs(&run, [c * CHUNK, from * CHUNK]);
+            #[allow(clippy::needless_range_loop)] // The lane is a place in several planes.
+            for lane in 0..CHUNK {
+                let i = c * CHUNK + lane;
+                if offsets.beyond[lane] > 0.0 || i >= nx {
+                    continue;
+                }
+                let r = Vector::new(offsets.r[0][lane], offsets.r[1][lane], offsets.r[2][lane]);
+                let Some((gap, normal, arm)) = search.candidate_at(&r) else { continue };
+                deepest = math::max(-gap, deepest);
+                let fixed = held && in_runs(&run, i);
+                if fixed && !free_body {
+                    continue;
+                }
+                let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
+                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
+                // With no velocity so far: see `Found`.
+                let found = Candidate {
+                    displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
+                    normal,
+                    arm,
+                    weight: if fixed { -weight } else { weight },
+                    speed_before: normal.dot(&v) * unit_speed,
+                    approach: math::max(gap, 0.0) / dt,
+                    effective_mass: 0.0,
+                    impulse: 0.0,
+                };
+                found.write(slot);
+                *node = (j * nx + i) as u32;
+                if let Some(place) = tangential.get_mut(count) {
+                    Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
+                }
+                count += 1;
+            }
+        }
+    }
+    let is_beyond_fine =
+        layout.has(Feature::Grading) && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
+    Ok(Gathered { count, deepest, is_beyond_fine })
+}
+
+/// Makes candidates of the nodes found, with the velocities that the sweep left them.
+#[inline(never)] // It must not add to the stack of the solve.
+pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
+    let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
+    let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
+    // They come row by row: one division for each row is enough.
+    let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
+    let slots = candidates.get_mut(..count).unwrap_or(&mut []);
+    let mut places = tangential.iter_mut();
+    for (slot, &node) in slots.iter_mut().zip(candidate_nodes.iter()) {
+        let node = node as usize;
+        let mut i = node.wrapping_sub(start);
+        if i >= nx {
+            let (column, j) = system.layout.column_and_row(node);
+            (i, start, row) = (column, node - column, planes::row(hot, chunks, j));
+        }
+        let lane = i % CHUNK;
+        let Some(chunk) = row.get(i / CHUNK) else { break };
+        let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+        Found::read(slot).with_velocity(&v, unit_speed).write(slot);
+        if let Some(place) = places.next() {
+            Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::tests::{number, sphere};
+    use crate::scene::parts::{Projectile, Shape};
+    use std::vec::Vec;
+
+    #[test]
+    fn the_box_of_the_search_ends_a_spacing_beyond_the_body() {
+        let (solid, _, mut body) = sphere();
+        body.position = Vector::new(0.0, 0.2, 0.0);
+        let h = 7.26e-4;
+        let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+        let near = search.neighbourhood(h);
+        for (share, inside) in [(0.999, true), (1.0, true), (1.001, false)] {
+            let end = share * (solid.radius() + h);
+            for (y0, range) in [(end, [0.0, 1.0]), (end + h, [-h, 0.0]), (-end, [-1.0, 0.0]), (-end - h, [0.0, h])] {
+                assert_eq!(!near.misses_row((0.2 + y0) / h, range.map(|u| u / h)), inside);
+            }
+        }
+        assert!(!near.misses_row(0.2 / h, [0.0; 2]));
+        // Up to a spacing away a node is a candidate, along the axes of the box too.
+        for way in [Vector::x(), Vector::y(), Vector::z()] {
+            for (away, found) in [(1.0 - 1e-11, true), (1.0 + 1e-8, false)] {
+                let x = body.position + way * (solid.radius() + away * h);
+                assert_eq!(search.candidate(&x).is_some(), found, "{way:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn candidates_are_the_points_nearer_than_a_spacing() {
+        let (margin, q) = (1e-3, pose::normalised([0.8, 0.3, -0.2, 0.5]));
+        // A rotation matrix has the turned axes as its columns.
+        let axes = [Vector::x(), Vector::y(), Vector::z()].map(|axis| pose::rotate(&q, &axis));
+        let turned = |v: &Vector| axes[0] * v.x + axes[1] * v.y + axes[2] * v.z;
+        for shape in [Shape::Sphere, Shape::Cylinder, Shape::HemisphericalCylinder, Shape::Box] {
+            let projectile =
+                Projectile { shape, radius: 5e-3, length: 0.02, ..Scene::sheet_10in_cylinder().projectile };
+            let solid = Solid::of(&Projectile { size: [0.01, 0.014, 0.02], ..projectile });
+            let body = Body { position: Vector::new(0.01, -0.02, 0.03), orientation: q, ..sphere().2 };
+            let search = Search::new(&solid, &body, margin, InstructionSet::Scalar);
+            let (mut found, size) = (0, 1.2 * (solid.reach() + margin));
+            for k in 0..20_000 {
+                let r = Vector::new(number(3 * k), number(3 * k + 1), number(3 * k + 2)) * size;
+                let gap = solid.gap(&Vector::new(axes[0].dot(&r), axes[1].dot(&r), axes[2].dot(&r)));
+                let candidate = search.candidate(&(body.position + r));
+                // Beyond the corner of a box its planes are nearer than the box: what is out of reach does not count.
+                let near = gap.distance < margin && r.norm() < solid.reach() + margin;
+                assert_eq!(candidate.is_some(), near, "{shape:?} {gap:?}");
+                if let Some((distance, normal, arm)) = candidate {
+                    found += 1;
+                    let outward = turned(&gap.normal);
+                    assert!((distance - gap.distance).abs() < 1e-16 && (normal - outward).norm() < 1e-13);
+                    // The moment of a unit force along the normal.
+                    assert!((turned(&arm) - r.cross(&outward)).norm() < 1e-15);
+                }
+            }
+            assert!(found > 1000, "{found}");
+        }
+    }
+
+    /// Before an edge of a box both its planes are nearer than the edge itself, which is more than a spacing away.
+    #[test]
+    fn a_point_farther_than_a_spacing_from_an_edge_is_no_candidate() {
+        let (h, n) = (1e-3, math::sqrt(0.5));
+        let projectile = Projectile { shape: Shape::Box, size: [0.01; 3], ..Scene::sheet_10in_cylinder().projectile };
+        let solid = Solid::of(&projectile);
+        // An eighth of a turn about one axis points an edge along the two others.
+        for (about, axes) in [(Vector::x(), [1, 2]), (Vector::y(), [2, 0]), (Vector::z(), [0, 1])] {
+            let (half_cosine, half_sine) = (math::sqrt(0.5 * (1.0 + n)), math::sqrt(0.5 * (1.0 - n)));
+            let turn = about * half_sine;
+            let q = pose::normalised([half_cosine, turn.x, turn.y, turn.z]);
+            let body = Body { position: Vector::new(0.02, -0.01, 0.03), orientation: q, ..sphere().2 };
+            let search = Search::new(&solid, &body, h, InstructionSet::Scalar);
+            for (k, sign) in axes.into_iter().flat_map(|k| [(k, 1.0), (k, -1.0)]) {
+                for (away, found) in [(0.9, true), (1.1, false), (1.3, false)] {
+                    let mut r = Vector::zeros();
+                    r[k] = sign * (0.01 * n + away * h);
+                    let planes = solid.gap(&pose::into_body(&q, &r)).distance;
+                    assert!((planes - n * away * h).abs() < 1e-16 && r.norm() < solid.reach());
+                    assert_eq!(search.candidate(&(body.position + r)).is_some(), found, "{about:?} {k} {sign} {away}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_next_chunk_is_the_first_with_a_node_in_the_box_and_the_ball() {
+        let (solid, _, mut body) = sphere();
+        let (h, first) = (1e-3, [-40.0, 2.0, 0.0]);
+        body.position = Vector::new(0.0123, -0.004, 0.002);
+        let half = (solid.radius() + h) / h;
+        let (mut hits, mut misses, mut left_out) = (0, 0, 0);
+        for k in 0..400 {
+            let row: Vec<Chunk<HOT_PLANES>> = (0..10)
+                .map(|c| {
+                    core::array::from_fn(|plane| {
+                        core::array::from_fn(|i| {
+                            [3.0, 40.0, 40.0, 0.0][plane.min(3)]
+                                * number(((k * 10 + c) * 8 + i as u64) * 8 + plane as u64)
+                        })
+                    })
+                })
+                .collect();
+            // With the slack of the search a node has to be well inside or outside for this to be certain; all of them are.
+            let inside = |c: usize| -> [bool; CHUNK] {
+                core::array::from_fn(|i| {
+                    let x = [first[0] + (c * CHUNK + i) as f64 + row[c][0][i], first[1] + row[c][1][i], row[c][2][i]];
+                    let r: [f64; 3] = core::array::from_fn(|k| x[k] - body.position[k] / h);
+                    r.iter().map(|x| x * x).sum::<f64>() <= half * half
+                })
+            };
+            let set = InstructionSet::Scalar;
+            let range = spread(&row, set);
+            // The same of a graded network whose columns are as far from each other.
+            let mut columns = [[[0.0; CHUNK]; LINE_PLANES]; 10];
+            for (i, place) in columns.iter_mut().flat_map(|planes| &mut planes[PLACE]).enumerate() {
+                *place = first[0] + i as f64;
+            }
+            for columns in [&[], &columns[..]] {
+                let search = Search::new(&solid, &body, h, set);
+                let [start, end] = search.neighbourhood(h).chunks(first[0], columns, range, row.len());
+                for c in (0..10).filter(|c| !(start..end).contains(c)) {
+                    left_out += 1;
+                    assert_eq!(inside(c), [false; CHUNK]);
+                }
+            }
+            for from in 0..=10 {
+                let expected = (from..10).find(|&c| inside(c) != [false; CHUNK]);
+                if expected.is_some() {
+                    hits += 1
+                } else {
+                    misses += 1
+                }
+                for set in InstructionSet::ALL.into_iter().filter(|set| set.available()) {
+                    let search = Search::new(&solid, &body, h, set);
+                    let mut offsets = Offsets { r: [[0.0; CHUNK]; 3], beyond: [0.0; CHUNK] };
+                    let found = search.neighbourhood(h).next(&row, &[], [from, 10], first, &mut offsets);
+                    assert_eq!(found, expected, "{set:?}");
+                    let Some(c) = found else { continue };
+                    assert_eq!(offsets.beyond.map(|x| x <= 0.0), inside(c));
+                    let near = (0..CHUNK).filter(|&i| offsets.beyond[i] <= 0.0);
+                    for (i, k) in near.flat_map(|i| [(i, 0), (i, 1), (i, 2)]) {
+                        let rest = [first[0] + (c * CHUNK + i) as f64, first[1], first[2]];
+                        assert_eq!(offsets.r[k][i], (rest[k] + row[c][k][i]) * h - body.position[k], "{set:?}");
+                    }
+                    assert_eq!(spread(&row, set), range);
+                }
+            }
+        }
+        assert!(hits > 200 && misses > 200 && left_out > 400, "{hits} {misses} {left_out}");
+    }
+}

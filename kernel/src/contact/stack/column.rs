@@ -1,0 +1,348 @@
+//! One column: the nodes of one place in all plies, and what the projectile does to them.
+//!
+//! Method: impulses along z keep the order of the nodes. Their velocities are the nearest ones to those before (least sum of m dv^2) with which
+//! no facing pair ends nearer than 0, or nearer than it was if it was through each other: an isotonic regression of the velocities with the
+//! gaps over dt added up, solved exactly by pooling neighbours that press on each other.
+//! At given rates of the body a candidate is a spring of one-sided force on its node, because the node gives way along the sheet and the body a
+//! little: each pool moves by the root of a sum of straight pieces. So momentum is kept, no energy is ever added (no relative motion at all would
+//! be allowed, too), and the order of nodes does not matter.
+//! Limits: nodes face nodes along z. A pair that is more than a spacing apart along the sheet does not touch; so plies may pass through each
+//! other at a hole, and `ply_penetration` tells how deep pairs were that came to face each other again.
+//! Reference: R. E. Barlow, D. J. Bartholomew, J. M. Bremner, H. D. Brunk, Statistical Inference under Order Restrictions (1972), pool
+//! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions.
+
+use crate::ground::math;
+use crate::ground::planes::CHUNK;
+use crate::memory::blocks::Blocks;
+use crate::memory::layout::COLUMN_REALS;
+use crate::memory::system::System;
+
+/// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
+const MAX_NEWTON: u32 = 60;
+
+// Numbers of a node in a column.
+/// Velocity along z, spacings a pass: before, then after.
+pub(super) const SPEED: usize = 0;
+/// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
+pub(super) const ROOM: usize = 1;
+/// Of a candidate: the velocity along z at which the projectile's impulse on it ends; after: that impulse along z, in masses of a node and
+/// spacings a pass. Of another node: its velocity before.
+pub(super) const RELEASE: usize = 2;
+/// Of a candidate: n_z^2 over what it gives way besides, over that of a node; with the sign of n_z. 0 of another node.
+pub(super) const GRIP: usize = 3;
+/// The rooms up to it, added up.
+const OFFSET: usize = 4;
+/// Its mass.
+pub(super) const MASS: usize = 5;
+// From place 6 on: the numbers of the n-th pool, among them its velocity.
+const MEAN: usize = 8;
+
+/// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
+#[derive(Clone, Copy)]
+struct Pool {
+    /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each with its grip.
+    sum: f64,
+    /// Masses, and grips of the pressed candidates.
+    weight: f64,
+    /// The common velocity, sum over weight.
+    mean: f64,
+    /// As long as it lies between these no other candidates are pressed.
+    limits: [f64; 2],
+    nodes: f64,
+}
+
+impl Pool {
+    /// Of one node, which is alone.
+    fn of(node: &[f64; COLUMN_REALS]) -> Pool {
+        let speed = node[SPEED] + node[OFFSET];
+        let mut pool = Pool { sum: 0.0, weight: 0.0, mean: speed, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
+        pool.add(node, speed);
+        pool.mean = if node[GRIP] == 0.0 { speed } else { pool.sum / pool.weight };
+        pool
+    }
+
+    /// Adds a node, whose candidate is pressed if it is at this velocity.
+    fn add(&mut self, node: &[f64; COLUMN_REALS], speed: f64) {
+        let mass = node[MASS];
+        (self.sum, self.weight, self.nodes) =
+            (self.sum + mass * (node[SPEED] + node[OFFSET]), self.weight + mass, self.nodes + 1.0);
+        let grip = node[GRIP];
+        if grip == 0.0 {
+            return;
+        }
+        let (release, [low, high]) = (node[RELEASE] + node[OFFSET], self.limits);
+        self.limits = if speed < release { [low, math::min(release, high)] } else { [math::max(release, low), high] };
+        if is_pressed(grip, release - speed) {
+            (self.sum, self.weight) = (self.sum + math::abs(grip) * release, self.weight + math::abs(grip));
+        }
+    }
+
+    /// This one and the one behind it together.
+    fn with(&self, behind: &Pool) -> Pool {
+        let ([a, b], [c, d]) = (self.limits, behind.limits);
+        let (sum, weight) = (self.sum + behind.sum, self.weight + behind.weight);
+        let nodes = self.nodes + behind.nodes;
+        Pool { sum, weight, mean: sum / weight, limits: [math::max(a, c), math::min(b, d)], nodes }
+    }
+
+    /// Whether just those candidates are pressed that it takes for pressed.
+    fn is_settled(&self) -> bool {
+        self.limits[0] <= self.mean && self.mean <= self.limits[1]
+    }
+
+    /// The pool of these nodes, whose velocity is sought from that of this one: Newton steps on a straight piece each, kept between velocities
+    /// that are known to be too small and too great.
+    #[cold]
+    #[inline(never)]
+    fn settled(&self, nodes: &[[f64; COLUMN_REALS]]) -> Pool {
+        let (mut pool, mut speed, [mut low, mut high]) = (*self, self.mean, [-f64::INFINITY, f64::INFINITY]);
+        for _ in 0..MAX_NEWTON {
+            pool = Pool { sum: 0.0, weight: 0.0, mean: 0.0, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
+            nodes.iter().for_each(|node| pool.add(node, speed));
+            pool.mean = pool.sum / pool.weight;
+            if pool.is_settled() || pool.mean == speed {
+                break;
+            }
+            [low, high] = if pool.mean < speed { [low, speed] } else { [speed, high] };
+            speed = if low < pool.mean && pool.mean < high { pool.mean } else { 0.5 * (low + high) };
+        }
+        pool
+    }
+
+    fn read(place: &[f64; COLUMN_REALS]) -> Pool {
+        let [.., sum, weight, mean, low, high, nodes] = *place;
+        Pool { sum, weight, mean, limits: [low, high], nodes }
+    }
+
+    fn write(&self, place: &mut [f64; COLUMN_REALS]) {
+        let [.., sum, weight, mean, low, high, nodes] = place;
+        (*sum, *weight, *mean, [*low, *high], *nodes) = (self.sum, self.weight, self.mean, self.limits, self.nodes);
+    }
+}
+
+/// Whether a candidate of this grip is pressed that moves by so much less than at its release.
+fn is_pressed(grip: f64, less: f64) -> bool {
+    if grip > 0.0 { less > 0.0 } else { less < 0.0 }
+}
+
+/// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and finds what the projectile gives
+/// its candidates meanwhile.
+pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
+    // Pool n stands at place n, which is never behind the nodes read so far.
+    let (mut pools, mut first, mut offset) = (0, 0, 0.0);
+    for k in 0..column.len() {
+        let Some(node) = column.get_mut(k) else { return };
+        if node[ROOM] == f64::INFINITY {
+            (first, offset) = (pools, 0.0);
+        } else {
+            offset += node[ROOM];
+        }
+        node[OFFSET] = offset;
+        let mut pool = Pool::of(node);
+        while pools > first {
+            let Some(below) = column.get(pools - 1) else { return };
+            if below[MEAN] <= pool.mean {
+                break;
+            }
+            pool = Pool::read(below).with(&pool);
+            if !pool.is_settled() {
+                let start = (k + 1).saturating_sub(pool.nodes as usize);
+                pool = pool.settled(column.get(start..=k).unwrap_or(&[]));
+            }
+            pools -= 1;
+        }
+        let Some(place) = column.get_mut(pools) else { return };
+        pool.write(place);
+        pools += 1;
+    }
+    let mut start = 0;
+    for pool in 0..pools {
+        let Some(place) = column.get(pool) else { return };
+        let pool = Pool::read(place);
+        let end = start + pool.nodes as usize;
+        let Some(nodes) = column.get_mut(start..end) else { return };
+        move_together(nodes, &pool);
+        start = end;
+    }
+}
+
+/// Moves the nodes of a pool.
+fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
+    if let [node] = nodes
+        && pool.weight == node[MASS]
+    {
+        // Alone, and pressed by nothing.
+        if node[GRIP] != 0.0 {
+            node[RELEASE] = 0.0;
+        }
+        return;
+    }
+    // What the rounding of the common velocity has left: the grips would make much of it.
+    let mut rest = 0.0;
+    if nodes.iter().any(|node| node[GRIP] != 0.0) {
+        for node in nodes.iter() {
+            let speed = pool.mean - node[OFFSET];
+            let less = node[RELEASE] - speed;
+            rest += node[MASS] * (node[SPEED] - speed);
+            if is_pressed(node[GRIP], less) {
+                rest += math::abs(node[GRIP]) * less;
+            }
+        }
+        rest /= pool.weight;
+    }
+    for node in nodes {
+        node[SPEED] = pool.mean - node[OFFSET];
+        if node[GRIP] != 0.0 {
+            let less = node[RELEASE] - node[SPEED];
+            node[RELEASE] = if is_pressed(node[GRIP], less) { math::abs(node[GRIP]) * (less - rest) } else { 0.0 };
+        }
+    }
+}
+
+/// Puts the nodes at a place of the sheet into the column, as the sweep left them. Returns how deep facing ones are through each
+/// other at the pass's start, spacings, 0 if none is; and whether any press on each other before the projectile does.
+pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool) {
+    let (lane, gap) = (i % CHUNK, system.model.gap);
+    let rise = system.directions.front.vertical.rest.spacing;
+    let shares = [1.0, system.model.back_share];
+    let [mut at, next] = system.layout.stacked(i, row);
+    let System { directions, blocks: Blocks { hot, column, .. }, .. } = system;
+    let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
+    let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
+    for (ply, place) in column.iter_mut().enumerate() {
+        let Some(chunk) = hot.get(at) else { break };
+        at += next;
+        let [x, y, z, v] = [chunk[0][lane], chunk[1][lane], chunk[2][lane], chunk[5][lane]];
+        let room = match below {
+            Some([x_below, y_below, z_below, v_below])
+                if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>
+            {
+                let start = gap + (z - z_below) - (v - v_below);
+                deepest = math::max(-start, deepest);
+                math::max(start, 0.0)
+            }
+            _ => f64::INFINITY,
+        };
+        (offset, speed_below) =
+            if room == f64::INFINITY { (0.0, -f64::INFINITY) } else { (offset + room, speed_below) };
+        let speed = v + offset;
+        presses |= speed_below > speed;
+        speed_below = speed;
+        (place[SPEED], place[ROOM], place[RELEASE], place[GRIP]) = (v, room, v, 0.0);
+        place[MASS] = shares[usize::from(directions.is_back(ply))];
+        below = Some([x, y, z, v]);
+    }
+    (deepest, presses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Numbers from -1 to 1 without visible order.
+    fn number(k: u64) -> f64 {
+        2.0 * (crate::ground::random::splitmix64(k) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    }
+
+    fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
+        let place = |&[speed, room]: &[f64; 2]| {
+            let mut node = [0.0; COLUMN_REALS];
+            (node[SPEED], node[ROOM], node[MASS]) = (speed, room, 1.0);
+            node
+        };
+        nodes.iter().map(place).collect()
+    }
+
+    fn speeds(column: &[[f64; COLUMN_REALS]]) -> Vec<f64> {
+        column.iter().map(|node| node[SPEED]).collect()
+    }
+
+    #[test]
+    fn a_falling_ply_takes_along_what_it_meets() {
+        let far = f64::INFINITY;
+        // One that comes from below takes along all that touches; one of them is a gap away that it does not reach.
+        let mut pushed = column(&[[1.0, far], [0.0, 0.0], [0.0, 0.0], [0.0, 0.5]]);
+        project(&mut pushed);
+        for (speed, expected) in speeds(&pushed).into_iter().zip([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]) {
+            assert!((speed - expected).abs() < 1e-15);
+        }
+        // Across a gap of 0.5: both end at one place.
+        let mut met = column(&[[1.0, far], [0.0, 0.5]]);
+        project(&mut met);
+        assert_eq!(speeds(&met), [0.75, 0.25]);
+        // Nodes that do not face each other pass.
+        let mut beside = column(&[[1.0, far], [0.0, far], [-1.0, 0.0]]);
+        project(&mut beside);
+        assert_eq!(speeds(&beside), [1.0, -0.5, -0.5]);
+        // Nodes that part are left alone.
+        let parting = [[-1.0, far], [0.0, 0.0], [2.0, 0.3]];
+        let mut apart = column(&parting);
+        project(&mut apart);
+        assert_eq!(speeds(&apart), [-1.0, 0.0, 2.0]);
+    }
+
+    /// Plies of unlike fabrics end at the velocity that their momentum gives them, and a gap closes from both sides by their masses.
+    #[test]
+    fn unlike_plies_share_their_momentum_by_their_masses() {
+        let weighed = |nodes: &[[f64; 2]], masses: &[f64]| {
+            let mut nodes = column(nodes);
+            nodes.iter_mut().zip(masses).for_each(|(node, mass)| node[MASS] = *mass);
+            nodes
+        };
+        let far = f64::INFINITY;
+        for mass in [0.01, 0.25, 1.0, 3.0, 100.0] {
+            let mut met = weighed(&[[1.0, far], [0.0, 0.0]], &[1.0, mass]);
+            project(&mut met);
+            for speed in speeds(&met) {
+                assert!((speed - 1.0 / (1.0 + mass)).abs() < 1e-15, "{mass}");
+            }
+            // The gap of 0.5 is used up, and each gives up speed by its mass.
+            let mut across = weighed(&[[1.0, far], [0.0, 0.5]], &[1.0, mass]);
+            project(&mut across);
+            let change = 0.5 / (1.0 + mass);
+            for (speed, expected) in speeds(&across).into_iter().zip([1.0 - mass * change, change]) {
+                assert!((speed - expected).abs() < 1e-15, "{mass}");
+            }
+            // Alone it keeps its velocity to the bit.
+            let mut alone = weighed(&[[0.1, far], [0.3, far]], &[1.0, mass]);
+            project(&mut alone);
+            assert_eq!(speeds(&alone), [0.1, 0.3]);
+        }
+    }
+
+    /// The conditions that make a solution the nearest one: no pair nearer than it may be, no impulse that pulls, none across a
+    /// pair that is not as near as it may be. And so momentum is kept, and energy is never added. Of one fabric and of two.
+    #[test]
+    fn columns_are_solved_exactly() {
+        for case in 0..4000 {
+            let draw = |k: u64| number(1000 * case + k);
+            let count = 2 + (case % 60);
+            let nodes: Vec<[f64; 2]> = (0..count)
+                .map(|k| {
+                    let room = if k == 0 || draw(3 * k) > 0.95 { f64::INFINITY } else { draw(3 * k + 1).max(0.0) };
+                    [draw(3 * k + 2), room]
+                })
+                .collect();
+            let mut solved = column(&nodes);
+            let (back, of_back) = (count / 2, if case % 2 == 0 { 1.0 } else { math::exp(4.6 * draw(999)) });
+            solved.iter_mut().skip(back as usize).for_each(|node| node[MASS] = of_back);
+            project(&mut solved);
+            let mut impulse = 0.0;
+            let (mut before, mut after) = (0.0, 0.0);
+            for (k, (node, [speed, room])) in solved.iter().zip(&nodes).enumerate() {
+                // The impulse between this node and the one below it: what those below have lost.
+                if k > 0 {
+                    let nearer = solved[k - 1][SPEED] - node[SPEED];
+                    let rounding = 1e-12 * of_back.max(1.0);
+                    assert!(nearer <= room + 1e-12 && impulse > -rounding, "{case} {k}");
+                    assert!(impulse < rounding || (nearer - room).abs() < 1e-12, "{case} {k}");
+                }
+                impulse += node[MASS] * (speed - node[SPEED]);
+                let mass = node[MASS];
+                (before, after) = (before + mass * speed * speed, after + mass * node[SPEED] * node[SPEED]);
+            }
+            assert!(impulse.abs() < 1e-12 * of_back.max(1.0) && after <= before * (1.0 + 1e-12), "{case}");
+        }
+    }
+}

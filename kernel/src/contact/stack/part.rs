@@ -1,0 +1,150 @@
+//! Parts the plies behind the sweep and the projectile's impulses.
+//!
+//! Method: the lanes look for chunks of a row in which a node ends below the one that it faces and comes nearer to it; of these the columns
+//! of free nodes are solved (`column.rs`). What the plies do to velocities that contact has booked is booked here.
+//! Limits: all plies of a column are free or all are fixed. Rows in which neither ply is awake are not looked at.
+
+use super::column::{MASS, SPEED, load, project};
+use crate::contact::candidate::Candidate;
+use crate::contact::friction::Tangential;
+use crate::ground::lanes::{self, Job, Lane};
+use crate::ground::math;
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::memory::blocks::Blocks;
+use crate::memory::system::System;
+use crate::scene::features::Feature;
+
+/// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
+#[inline(never)] // It must not add to the stack of a single sheet.
+pub(crate) fn part(system: &mut System<'_>, count: usize) {
+    // The balances of contact take the velocities that nodes have at the end of the pass.
+    let [before, rubbed_before] = half_work(system, count);
+    for row in 0..system.layout.y.modelled() {
+        for ply in 1..system.layout.plies {
+            part_rows(system, ply, row);
+        }
+    }
+    let [after, rubbed_after] = half_work(system, count);
+    system.state.sums.loss -= after - before;
+    system.state.sums.friction -= rubbed_after - rubbed_before;
+}
+
+/// Half of what the projectile's impulses do with the present velocities of their nodes, along the normals and along the surface, J.
+fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
+    let (mut work, mut rubbed) = (0.0, 0.0);
+    for c in 0..count {
+        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+            break;
+        };
+        let candidate = Candidate::read(slot);
+        if candidate.impulse > 0.0 && !candidate.is_fixed() {
+            let (i, j) = system.layout.column_and_row(node as usize);
+            let velocity = system.velocity(i, j);
+            work += 0.5 * candidate.impulse * candidate.normal.dot(&velocity);
+            if let Some(t) = system.blocks.tangential.get(c).map(Tangential::read) {
+                rubbed += 0.5 * t.work(t.along(&velocity));
+            }
+        }
+    }
+    [work, rubbed]
+}
+
+/// Parts the columns of one row in which this ply presses on the one before it.
+fn part_rows(system: &mut System<'_>, ply: usize, row: usize) {
+    let (rows, chunks) = (system.layout.y.modelled(), system.layout.chunks);
+    let [below, above] = [ply - 1, ply].map(|ply| {
+        let [first, end] = system.awake_of(ply);
+        let j = ply * rows + row;
+        (j, first <= j && j < end)
+    });
+    if !below.1 && !above.1 {
+        return;
+    }
+    let mut from = 0;
+    loop {
+        let pressed = Pressed {
+            below: planes::row(system.blocks.hot, chunks, below.0),
+            above: planes::row(system.blocks.hot, chunks, above.0),
+            gap: system.model.gap,
+            from,
+        };
+        let Some(chunk) = lanes::dispatch(system.instructions, pressed) else { return };
+        from = chunk + 1;
+        for i in chunk * CHUNK..(from * CHUNK).min(system.layout.nodes_x) {
+            if !system.is_fixed(i, row) {
+                part_column(system, i, row);
+            }
+        }
+    }
+}
+
+/// The first chunk of a row, from number `from` on, in which a node ends below the one that it faces below and comes nearer to it.
+struct Pressed<'a> {
+    below: &'a [Chunk<HOT_PLANES>],
+    above: &'a [Chunk<HOT_PLANES>],
+    gap: f64,
+    from: usize,
+}
+
+impl Job for Pressed<'_> {
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lane>(self) -> Option<usize> {
+        let (gap, zero) = (L::splat(self.gap), L::splat(0.0));
+        let [below, above] = [self.below, self.above].map(|row| row.get(self.from..).unwrap_or(&[]));
+        for (c, (below, above)) in (self.from..).zip(below.iter().zip(above)) {
+            let at = |chunk: &Chunk<HOT_PLANES>, plane: usize, g: usize| L::load(&L::groups(&chunk[plane])[g]);
+            let end = |g: usize| at(above, 2, g).sub(at(below, 2, g)).add(gap);
+            // One test for all of the chunk, and velocities are looked at only where it finds something.
+            let lowest = (0..CHUNK / L::WIDTH).fold(zero, |lowest, g| end(g).min(lowest));
+            if !zero.any_above(lowest) {
+                continue;
+            }
+            let least = (0..CHUNK / L::WIDTH)
+                .fold(zero, |least, g| end(g).max(at(above, 5, g).sub(at(below, 5, g))).min(least));
+            if zero.any_above(least) {
+                return Some(c);
+            }
+        }
+        None
+    }
+}
+
+/// Parts one column of free nodes.
+fn part_column(system: &mut System<'_>, i: usize, row: usize) {
+    let (rows, chunks, layout) = (system.layout.y.modelled(), system.layout.chunks, system.layout);
+    let (deepest, presses) = load(system, i, row);
+    let sums = &mut system.state.sums;
+    sums.ply_penetration = math::max(deepest * system.scene.sheet.spacing, sums.ply_penetration);
+    if !presses {
+        return;
+    }
+    project(system.blocks.column);
+    let (mut lost, mut viscous) = (0.0, 0.0);
+    for ply in 0..layout.plies {
+        let j = ply * rows + row;
+        let Blocks { hot, column, before, pushes, .. } = &mut system.blocks;
+        let [speed, mass] = column.get(ply).map_or([0.0, 1.0], |place| [place[SPEED], place[MASS]]);
+        let (Some(chunk), Some(before)) =
+            (planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
+        else {
+            return;
+        };
+        let lane = i % CHUNK;
+        let push = speed - chunk[5][lane];
+        if push == 0.0 {
+            continue;
+        }
+        chunk[5][lane] = speed;
+        chunk[2][lane] += push;
+        lost -= mass * (push * (0.5 * (before[lane] + speed)));
+        if layout.has(Feature::Viscosity) {
+            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
+            viscous -= mass * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
+        }
+        system.wake(j);
+    }
+    system.state.sums.ply_loss += lost * system.model.unit_energy;
+    system.state.sums.viscous += viscous * system.model.unit_energy;
+}
