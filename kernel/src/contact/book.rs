@@ -35,18 +35,108 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
     }
 }
 
-/// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support,
-/// and the work done there, which moves nothing, is lost. Work is impulse times the mean of the rates
-/// before and after, for a free and a prescribed body alike: the two then agree to second order.
-#[inline(never)] // As above.
+/// What the touched nodes give the body and take from it.
+struct Sums {
+    /// Mean rates of the body in the pass.
+    velocity: Vector,
+    rate: Vector,
+    impulse: Vector,
+    arm: Vector,
+    work: f64,
+    loss: f64,
+    rubbed: f64,
+    held: f64,
+    touched: u64,
+}
+
+/// A touched node: its place, and its mass over that of one of the front fabric.
+struct Node {
+    i: usize,
+    j: usize,
+    share: f64,
+}
+
+impl Sums {
+    /// Books what the body gives a node. Returns the change of the node's velocity, spacings a pass, and the body's share of the work.
+    #[inline(always)]
+    fn give(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>, unit: f64) -> (Vector, f64) {
+        let normal = candidate.normal;
+        let mut push = normal * (candidate.impulse / unit);
+        if let Some(t) = rubbing {
+            push += t.push(t.impulse) * (1.0 / unit);
+            self.impulse -= t.push(t.impulse) * candidate.images();
+            self.arm -= t.twist(t.impulse) * candidate.images();
+            let done = self.rubbing(t) * candidate.images();
+            self.work += done;
+            self.rubbed += done;
+        }
+        let body_speed = normal.dot(&self.velocity) + candidate.arm.dot(&self.rate);
+        // What all images of the node give; without mirror planes it is the node's own.
+        let given = candidate.impulse * candidate.images();
+        self.impulse -= normal * given;
+        self.arm -= candidate.arm * given;
+        self.work += given * body_speed;
+        self.touched += 1;
+        (push, body_speed)
+    }
+
+    /// Work of friction on the body's surface, J.
+    #[inline(always)]
+    fn rubbing(&self, t: &Tangential) -> f64 {
+        t.work(t.surface_speed(&self.velocity, &self.rate))
+    }
+
+    /// Books what a fixed node takes.
+    #[inline(always)]
+    fn hold(&mut self, candidate: &Candidate, rubbing: Option<&Tangential>, body_speed: f64) {
+        let given = candidate.impulse * candidate.images();
+        self.loss += given * body_speed;
+        let along = rubbing.map_or(0.0, |t| self.rubbing(t));
+        self.held += given * body_speed + along * candidate.images();
+    }
+
+    /// Into those of the state.
+    fn note(mut self, system: &mut System<'_>, before: &Body) {
+        system.state.sums.contacts = self.touched;
+        if self.touched == 0 {
+            return;
+        }
+        self.impulse.component_mul_assign(&system.scene.symmetry.force_mask());
+        self.arm.component_mul_assign(&system.scene.symmetry.torque_mask());
+        if system.state.watch.first.is_none() {
+            let energy = before.kinetic_energy(&system.model.inertia);
+            system.state.watch.note_contact(system.state.step, before, energy);
+        }
+        let sums = &mut system.state.sums;
+        sums.impulses += self.touched;
+        sums.impulse += self.impulse;
+        sums.window += self.impulse;
+        if system.model.inertia.turns {
+            sums.angular_impulse += pose::out_of_body(&before.orientation, &self.arm);
+        }
+        sums.work += self.work;
+        sums.loss += self.loss;
+        sums.friction += self.rubbed;
+        sums.support_work += self.held;
+    }
+}
+
+/// Moves the touched nodes and sums impulse, angular impulse, work and loss.
+#[inline(never)] // It must not add to the stack of the solve.
 pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
     let body = system.state.body;
-    let mean_velocity = (before.velocity + body.velocity) * 0.5;
-    let mean_rate = (before.angular_velocity + body.angular_velocity) * 0.5;
-    let mut impulse_sum = Vector::zeros();
-    let mut arm_sum = Vector::zeros();
-    let (mut work, mut loss, mut rubbed, mut held, mut touched) = (0.0, 0.0, 0.0, 0.0, 0);
-    let (nx, chunks, implicit) = (system.layout.nodes_x, system.layout.chunks, system.layout.has(Feature::Theta));
+    let mut sums = Sums {
+        velocity: (before.velocity + body.velocity) * 0.5,
+        rate: (before.angular_velocity + body.angular_velocity) * 0.5,
+        impulse: Vector::zeros(),
+        arm: Vector::zeros(),
+        work: 0.0,
+        loss: 0.0,
+        rubbed: 0.0,
+        held: 0.0,
+        touched: 0,
+    };
+    let nx = system.layout.nodes_x;
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
@@ -58,95 +148,85 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
             continue;
         }
         let candidate = Candidate::read(slot);
-        let normal = candidate.normal;
         let mut i = (node as usize).wrapping_sub(start);
         if i >= nx {
             (i, j) = system.layout.column_and_row(node as usize);
             (start, share) = (node as usize - i, system.mass_share_of_row(j));
         }
-        let mut push = normal * (impulse / (system.model.unit_impulse * share));
         let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
-        if let Some(t) = &rubbing {
-            push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
-            impulse_sum -= t.push(t.impulse) * candidate.images();
-            arm_sum -= t.twist(t.impulse) * candidate.images();
-            let done = t.work(t.surface_speed(&mean_velocity, &mean_rate)) * candidate.images();
-            work += done;
-            rubbed += done;
-        }
+        let (push, body_speed) = sums.give(&candidate, rubbing.as_ref(), system.model.unit_impulse * share);
         if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
-        let body_speed = normal.dot(&mean_velocity) + candidate.arm.dot(&mean_rate);
-        // What all images of the node give; without mirror planes it is the node's own.
-        let given = impulse * candidate.images();
-        impulse_sum -= normal * given;
-        arm_sum -= candidate.arm * given;
-        work += given * body_speed;
-        touched += 1;
         if candidate.is_fixed() {
             system.load_support(i, j, &(push * share));
-            loss += given * body_speed;
-            let along = rubbing.map_or(0.0, |t| t.work(t.surface_speed(&mean_velocity, &mean_rate)));
-            held += given * body_speed + along * candidate.images();
+            sums.hold(&candidate, rubbing.as_ref(), body_speed);
             continue;
         }
-        let lane = i % CHUNK;
-        let Some(chunk) = planes::row_mut(system.blocks.hot, chunks, j).get_mut(i / CHUNK) else { break };
-        let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
-        let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
-        if !implicit {
-            let from = candidate.displacement;
-            u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
-        } // The theta rule has put the node in its place already.
-        (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
-        (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
-        widen(system, j, u);
+        let place = Node { i, j, share };
+        let Some(v) = move_node(system, &candidate, &place, &push) else { break };
         if woken != j {
             system.wake(j);
             woken = j;
         }
-        // From t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
-        let speed_after = if implicit {
-            candidate.speed_before + normal.dot(&push) * system.model.unit_speed
-        } else {
-            normal.dot(&Vector::from(v)) * system.model.unit_speed
-        };
-        loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
-        if let Some(t) = &rubbing {
-            let [p, q] = t.along(&(Vector::from(v) * system.model.unit_speed));
-            let [p_before, q_before] = t.speed_before;
-            rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
-        }
+        take(system, &mut sums, &candidate, rubbing.as_ref(), [push, v], body_speed);
         if system.layout.has(Feature::Viscosity) {
-            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
-            let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
-            let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
-            let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
-            system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
+            book_viscous(system, &place, &push);
         }
     }
-    system.state.sums.contacts = touched;
-    if touched == 0 {
-        return;
+    sums.note(system, before);
+}
+
+/// Changes the velocity of a free node by `push`, and moves it along, but for the theta rule, which has put it in its place already. Returns
+/// its velocity, spacings a pass.
+#[inline(always)]
+fn move_node(system: &mut System<'_>, candidate: &Candidate, node: &Node, push: &Vector) -> Option<Vector> {
+    let (lane, row) = (node.i % CHUNK, planes::row_mut(system.blocks.hot, system.layout.chunks, node.j));
+    let chunk = row.get_mut(node.i / CHUNK)?;
+    let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
+    let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+    if !system.layout.has(Feature::Theta) {
+        let from = candidate.displacement;
+        u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
     }
-    impulse_sum.component_mul_assign(&system.scene.symmetry.force_mask());
-    arm_sum.component_mul_assign(&system.scene.symmetry.torque_mask());
-    if system.state.watch.first.is_none() {
-        let energy = before.kinetic_energy(&system.model.inertia);
-        system.state.watch.note_contact(system.state.step, before, energy);
+    (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
+    (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
+    widen(system, node.j, u);
+    Some(Vector::from(v))
+}
+
+/// Books what a free node takes: from t_{n-1/2} to t_{n+1/2}; with the theta rule's velocities, all at t_n, across the impulse alone.
+#[inline(always)]
+fn take(
+    system: &System<'_>,
+    sums: &mut Sums,
+    candidate: &Candidate,
+    rubbing: Option<&Tangential>,
+    [push, v]: [Vector; 2],
+    body_speed: f64,
+) {
+    let unit_speed = system.model.unit_speed;
+    let speed_after = if system.layout.has(Feature::Theta) {
+        candidate.speed_before + candidate.normal.dot(&push) * unit_speed
+    } else {
+        candidate.normal.dot(&v) * unit_speed
+    };
+    let given = candidate.impulse * candidate.images();
+    sums.loss -= given * (0.5 * (candidate.speed_before + speed_after) - body_speed);
+    if let Some(t) = rubbing {
+        let [p, q] = t.along(&(v * unit_speed));
+        let [p_before, q_before] = t.speed_before;
+        sums.rubbed -= t.work([0.5 * (p_before + p), 0.5 * (q_before + q)]) * candidate.images();
     }
-    let sums = &mut system.state.sums;
-    sums.impulses += touched;
-    sums.impulse += impulse_sum;
-    sums.window += impulse_sum;
-    if system.model.inertia.turns {
-        sums.angular_impulse += pose::out_of_body(&before.orientation, &arm_sum);
-    }
-    sums.work += work;
-    sums.loss += loss;
-    sums.friction += rubbed;
-    sums.support_work += held;
+}
+
+/// The sweep has booked the viscous push on a node as if it went on with the velocity before the impulse.
+#[inline(always)]
+fn book_viscous(system: &mut System<'_>, node: &Node, push: &Vector) {
+    let pushes = planes::row(system.blocks.pushes, system.layout.chunks, node.j);
+    let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, node.i).unwrap_or(0.0));
+    let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(node.i, node.j);
+    system.state.sums.viscous -= crossed * (system.model.unit_energy * node.share);
 }
 
 /// Notes that a row holds a node with this displacement.

@@ -95,8 +95,213 @@ fn finished<const FRICTION: bool>(
     solved
 }
 
-/// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
-/// which a solve has settled, m/s.
+/// Projected Gauss-Seidel: what a sweep over the candidates needs, and the rates that it gives the body. Without friction the compiler leaves
+/// out what belongs to it.
+struct Sweeps<'c, const FRICTION: bool> {
+    inertia: &'c Inertia,
+    /// Of a free node, kg and 1/kg.
+    node_mass: f64,
+    inverse_node_mass: f64,
+    coefficient: f64,
+    symmetry: Symmetry,
+    /// What mirror planes leave of an impulse and of its moment.
+    push_mask: Vector,
+    twist_mask: Vector,
+    /// Whether there are no mirror planes.
+    whole: bool,
+    /// Whether the body turns, now or by contact. One that does not (a sphere) needs no arms: what they give is exactly zero.
+    turns: bool,
+    /// Effective mass of a node that stands for itself, before a body that does not turn, kg.
+    plain_mass: f64,
+    /// Whether a candidate is fixed.
+    supported: bool,
+    velocity: Vector,
+    rate: Vector,
+    /// Sizes of all changes of impulses, N s.
+    changes: f64,
+}
+
+/// The greatest numbers among the candidates before any impulse.
+#[derive(Default)]
+struct Greatest {
+    /// Gap rate or slip, m/s.
+    speed: f64,
+    /// Square of an arm, m^2.
+    arm: f64,
+    images: f64,
+}
+
+impl<'c, const FRICTION: bool> Sweeps<'c, FRICTION> {
+    /// Before any impulse.
+    #[inline(always)]
+    fn of(body: &Body, inertia: &'c Inertia, node_mass: f64, symmetry: Symmetry, coefficient: f64) -> Self {
+        let (velocity, rate, inverse_node_mass) = (body.velocity, body.angular_velocity, 1.0 / node_mass);
+        Sweeps {
+            inertia,
+            node_mass,
+            inverse_node_mass,
+            coefficient,
+            symmetry,
+            push_mask: symmetry.force_mask(),
+            twist_mask: symmetry.torque_mask(),
+            whole: symmetry == Symmetry::default(),
+            turns: rate != Vector::zeros() || inertia.inverse_moments != Vector::zeros(),
+            plain_mass: 1.0 / (inverse_node_mass + inertia.inverse_mass),
+            supported: false,
+            velocity,
+            rate,
+            changes: 0.0,
+        }
+    }
+
+    #[inline(always)]
+    fn is_alone(&self, c: &Candidate) -> bool {
+        self.whole && c.weight == 1.0
+    }
+
+    /// What the body feels of an impulse of 1 on a candidate and its images.
+    #[inline(always)]
+    fn push(&self, c: &Candidate) -> Vector {
+        if self.is_alone(c) { c.normal } else { c.normal.component_mul(&self.push_mask) * c.images() }
+    }
+
+    /// The moment of that about the body's centre, body axes, m.
+    #[inline(always)]
+    fn twist(&self, c: &Candidate) -> Vector {
+        if self.is_alone(c) { c.arm } else { c.arm.component_mul(&self.twist_mask) * c.images() }
+    }
+
+    /// 1/m of a candidate's node, 1/kg.
+    #[inline(always)]
+    fn own_give(&self, c: &Candidate) -> f64 {
+        if c.is_fixed() { 0.0 } else { self.inverse_node_mass }
+    }
+
+    #[inline(always)]
+    fn effective_mass(&self, c: &Candidate) -> f64 {
+        if !self.turns && self.is_alone(c) {
+            return self.plain_mass;
+        }
+        let turning = c.arm.dot(&self.twist(c).component_mul(&self.inertia.inverse_moments));
+        let moving = if self.whole { c.images() } else { c.normal.dot(&self.push(c)) };
+        let give = self.own_give(c) + self.inertia.inverse_mass * moving + turning;
+        if give > 0.0 { 1.0 / give } else { 0.0 }
+    }
+
+    /// How fast a candidate's gap grows, m/s.
+    #[inline(always)]
+    fn gap_rate(&self, c: &Candidate) -> f64 {
+        if self.turns { c.gap_rate(&self.velocity, &self.rate) } else { c.approach - c.normal.dot(&self.velocity) }
+    }
+
+    /// Begins without impulses.
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        candidates: &mut [[f64; CANDIDATE_REALS]],
+        tangential: &mut [[f64; TANGENTIAL_REALS]],
+    ) -> Greatest {
+        let mut greatest = Greatest::default();
+        for (k, slot) in candidates.iter_mut().enumerate() {
+            let c = Candidate::read(slot);
+            self.supported |= c.is_fixed();
+            greatest.images = math::max(c.images(), greatest.images);
+            let gap_rate = self.gap_rate(&c);
+            greatest.speed = math::max(math::abs(gap_rate), greatest.speed);
+            if self.turns {
+                let arm = c.arm.dot(&c.arm);
+                greatest.arm = math::max(arm, greatest.arm);
+            }
+            if FRICTION && let Some(place) = tangential.get_mut(k) {
+                let mut t = Tangential::read(place);
+                t.begin(self.inertia, self.own_give(&c), self.symmetry, c.images());
+                for (slip, arm) in t.slip(&self.velocity, &self.rate).into_iter().zip(t.arms) {
+                    greatest.speed = math::max(math::abs(slip), greatest.speed);
+                    greatest.arm = math::max(arm.dot(&arm), greatest.arm);
+                }
+                t.write(place);
+            }
+            // Until the solve begins, the place of the mass holds the gap rate.
+            let [.., kept, impulse] = slot;
+            (*kept, *impulse) = (gap_rate, 0.0);
+        }
+        greatest
+    }
+
+    /// Sets the effective masses. That of a candidate whose gap grows faster than `out_of_reach`, m/s, is 0, so that no sweep changes it.
+    #[inline(always)]
+    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
+        for slot in candidates {
+            let c = Candidate::read(slot);
+            let [.., mass, _] = slot;
+            *mass = if c.effective_mass > out_of_reach { 0.0 } else { self.effective_mass(&c) };
+        }
+    }
+
+    /// One sweep. Returns the largest change of an impulse, N s on a free node.
+    #[inline(always)]
+    fn sweep(&mut self, candidates: &mut [[f64; CANDIDATE_REALS]], tangential: &mut [[f64; TANGENTIAL_REALS]]) -> f64 {
+        let mut largest_change = 0.0;
+        for (k, slot) in candidates.iter_mut().enumerate() {
+            let mut c = Candidate::read(slot);
+            if !FRICTION && c.effective_mass == 0.0 {
+                continue;
+            }
+            if c.impulse > 0.0 {
+                c.approach += if self.supported && c.is_fixed() { 0.0 } else { c.impulse / self.node_mass };
+            }
+            let gap_rate = self.gap_rate(&c);
+            let trial = c.impulse - gap_rate * c.effective_mass;
+            let impulse = math::max(trial, 0.0);
+            let change = impulse - c.impulse;
+            if change != 0.0 {
+                self.velocity -= self.push(&c) * (change * self.inertia.inverse_mass);
+                if self.turns {
+                    self.rate -= self.twist(&c).component_mul(&self.inertia.inverse_moments) * change;
+                }
+                let [.., place] = slot;
+                *place = impulse;
+                let mut size = math::abs(change);
+                self.changes += size;
+                if self.supported && c.is_fixed() {
+                    // A change of speed is what counts, and here the mass that changes it is the body's.
+                    size *= self.node_mass / c.effective_mass;
+                }
+                largest_change = math::max(size, largest_change);
+            }
+            if FRICTION && let Some(place) = tangential.get_mut(k) {
+                largest_change = self.rub(&c, impulse, place, largest_change);
+            }
+        }
+        largest_change
+    }
+
+    /// Friction of a candidate with this normal impulse, N s. Returns the larger of its change and of `largest_change`.
+    #[inline(always)]
+    fn rub(&mut self, c: &Candidate, normal: f64, place: &mut [f64; TANGENTIAL_REALS], largest_change: f64) -> f64 {
+        let mut t = Tangential::read(place);
+        let own = self.own_give(c);
+        let [s0, s1] = t.slip(&self.velocity, &self.rate);
+        let [p, q] = t.impulse;
+        let next = t.next([s0 + p * own, s1 + q * own], self.coefficient * normal);
+        let change = [next[0] - p, next[1] - q];
+        if change == [0.0; 2] {
+            return largest_change;
+        }
+        self.velocity -= t.push(change).component_mul(&self.push_mask) * (c.images() * self.inertia.inverse_mass);
+        let twist = t.twist(change).component_mul(&self.twist_mask) * c.images();
+        self.rate -= twist.component_mul(&self.inertia.inverse_moments);
+        t.impulse = next;
+        t.write(place);
+        let mut size = math::max(math::abs(change[0]), math::abs(change[1]));
+        if c.is_fixed() {
+            size *= self.node_mass / t.effective_mass;
+        }
+        math::max(size, largest_change)
+    }
+}
+
+/// The sweeps of both solves. Returns also the change of speed in a sweep below which a solve has settled, m/s.
 #[inline(never)] // It must not add to the stack of what follows.
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
@@ -107,142 +312,36 @@ fn sweeps<const FRICTION: bool>(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> (Solved, f64) {
-    let (push_mask, twist_mask) = (symmetry.force_mask(), symmetry.torque_mask());
-    let whole = symmetry == Symmetry::default();
-    let alone = |c: &Candidate| whole && c.weight == 1.0;
-    let push = |c: &Candidate| {
-        if alone(c) { c.normal } else { c.normal.component_mul(&push_mask) * c.images() }
-    };
-    let twist = |c: &Candidate| {
-        if alone(c) { c.arm } else { c.arm.component_mul(&twist_mask) * c.images() }
-    };
-    let mut velocity = body.velocity;
-    let mut rate = body.angular_velocity;
-    let inverse_node_mass = 1.0 / node_mass;
-    // A body that does not turn, now or by contact (a sphere), needs no arms: what they give is exactly zero.
-    let turns = rate != Vector::zeros() || inertia.inverse_moments != Vector::zeros();
-    let plain_mass = 1.0 / (inverse_node_mass + inertia.inverse_mass);
-    let effective_mass = |c: &Candidate| {
-        if !turns && alone(c) {
-            return plain_mass;
-        }
-        let turning = c.arm.dot(&twist(c).component_mul(&inertia.inverse_moments));
-        let moving = if whole { c.images() } else { c.normal.dot(&push(c)) };
-        let give = if c.is_fixed() { 0.0 } else { inverse_node_mass } + inertia.inverse_mass * moving + turning;
-        if give > 0.0 { 1.0 / give } else { 0.0 }
-    };
-    let closing = |c: &Candidate, velocity: &Vector, rate: &Vector| {
-        if turns { c.gap_rate(velocity, rate) } else { c.approach - c.normal.dot(velocity) }
-    };
-    let (mut fastest, mut farthest, mut most_images, mut supported) = (0.0, 0.0, 0.0, false);
-    for (k, slot) in candidates.iter_mut().enumerate() {
-        let c = Candidate::read(slot);
-        supported |= c.is_fixed();
-        most_images = math::max(c.images(), most_images);
-        let gap_rate = closing(&c, &velocity, &rate);
-        fastest = math::max(math::abs(gap_rate), fastest);
-        if turns {
-            let arm = c.arm.dot(&c.arm);
-            farthest = math::max(arm, farthest);
-        }
-        if FRICTION && let Some(place) = tangential.get_mut(k) {
-            let mut t = Tangential::read(place);
-            let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
-            t.begin(inertia, own, symmetry, c.images());
-            for (slip, arm) in t.slip(&velocity, &rate).into_iter().zip(t.arms) {
-                fastest = math::max(math::abs(slip), fastest);
-                farthest = math::max(arm.dot(&arm), farthest);
-            }
-            t.write(place);
-        }
-        // Until the solve begins, the place of the mass holds the gap rate.
-        let [.., kept, impulse] = slot;
-        (*kept, *impulse) = (gap_rate, 0.0);
-    }
+    let mut all = Sweeps::<FRICTION>::of(body, inertia, node_mass, symmetry, coefficient);
+    let greatest = all.begin(candidates, tangential);
     // The speeds that a gap rate is the difference of.
-    let moving = length(&velocity) + math::sqrt(farthest) * length(&rate);
-    let (relative, rounding) = (1e-14 * fastest, ROUNDING * moving);
+    let moving = length(&all.velocity) + math::sqrt(greatest.arm) * length(&all.rate);
+    let (relative, rounding) = (1e-14 * greatest.speed, ROUNDING * moving);
     let tolerance = node_mass * math::max(relative, rounding);
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the body, however they
     // add up, changes the speed of its surface by less than that: it would take no impulse.
-    let follows = most_images * (inertia.inverse_mass + farthest * inertia.inverse_moments.max());
+    let follows = greatest.images * (inertia.inverse_mass + greatest.arm * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { OUT_OF_REACH * moving };
-    // Of what is out of reach the mass is 0, so that no sweep changes it.
-    let set_masses = |candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64| {
-        for slot in candidates {
-            let c = Candidate::read(slot);
-            let [.., mass, _] = slot;
-            *mass = if c.effective_mass > out_of_reach { 0.0 } else { effective_mass(&c) };
-        }
-    };
-    set_masses(candidates, out_of_reach);
-    let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
+    all.set_masses(candidates, out_of_reach);
+    let (mut sweeps, mut converged) = (0, false);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
-        let mut largest_change = 0.0;
-        for (k, slot) in candidates.iter_mut().enumerate() {
-            let mut c = Candidate::read(slot);
-            if !FRICTION && c.effective_mass == 0.0 {
-                continue;
-            }
-            if c.impulse > 0.0 {
-                c.approach += if supported && c.is_fixed() { 0.0 } else { c.impulse / node_mass };
-            }
-            let gap_rate = closing(&c, &velocity, &rate);
-            let trial = c.impulse - gap_rate * c.effective_mass;
-            let impulse = math::max(trial, 0.0);
-            let change = impulse - c.impulse;
-            if change != 0.0 {
-                velocity -= push(&c) * (change * inertia.inverse_mass);
-                if turns {
-                    rate -= twist(&c).component_mul(&inertia.inverse_moments) * change;
-                }
-                let [.., place] = slot;
-                *place = impulse;
-                let mut size = math::abs(change);
-                changes += size;
-                if supported && c.is_fixed() {
-                    // A change of speed is what counts, and here the mass that changes it is the body's.
-                    size *= node_mass / c.effective_mass;
-                }
-                largest_change = math::max(size, largest_change);
-            }
-            if FRICTION && let Some(place) = tangential.get_mut(k) {
-                let mut t = Tangential::read(place);
-                let own = if c.is_fixed() { 0.0 } else { inverse_node_mass };
-                let [s0, s1] = t.slip(&velocity, &rate);
-                let [p, q] = t.impulse;
-                let next = t.next([s0 + p * own, s1 + q * own], coefficient * impulse);
-                let change = [next[0] - p, next[1] - q];
-                if change != [0.0; 2] {
-                    velocity -= t.push(change).component_mul(&push_mask) * (c.images() * inertia.inverse_mass);
-                    let twist = t.twist(change).component_mul(&twist_mask) * c.images();
-                    rate -= twist.component_mul(&inertia.inverse_moments);
-                    t.impulse = next;
-                    t.write(place);
-                    let mut size = math::max(math::abs(change[0]), math::abs(change[1]));
-                    if c.is_fixed() {
-                        size *= node_mass / t.effective_mass;
-                    }
-                    largest_change = math::max(size, largest_change);
-                }
-            }
-        }
+        let largest_change = all.sweep(candidates, tangential);
         sweeps += 1;
         converged = largest_change <= tolerance;
-        let followed = changes * follows < 0.9 * out_of_reach;
+        let followed = all.changes * follows < 0.9 * out_of_reach;
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
-            set_masses(candidates, out_of_reach);
-            (velocity, rate) = (body.velocity, body.angular_velocity);
+            all.set_masses(candidates, out_of_reach);
+            (all.velocity, all.rate) = (body.velocity, body.angular_velocity);
             candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
         }
     }
     if !converged {
-        set_masses(candidates, f64::INFINITY);
+        all.set_masses(candidates, f64::INFINITY);
     }
-    let solved = Solved { sweeps, converged, velocity, angular_velocity: rate, residual: 0.0 };
+    let solved = Solved { sweeps, converged, velocity: all.velocity, angular_velocity: all.rate, residual: 0.0 };
     (solved, tolerance / node_mass)
 }
 
