@@ -130,99 +130,121 @@ impl Layout {
         let plies = scene.stack.plies as usize;
         let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
         let nodes = nodes_x.checked_mul(nodes_y)?;
-        let chunks = x.stored().div_ceil(CHUNK);
-        let has = Features::of(scene);
-        let [implicit, halving, toe, viscous, rate, graded, friction] = [
-            Feature::Theta,
-            Feature::Halving,
-            Feature::Toe,
-            Feature::Viscosity,
-            Feature::Rate,
-            Feature::Grading,
-            Feature::Friction,
-        ]
-        .map(|feature| has.has(feature));
         let candidates = match scene.contact_capacity {
             0 => nodes,
             most => nodes.min(most as usize),
         };
-
-        let planes = HOT_PLANES + HISTORY_PLANES + if has_constants(has) { YARN_PLANES } else { 0 };
-        let iterate = if implicit { ITERATE_PLANES } else { 0 };
-        let planes = planes
-            + iterate
-            + if toe { MARK_PLANES } else { 0 }
-            + if has.has(Feature::Strength) { STRENGTH_PLANES } else { 0 };
-        let planes = planes + if viscous { PUSH_PLANES } else { 0 } + if rate { RATE_PLANES } else { 0 };
-        let image_row = usize::from(y.is_mirrored()) * (HOT_PLANES + iterate);
-        let rows = nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(chunks.checked_mul(CHUNK)?)?;
-        let tangential = if friction { TANGENTIAL_REALS } else { 0 };
-        let scratch = chunks
-            .checked_mul(CHUNK * (CARRY_PLANES + if viscous { VISCOUS_PLANES } else { 0 }))?
-            .checked_add(nodes_x.checked_mul(3)?)?
-            .checked_add(if viscous || rate { nodes_y } else { 0 })?
-            .checked_add(if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 })?
-            .checked_add(candidates.checked_mul(CANDIDATE_REALS + usize::from(implicit) + tangential)?)?;
-        let plain = plies == 1
-            && !(implicit || halving || toe || viscous || rate || graded || x.is_mirrored() || y.is_mirrored());
-        let in_waves = Feature::Blocks.is_built()
-            && plain
-            && nodes_y.checked_mul(chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS;
-        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
-        let waves = if in_waves { BLOCK_STEPS } else { 0 };
-        let scratch = scratch
-            .checked_add(waves.checked_mul(chunks.checked_mul(CHUNK * CARRY_PLANES)?)?)?
-            .checked_add(waves.checked_mul(nodes_y.checked_mul(PULL_REALS)?)?)?;
-        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
-        let stack = |count: usize| if plies > 1 { count } else { 0 };
-        let scratch = scratch
-            .checked_add(stack(nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
-            .checked_add(stack(plies.checked_mul(COLUMN_REALS)?))?
-            .checked_add(stack(candidates.checked_mul(TOUCH_REALS + if friction { PACE_REALS } else { 0 })?))?;
-        let segments =
-            x.segments().checked_mul(nodes_y)?.checked_add(nodes_x.checked_mul(y.segments())?.checked_mul(plies)?)?;
-        let reals = rows.checked_add(scratch)?;
-
-        let watched = if has.has(Feature::Detachment) { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
-        let words = nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(candidates)?;
-        let columns = nodes_x.checked_mul(y.modelled())?;
-        let words = words
-            .checked_add(stack(plies.checked_mul(2)?))?
-            .checked_add(stack(columns))?
-            .checked_add(stack(candidates.checked_mul(2)?))?;
-
-        // Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical
-        // segment where they exist.
-        let flags = if has.has(Feature::Detachment) { nodes.div_ceil(32) } else { 0 };
-        let image_words = nodes
-            .checked_mul(6)?
-            .checked_add(segments)?
-            .checked_add(if toe { segments } else { 0 })?
-            .checked_add(flags)?
-            .checked_add(frame_words(has))?;
-
-        // No block may exceed what a slice can hold.
-        let lines = reals.div_ceil(CacheLine::REALS).checked_add(words.div_ceil(CacheLine::WORDS))?;
-        for (count, bytes) in [(lines, size_of::<CacheLine>()), (image_words, 8)] {
-            if count.checked_mul(bytes)? > isize::MAX as usize {
-                return None;
-            }
-        }
-        Some(Layout {
+        let mut layout = Layout {
             nodes_x,
             nodes_y,
             plies,
             x,
             y,
             upper: Places::of(scene, Axis::Vertical).upper(),
-            chunks,
-            has,
-            in_waves,
+            chunks: x.stored().div_ceil(CHUNK),
+            has: Features::of(scene),
             candidates,
-            reals,
-            words,
-            image_words,
-        })
+            ..Layout::NOTHING
+        };
+        layout.in_waves = layout.may_step_in_waves()?;
+        layout.reals = layout.reals_of_rows()?.checked_add(layout.reals_of_scratch()?)?;
+        layout.words = layout.words_in_all(nodes)?;
+        layout.image_words = layout.words_of_an_image(nodes)?;
+
+        // No block may exceed what a slice can hold.
+        let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
+        for (count, bytes) in [(lines, size_of::<CacheLine>()), (layout.image_words, 8)] {
+            if count.checked_mul(bytes)? > isize::MAX as usize {
+                return None;
+            }
+        }
+        Some(layout)
+    }
+
+    /// See [`Layout::in_waves`].
+    fn may_step_in_waves(&self) -> Option<bool> {
+        let more =
+            [Feature::Theta, Feature::Halving, Feature::Toe, Feature::Viscosity, Feature::Rate, Feature::Grading];
+        let plain = self.plies == 1
+            && !(more.iter().any(|feature| self.has(*feature)) || self.x.is_mirrored() || self.y.is_mirrored());
+        Some(
+            Feature::Blocks.is_built()
+                && plain
+                && self.nodes_y.checked_mul(self.chunks)?.checked_mul(CHUNK * HOT_PLANES)? > CACHED_REALS,
+        )
+    }
+
+    /// `count` if the scene has the feature.
+    fn of_feature(&self, feature: Feature, count: usize) -> usize {
+        if self.has(feature) { count } else { 0 }
+    }
+
+    /// Real numbers that are kept for every node from one step to the next.
+    fn reals_of_rows(&self) -> Option<usize> {
+        let iterate = self.of_feature(Feature::Theta, ITERATE_PLANES);
+        let planes = HOT_PLANES
+            + HISTORY_PLANES
+            + if has_constants(self.has) { YARN_PLANES } else { 0 }
+            + iterate
+            + self.of_feature(Feature::Toe, MARK_PLANES)
+            + self.of_feature(Feature::Strength, STRENGTH_PLANES)
+            + self.of_feature(Feature::Viscosity, PUSH_PLANES)
+            + self.of_feature(Feature::Rate, RATE_PLANES);
+        let image_row = usize::from(self.y.is_mirrored()) * (HOT_PLANES + iterate);
+        let row = self.chunks.checked_mul(CHUNK)?;
+        self.nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(row)
+    }
+
+    /// Real numbers of work rows, graded lines, candidates, steps in blocks, and columns of plies.
+    fn reals_of_scratch(&self) -> Option<usize> {
+        let (chunks, nodes_y, candidates) = (self.chunks, self.nodes_y, self.candidates);
+        let takes = usize::from(self.takes_energy());
+        let tangential = self.of_feature(Feature::Friction, TANGENTIAL_REALS);
+        let of_a_candidate = CANDIDATE_REALS + self.of_feature(Feature::Theta, 1) + tangential;
+        let graded = self.has(Feature::Grading);
+        let lines = if graded { (chunks + nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES } else { 0 };
+        let scratch = chunks
+            .checked_mul(CHUNK * (CARRY_PLANES + self.of_feature(Feature::Viscosity, VISCOUS_PLANES)))?
+            .checked_add(self.nodes_x.checked_mul(3)?)?
+            .checked_add(takes * nodes_y)?
+            .checked_add(lines)?
+            .checked_add(candidates.checked_mul(of_a_candidate)?)?;
+        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
+        let waves = if self.in_waves { BLOCK_STEPS } else { 0 };
+        let scratch = scratch
+            .checked_add(waves.checked_mul(chunks.checked_mul(CHUNK * CARRY_PLANES)?)?)?
+            .checked_add(waves.checked_mul(nodes_y.checked_mul(PULL_REALS)?)?)?;
+        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
+        let touch = TOUCH_REALS + self.of_feature(Feature::Friction, PACE_REALS);
+        scratch
+            .checked_add(self.of_feature(Feature::Plies, nodes_y.checked_mul(chunks.checked_mul(CHUNK)?)?))?
+            .checked_add(self.of_feature(Feature::Plies, self.plies.checked_mul(COLUMN_REALS)?))?
+            .checked_add(self.of_feature(Feature::Plies, candidates.checked_mul(touch)?))
+    }
+
+    /// Integers in all; `nodes`: of the sheet.
+    fn words_in_all(&self, nodes: usize) -> Option<usize> {
+        let watched = if self.has(Feature::Detachment) { nodes.checked_add(nodes.div_ceil(32))? } else { 0 };
+        let words = self.nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(self.candidates)?;
+        let columns = self.nodes_x.checked_mul(self.y.modelled())?;
+        words
+            .checked_add(self.of_feature(Feature::Plies, self.plies.checked_mul(2)?))?
+            .checked_add(self.of_feature(Feature::Plies, columns))?
+            .checked_add(self.of_feature(Feature::Plies, self.candidates.checked_mul(2)?))
+    }
+
+    /// Words of an image: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and vertical segment
+    /// where they exist; flags, and what every image has.
+    fn words_of_an_image(&self, nodes: usize) -> Option<usize> {
+        let [along, up] = [self.x.segments(), self.y.segments()];
+        let vertical = self.nodes_x.checked_mul(up)?.checked_mul(self.plies)?;
+        let segments = along.checked_mul(self.nodes_y)?.checked_add(vertical)?;
+        nodes
+            .checked_mul(6)?
+            .checked_add(segments)?
+            .checked_add(self.of_feature(Feature::Toe, segments))?
+            .checked_add(self.of_feature(Feature::Detachment, nodes.div_ceil(32)))?
+            .checked_add(frame_words(self.has))
     }
 
     /// Length of the memory that a simulation takes, in lines of 64 bytes.

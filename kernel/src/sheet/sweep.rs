@@ -374,35 +374,54 @@ impl<L: Lane> Carried<L> {
         net: &NetRow<'_>,
     ) {
         let columns = net.columns.get(planes.column / CHUNK).unwrap_or(&NO_GRADING);
-        let [ux, uy, uz, vx, vy, vz, kh, kv] = &mut *planes.chunk;
-        let (vx, vy, vz) = (L::groups_mut(vx), L::groups_mut(vy), L::groups_mut(vz));
-        let (kh, kv) = (L::groups_mut(kh), L::groups_mut(kv));
-        let [ax, ay, az, ..] = planes.above;
-        let (ax, ay, az) = (L::groups(ax), L::groups(ay), L::groups(az));
-        let [cx, cy, cz] = &mut *planes.carry;
-        let (cx, cy, cz) = (L::groups_mut(cx), L::groups_mut(cy), L::groups_mut(cz));
-        let [history_h, history_v] = &mut *planes.history;
-        let (history_h, history_v) = (L::groups_mut(history_h), L::groups_mut(history_v));
+        let lines = Lines { columns, net, directions: cold.pass.directions };
+        let ([ux, uy, uz, ..], [ax, ay, az, ..], next) = (&*planes.chunk, planes.above, planes.next);
         let here = [L::load(&L::groups(ux)[g]), L::load(&L::groups(uy)[g]), L::load(&L::groups(uz)[g])];
-        let next = planes.next;
-        let column = planes.column + g * L::WIDTH;
-
-        let up = [L::load(&ax[g]).sub(here[0]), L::load(&ay[g]).sub(here[1]), L::load(&az[g]).sub(here[2])];
+        let up = [
+            L::load(&L::groups(ax)[g]).sub(here[0]),
+            L::load(&L::groups(ay)[g]).sub(here[1]),
+            L::load(&L::groups(az)[g]).sub(here[2]),
+        ];
         let along = [
             right_of(here[0], ux, &next[0], g).sub(here[0]),
             right_of(here[1], uy, &next[1], g).sub(here[1]),
             right_of(here[2], uz, &next[2], g).sub(here[2]),
         ];
-        let Along { horizontal, vertical, .. } = cold.pass.directions;
-        let (q_v, q_h) = if PLAIN {
-            (law::twice_strain(vertical_axes(up)), law::twice_strain(along))
-        } else if GRADED {
-            let (rest_h, rest_v) =
-                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
-            (rest_v.twice_strain(vertical_axes(up)), rest_h.twice_strain(along))
-        } else {
-            (vertical.rest.twice_strain(vertical_axes(up)), horizontal.rest.twice_strain(along))
-        };
+        let strains = lines.strains::<L, PLAIN, GRADED>(g, along, up);
+        self.damage::<PLAIN>(planes, g, cold, strains);
+        let stresses = stresses::<L, FACTOR>(planes, g, cold.pass, strains);
+        let (force, lift) = lines.forces::<L, PLAIN, GRADED>(g, stresses, along, up);
+        let lift = vertical_axes(lift);
+        let [cx, cy, cz] = &mut *planes.carry;
+        let vertical = [
+            hand_on(lift[0], &mut L::groups_mut(cx)[g]),
+            hand_on(lift[1], &mut L::groups_mut(cy)[g]),
+            hand_on(lift[2], &mut L::groups_mut(cz)[g]),
+        ];
+        let left = [
+            force[0].left_of(self.left_force[0]),
+            force[1].left_of(self.left_force[1]),
+            force[2].left_of(self.left_force[2]),
+        ];
+        let sum = lines.sums::<L, GRADED>(g, force, left, vertical);
+        let [ux, uy, uz, vx, vy, vz, ..] = &mut *planes.chunk;
+        move_along(here[0], sum[0], &mut L::groups_mut(vx)[g], &mut L::groups_mut(ux)[g]);
+        let y = move_along(here[1], sum[1], &mut L::groups_mut(vy)[g], &mut L::groups_mut(uy)[g]);
+        move_along(here[2], sum[2], &mut L::groups_mut(vz)[g], &mut L::groups_mut(uz)[g]);
+        self.low = y.min(self.low);
+        self.high = y.max(self.high);
+        self.left_force = force;
+    }
+
+    /// Damages the segments of a lane group that are beyond all that they have seen, horizontal and vertical.
+    #[inline(always)]
+    fn damage<const PLAIN: bool>(
+        &mut self,
+        planes: &mut Planes<'_>,
+        g: usize,
+        cold: &mut Cold<'_>,
+        [q_h, q_v]: [L; 2],
+    ) {
         let [limit_h, limit_v] = if PLAIN { [self.limits[0]; 2] } else { self.limits };
         let some_beyond = if PLAIN {
             q_v.any_not_below_either(q_h, limit_h)
@@ -410,69 +429,102 @@ impl<L: Lane> Carried<L> {
             q_h.any_not_below(limit_h) || q_v.any_not_below(limit_v)
         };
         if some_beyond {
-            if q_h.any_not_below(limit_h) && q_h.any_above(L::load(&history_h[g])) {
+            let column = planes.column + g * L::WIDTH;
+            let [.., kh, kv] = &mut *planes.chunk;
+            let [history_h, history_v] = &mut *planes.history;
+            let (kh, kv) = (&mut L::groups_mut(kh)[g], &mut L::groups_mut(kv)[g]);
+            let (history_h, history_v) = (&mut L::groups_mut(history_h)[g], &mut L::groups_mut(history_v)[g]);
+            if q_h.any_not_below(limit_h) && q_h.any_above(L::load(history_h)) {
                 let place = Place { first: column, end: cold.horizontal_end, axis: Axis::Horizontal };
-                cold.damage(q_h, place, &mut history_h[g], &mut kh[g]);
+                cold.damage(q_h, place, history_h, kh);
             }
-            if q_v.any_not_below(limit_v) && q_v.any_above(L::load(&history_v[g])) {
+            if q_v.any_not_below(limit_v) && q_v.any_above(L::load(history_v)) {
                 let place = Place { first: column, end: cold.vertical_end, axis: Axis::Vertical };
-                cold.damage(q_v, place, &mut history_v[g], &mut kv[g]);
+                cold.damage(q_v, place, history_v, kv);
             }
         }
-        let (mut kh, mut kv) = (L::load(&kh[g]), L::load(&kv[g]));
-        let [factor_h, factor_v] = planes.factors;
-        if FACTOR == TOE {
-            kh = kh.mul(cold.pass.toe.factor(q_h, L::load(&L::groups(factor_h)[g])));
-            kv = kv.mul(cold.pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
-        }
-        if FACTOR == RATE {
-            let rates = cold.pass.rates;
-            kh = kh.mul(rates.stiffening(L::load(&L::groups(factor_h)[g])));
-            kv = kv.mul(rates.stiffening(L::load(&L::groups(factor_v)[g])));
-        }
-        let (stress_v, stress_h) = (law::stress(kv, q_v), law::stress(kh, q_h));
-        let (lift, force) = if PLAIN {
-            (law::force(stress_v, vertical_axes(up)), law::force(stress_h, along))
-        } else if GRADED {
-            let (rest_h, rest_v) =
-                (grading::bars_along(columns, g, &horizontal.rest), net.upwards::<L>(&vertical.rest));
-            (rest_v.force(stress_v, vertical_axes(up)), rest_h.force(stress_h, along))
-        } else {
-            (vertical.rest.force(stress_v, vertical_axes(up)), horizontal.rest.force(stress_h, along))
-        };
-        let lift = vertical_axes(lift);
-        let vertical = [hand_on(lift[0], &mut cx[g]), hand_on(lift[1], &mut cy[g]), hand_on(lift[2], &mut cz[g])];
+    }
+}
 
-        let left = [
-            force[0].left_of(self.left_force[0]),
-            force[1].left_of(self.left_force[1]),
-            force[2].left_of(self.left_force[2]),
-        ];
-        let y;
-        if GRADED {
-            let column = L::load(&L::groups(&columns[INVERSE_WIDTH])[g]);
-            let widths = [column, L::splat(net.inverse_width)];
-            let sum = [
-                graded_with_vertical(force[0], left[0], vertical[0], widths),
-                graded_with_vertical(force[1], left[1], vertical[1], widths),
-                graded_with_vertical(force[2], left[2], vertical[2], widths),
-            ];
-            move_along(here[0], sum[0], &mut vx[g], &mut L::groups_mut(ux)[g]);
-            y = move_along(here[1], sum[1], &mut vy[g], &mut L::groups_mut(uy)[g]);
-            move_along(here[2], sum[2], &mut vz[g], &mut L::groups_mut(uz)[g]);
+/// Stresses of a lane group's segments, horizontal and vertical, with the factor on their stiffness.
+#[inline(always)]
+fn stresses<L: Lane, const FACTOR: u8>(planes: &Planes<'_>, g: usize, pass: &Pass<'_>, [q_h, q_v]: [L; 2]) -> [L; 2] {
+    let [.., kh, kv] = &*planes.chunk;
+    let (mut kh, mut kv) = (L::load(&L::groups(kh)[g]), L::load(&L::groups(kv)[g]));
+    let [factor_h, factor_v] = planes.factors;
+    if FACTOR == TOE {
+        kh = kh.mul(pass.toe.factor(q_h, L::load(&L::groups(factor_h)[g])));
+        kv = kv.mul(pass.toe.factor(q_v, L::load(&L::groups(factor_v)[g])));
+    }
+    if FACTOR == RATE {
+        kh = kh.mul(pass.rates.stiffening(L::load(&L::groups(factor_h)[g])));
+        kv = kv.mul(pass.rates.stiffening(L::load(&L::groups(factor_v)[g])));
+    }
+    [law::stress(kh, q_h), law::stress(kv, q_v)]
+}
+
+/// The bars of a chunk as they lie in the flat sheet.
+struct Lines<'a> {
+    /// Of a graded network.
+    columns: &'a Chunk<LINE_PLANES>,
+    net: &'a NetRow<'a>,
+    directions: Along<'a>,
+}
+
+impl Lines<'_> {
+    /// Twice the strains of horizontal and vertical segments, whose ends are displaced against each other by `along` and `up`.
+    #[inline(always)]
+    fn strains<L: Lane, const PLAIN: bool, const GRADED: bool>(&self, g: usize, along: [L; 3], up: [L; 3]) -> [L; 2] {
+        let Along { horizontal, vertical, .. } = self.directions;
+        if PLAIN {
+            [law::twice_strain(along), law::twice_strain(vertical_axes(up))]
+        } else if GRADED {
+            let rest_h = grading::bars_along(self.columns, g, &horizontal.rest);
+            let rest_v = self.net.upwards::<L>(&vertical.rest);
+            [rest_h.twice_strain(along), rest_v.twice_strain(vertical_axes(up))]
         } else {
-            move_along(here[0], with_vertical(force[0], left[0], vertical[0]), &mut vx[g], &mut L::groups_mut(ux)[g]);
-            y = move_along(
-                here[1],
-                with_vertical(force[1], left[1], vertical[1]),
-                &mut vy[g],
-                &mut L::groups_mut(uy)[g],
-            );
-            move_along(here[2], with_vertical(force[2], left[2], vertical[2]), &mut vz[g], &mut L::groups_mut(uz)[g]);
+            [horizontal.rest.twice_strain(along), vertical.rest.twice_strain(vertical_axes(up))]
         }
-        self.low = y.min(self.low);
-        self.high = y.max(self.high);
-        self.left_force = force;
+    }
+
+    /// Forces of horizontal and vertical segments, those along their own axes.
+    #[inline(always)]
+    fn forces<L: Lane, const PLAIN: bool, const GRADED: bool>(
+        &self,
+        g: usize,
+        [stress_h, stress_v]: [L; 2],
+        along: [L; 3],
+        up: [L; 3],
+    ) -> ([L; 3], [L; 3]) {
+        let Along { horizontal, vertical, .. } = self.directions;
+        if PLAIN {
+            (law::force(stress_h, along), law::force(stress_v, vertical_axes(up)))
+        } else if GRADED {
+            let rest_h = grading::bars_along(self.columns, g, &horizontal.rest);
+            let rest_v = self.net.upwards::<L>(&vertical.rest);
+            (rest_h.force(stress_h, along), rest_v.force(stress_v, vertical_axes(up)))
+        } else {
+            (horizontal.rest.force(stress_h, along), vertical.rest.force(stress_v, vertical_axes(up)))
+        }
+    }
+
+    /// Sums of the nodes' forces along each axis. `vertical`: up - down.
+    #[inline(always)]
+    fn sums<L: Lane, const GRADED: bool>(&self, g: usize, right: [L; 3], left: [L; 3], vertical: [L; 3]) -> [L; 3] {
+        if GRADED {
+            let widths = [L::load(&L::groups(&self.columns[INVERSE_WIDTH])[g]), L::splat(self.net.inverse_width)];
+            [
+                graded_with_vertical(right[0], left[0], vertical[0], widths),
+                graded_with_vertical(right[1], left[1], vertical[1], widths),
+                graded_with_vertical(right[2], left[2], vertical[2], widths),
+            ]
+        } else {
+            [
+                with_vertical(right[0], left[0], vertical[0]),
+                with_vertical(right[1], left[1], vertical[1]),
+                with_vertical(right[2], left[2], vertical[2]),
+            ]
+        }
     }
 }
 

@@ -159,6 +159,51 @@ struct Pointers {
     scratch: *mut f64,
 }
 
+impl Pointers {
+    /// Into these blocks and the bands' scratch.
+    fn of(directions: *const Directions, blocks: &mut Blocks<'_>, scratch: *mut f64) -> Pointers {
+        let Blocks {
+            hot,
+            history,
+            yarn,
+            strength,
+            logarithms,
+            marks,
+            pushes,
+            taken,
+            columns,
+            lines,
+            before,
+            awake,
+            ranges,
+            runs,
+            carries,
+            pulls,
+            ..
+        } = blocks;
+        Pointers {
+            directions,
+            hot: hot.as_mut_ptr(),
+            history: history.as_mut_ptr(),
+            yarn: yarn.as_ptr(),
+            strength: strength.as_ptr(),
+            logarithms: logarithms.as_ptr(),
+            marks: marks.as_ptr(),
+            pushes: pushes.as_mut_ptr(),
+            taken: taken.as_mut_ptr(),
+            columns: columns.as_ptr(),
+            lines: lines.as_ptr(),
+            before: before.as_mut_ptr(),
+            awake: awake.as_ptr(),
+            ranges: ranges.as_mut_ptr(),
+            runs: runs.as_ptr(),
+            carries: carries.as_mut_ptr(),
+            noted: pulls.as_mut_ptr().cast(),
+            scratch,
+        }
+    }
+}
+
 /// A band's own numbers.
 struct Scratch<'r> {
     /// The row above the band as it was at the pass's start.
@@ -369,45 +414,7 @@ impl Plan {
             rows = course.rows_near();
         }
         let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
-        let Blocks {
-            hot,
-            history,
-            yarn,
-            strength,
-            logarithms,
-            marks,
-            pushes,
-            taken,
-            columns,
-            lines,
-            before,
-            awake,
-            ranges,
-            runs,
-            carries,
-            pulls,
-            ..
-        } = &mut system.blocks;
-        let memory = Pointers {
-            directions: &raw const system.directions,
-            hot: hot.as_mut_ptr(),
-            history: history.as_mut_ptr(),
-            yarn: yarn.as_ptr(),
-            strength: strength.as_ptr(),
-            logarithms: logarithms.as_ptr(),
-            marks: marks.as_ptr(),
-            pushes: pushes.as_mut_ptr(),
-            taken: taken.as_mut_ptr(),
-            columns: columns.as_ptr(),
-            lines: lines.as_ptr(),
-            before: before.as_mut_ptr(),
-            awake: awake.as_ptr(),
-            ranges: ranges.as_mut_ptr(),
-            runs: runs.as_ptr(),
-            carries: carries.as_mut_ptr(),
-            noted: pulls.as_mut_ptr().cast(),
-            scratch,
-        };
+        let memory = Pointers::of(&raw const system.directions, &mut system.blocks, scratch);
         let track_support = system.scene.track_support;
         let all = system.steps_all();
         Plan {
