@@ -311,18 +311,8 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
                 let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
-                // With no velocity so far: see `Found`.
-                let found = Candidate {
-                    displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
-                    normal,
-                    arm,
-                    weight: if fixed { -weight } else { weight },
-                    speed_before: normal.dot(&v) * unit_speed,
-                    approach: math::max(gap, 0.0) / dt,
-                    effective_mass: 0.0,
-                    impulse: 0.0,
-                };
-                found.write(slot);
+                let weight = if fixed { -weight } else { weight };
+                found(chunk, lane, (gap, normal, arm), weight, [unit_speed, dt]).write(slot);
                 *node = (j * nx + i) as u32;
                 if let Some(place) = tangential.get_mut(count) {
                     Tangential::at(&r, &normal, &(v * unit_speed), body).write(place);
@@ -334,6 +324,28 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let is_beyond_fine =
         layout.has(Feature::Grading) && (count > 0 || search.meets_plane()) && search.is_beyond_fine(&system.scene);
     Ok(Gathered { count, deepest, is_beyond_fine })
+}
+
+/// A candidate of this gap, normal and arm, with no velocity so far: see [`Found`].
+#[inline(always)]
+fn found(
+    chunk: &Chunk<HOT_PLANES>,
+    lane: usize,
+    (gap, normal, arm): (f64, Vector, Vector),
+    weight: f64,
+    [unit_speed, dt]: [f64; 2],
+) -> Candidate {
+    let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+    Candidate {
+        displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
+        normal,
+        arm,
+        weight,
+        speed_before: normal.dot(&v) * unit_speed,
+        approach: math::max(gap, 0.0) / dt,
+        effective_mass: 0.0,
+        impulse: 0.0,
+    }
 }
 
 /// Makes candidates of the nodes found, with the velocities that the sweep left them.

@@ -140,7 +140,6 @@ impl Layout {
             plies,
             x,
             y,
-            upper: Places::of(scene, Axis::Vertical).upper(),
             chunks: x.stored().div_ceil(CHUNK),
             has: Features::of(scene),
             candidates,
@@ -158,6 +157,7 @@ impl Layout {
                 return None;
             }
         }
+        layout.upper = Places::of(scene, Axis::Vertical).upper();
         Some(layout)
     }
 

@@ -460,10 +460,11 @@ fn stresses<L: Lane, const FACTOR: u8>(planes: &Planes<'_>, g: usize, pass: &Pas
         kh = kh.mul(pass.rates.stiffening(L::load(&L::groups(factor_h)[g])));
         kv = kv.mul(pass.rates.stiffening(L::load(&L::groups(factor_v)[g])));
     }
-    [law::stress(kh, q_h), law::stress(kv, q_v)]
+    let stress_v = law::stress(kv, q_v);
+    [law::stress(kh, q_h), stress_v]
 }
 
-/// The bars of a chunk as they lie in the flat sheet.
+/// The bars of a chunk as they lie in the flat sheet. Vertical ones are worked on first: the other way round takes 1 % more instructions.
 struct Lines<'a> {
     /// Of a graded network.
     columns: &'a Chunk<LINE_PLANES>,
@@ -477,13 +478,16 @@ impl Lines<'_> {
     fn strains<L: Lane, const PLAIN: bool, const GRADED: bool>(&self, g: usize, along: [L; 3], up: [L; 3]) -> [L; 2] {
         let Along { horizontal, vertical, .. } = self.directions;
         if PLAIN {
-            [law::twice_strain(along), law::twice_strain(vertical_axes(up))]
+            let q_v = law::twice_strain(vertical_axes(up));
+            [law::twice_strain(along), q_v]
         } else if GRADED {
             let rest_h = grading::bars_along(self.columns, g, &horizontal.rest);
             let rest_v = self.net.upwards::<L>(&vertical.rest);
-            [rest_h.twice_strain(along), rest_v.twice_strain(vertical_axes(up))]
+            let q_v = rest_v.twice_strain(vertical_axes(up));
+            [rest_h.twice_strain(along), q_v]
         } else {
-            [horizontal.rest.twice_strain(along), vertical.rest.twice_strain(vertical_axes(up))]
+            let q_v = vertical.rest.twice_strain(vertical_axes(up));
+            [horizontal.rest.twice_strain(along), q_v]
         }
     }
 
@@ -498,7 +502,8 @@ impl Lines<'_> {
     ) -> ([L; 3], [L; 3]) {
         let Along { horizontal, vertical, .. } = self.directions;
         if PLAIN {
-            (law::force(stress_h, along), law::force(stress_v, vertical_axes(up)))
+            let lift = law::force(stress_v, vertical_axes(up));
+            (law::force(stress_h, along), lift)
         } else if GRADED {
             let rest_h = grading::bars_along(self.columns, g, &horizontal.rest);
             let rest_v = self.net.upwards::<L>(&vertical.rest);
