@@ -28,6 +28,8 @@
 //! ```
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
+// Tests may be longer.
+#![cfg_attr(not(test), deny(clippy::too_many_lines))]
 // What only tests, studies and fibrils use, or what a feature left out needs, is not called in every build.
 #![cfg_attr(not(all(feature = "internals", feature = "micro", feature = "default")), allow(dead_code))]
 
