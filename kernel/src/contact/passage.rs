@@ -5,7 +5,7 @@
 //! plane, where the next plane is taken. Candidates whose way stays outside stand behind the others and are left out of the solve; with the
 //! body's rates after it they are tried again, and those that it meets after all are taken back.
 //! Limits: the body keeps its rates within the step. What a curved face or turning bends the way by is of second order in dt, and no edge. A way
-//! that needs more than [`MOST_PLANES`] planes counts as a hit. A sphere has no edge.
+//! that needs more than `MOST_PLANES` planes counts as a hit. A sphere has no edge.
 
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::{self, Body};
