@@ -77,7 +77,7 @@ pub use ground::lanes::{CacheLine, InstructionSet};
 pub use ground::math;
 pub use memory::layout::{Layout, MAX_BANDS};
 pub use memory::watch::{Latch, Outcome, OutcomeSet};
-pub use scene::features::{FEATURES, Feature, Features};
+pub use scene::features::{FEATURES, Feature};
 pub use scene::fields;
 pub use scene::parts::{
     Attachment, AttachmentKind, Back, ContactLaw, Draw, Drive, Faces, Grading, Integrator, IntegratorKind, MAX_FACES,

@@ -1,7 +1,7 @@
 """What the first velocity of a test without a guess does to its V50: `python3 -m fabric_kernel.bracketing --keep FOLDER --docs docs`.
 
 Shot: the presets and the textiles of fabrics/, from a tenth, once and ten times their limit, which a few shots find first; 20 shots, and
-30 where the interval of V50 is not bounded by 20. The command takes some 25 minutes on one core, goes on where it was stopped, and writes
+30 where the interval of V50 is not bounded by 20. The command takes some half an hour on one core, goes on where it was stopped, and writes
 docs/tables/v50_bracket.md.
 Simulated: how often the intervals of such tests hold the truth, as `coverage.py` does it for tests with a guess.
 """

@@ -57,7 +57,7 @@ fn gain(number: u64) -> Option<(f64, u64)> {
 }
 
 #[test]
-#[ignore = "a minute or more; a search, not a check"]
+#[ignore = "a minute or more; cargo xtask verify runs it"]
 fn worst_gain_before_the_first_failure() {
     let shots = std::env::var("FABRIC_SHOTS").map_or(60, |shots| shots.parse().expect("a number of shots"));
     let mut gains: Vec<_> = (0..shots).into_par_iter().filter_map(gain).collect();

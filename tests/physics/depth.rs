@@ -127,7 +127,7 @@ fn nodes_get_in_by_what_turning_bends_their_way() {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "minutes; cargo xtask verify runs it"]
 fn a_longer_search_for_deep_nodes() {
     search(0..1500);
 }
@@ -199,7 +199,7 @@ fn the_loss_falls_by_no_more_than_forces_press_nodes_on_again() {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "minutes; cargo xtask verify runs it"]
 fn a_longer_search_for_a_loss_that_falls() {
     falls(0..1500);
 }

@@ -19,6 +19,13 @@ pub struct Choice {
     start: Option<Start>,
 }
 
+impl Choice {
+    /// What it changes of a scene.
+    pub fn set(&self, scene: &mut Scene) {
+        (self.scene)(scene);
+    }
+}
+
 const fn of(name: &'static str, scene: fn(&mut Scene)) -> Choice {
     Choice { name, scene, start: None }
 }
@@ -157,7 +164,7 @@ impl Mix {
         let mut scene = small_sheet(19, 250.0);
         scene.sheet.nodes_y = 17;
         (scene.projectile.radius, scene.projectile.position[2]) = (3e-3, -self.depth);
-        self.choices().for_each(|choice| (choice.scene)(&mut scene));
+        self.choices().for_each(|choice| choice.set(&mut scene));
         scene
     }
 

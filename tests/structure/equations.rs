@@ -25,7 +25,7 @@ fn computed(line: &str) -> Option<u32> {
     numbers(comment).next().filter(|number| comment.starts_with(&format!("(M{number}) ")))
 }
 
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+pub(crate) fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if entry.is_dir() {
             files(&entry, found);

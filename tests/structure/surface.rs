@@ -1,16 +1,10 @@
 //! What a host may use of the kernel: its public names, and the public functions of its public types. A change of any is a change of
 //! surface.txt.
 
+use crate::equations::files;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
-
-/// The files of a folder and of those below it.
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        if entry.is_dir() { files(&entry, found) } else { found.push(entry) }
-    }
-}
+use std::path::Path;
 
 /// The names of the `pub use` and `pub const` of lib.rs, with the file that a name comes from.
 fn names(library: &str) -> Vec<(String, String)> {

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
-    let few = kernel(Some(""))?;
+    let few = kernel("")?;
     let bare = code(&few)?;
-    let [kernel, fmu] = [kernel(None)?, linked("fmu-lib", "libfabric_shield.so", &[])?];
+    let [kernel, fmu] = [kernel("default")?, linked("fmu-lib", "libfabric_shield.so", &[])?];
     println!("figure 1: 0 in libfabric_kernel, 0 in the FMU: both link although no panic handler exists");
     undefined(&kernel, &FROM_HOST)?;
     undefined(&fmu, &crate::platforms::FROM_LINUX)?;
@@ -69,10 +69,14 @@ fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
     if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
 }
 
-/// libfabric_kernel with these features only, or with all.
-pub fn kernel(features: Option<&str>) -> Result<PathBuf, String> {
-    let few = ["--no-default-features", "--features", features.unwrap_or_default()];
-    linked("capi-lib", "libfabric_kernel.so", if features.is_some() { &few } else { &[] })
+/// libfabric_kernel with this feature of the kernel only, none if it is empty, or `default`.
+pub fn kernel(feature: &str) -> Result<PathBuf, String> {
+    linked("capi-lib", "libfabric_kernel.so", &["--no-default-features", "--features", &of_kernel(feature)])
+}
+
+/// A feature of the kernel as a command of cargo for another package names it.
+pub fn of_kernel(feature: &str) -> String {
+    if feature.is_empty() { String::new() } else { format!("fabric-kernel/{feature}") }
 }
 
 /// Machine code of a library.
@@ -207,9 +211,8 @@ pub fn every_feature_set() -> Outcome {
         check(&others.join(","))?;
     }
     for set in [""].iter().chain(&SETS) {
-        let features = if set.is_empty() { "" } else { &format!("fabric-kernel/{set}") };
         let tests = ["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"];
-        cargo(&[&tests[..], &["--features", features]].concat())?;
+        cargo(&[&tests[..], &["--features", &of_kernel(set)]].concat())?;
     }
     println!(
         "figure 15: each of {} features left out, nothing, and {} build without a warning; pinned scenes of the last {} pass",

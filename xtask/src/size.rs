@@ -3,9 +3,8 @@
 use crate::tools::{Outcome, target, top};
 use crate::{digests, gates, stack};
 
-use fabric::{
-    FEATURES, Feature, IntegratorKind, Layout, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, TimeStep,
-};
+use fabric::{CacheLine, FEATURES, Layout, Scene, TimeStep};
+use fabric_tests::options::{Choice, GROUPS};
 use indicatif::ProgressIterator;
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};
@@ -42,11 +41,11 @@ pub fn run() -> Outcome {
 
 /// A row of the table.
 fn row(name: &str, features: &str) -> Result<String, String> {
-    let library = gates::kernel(Some(features))?;
+    let library = gates::kernel(features)?;
     let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];
     let others = [("thumbv7em-none-eabihf", digests::HARD), ("wasm32-unknown-unknown", "")];
     let [arm, wasm] = others.map(|(triple, flags)| {
-        let few = ["--no-default-features", "--features", &format!("bare,{features}")];
+        let few = ["--no-default-features", "--features", &format!("bare,{}", gates::of_kernel(features))];
         code(&digests::library(Some(triple), flags, &few, &target().join("size").join(triple))?)
     });
     let memory = bytes_a_node(name).map_or(String::new(), |bytes| bytes.to_string());
@@ -72,49 +71,27 @@ fn code(library: &Path) -> Result<u64, String> {
     if bytes > 0 { Ok(bytes) } else { Err(format!("{}: no machine code of the project", library.display())) }
 }
 
-/// Bytes a node of a sheet of 105 x 105 nodes that asks for a feature; none if memory does not depend on a scene.
+/// Bytes a node of a sheet of 105 x 105 nodes with the first option of the tests that asks for this feature alone; none if there is
+/// none, for what no scene asks for and for sets.
 fn bytes_a_node(name: &str) -> Option<usize> {
-    let mut scene = Scene::sheet_3in_sphere();
-    // Short enough for any yarn.
-    (scene.yarn.stochastic, scene.time_step) = (name == "paper", TimeStep::fraction(0.1));
-    if name != "nothing" && name != "paper" {
-        for record in FEATURES.iter().filter(|record| record.name == name) {
-            ask(&mut scene, record.feature)?;
-        }
-        FEATURES.iter().find(|record| record.name == name)?;
-    }
+    let preset = Scene::sheet_3in_sphere();
+    // Without drawn yarn, and with a step that is short enough for any.
+    let mut plain = Scene { time_step: TimeStep::fraction(0.1), ..preset };
+    plain.yarn.stochastic = false;
+    let with = |choice: &Choice| {
+        let mut scene = plain;
+        choice.set(&mut scene);
+        scene
+    };
+    let alone = |scene: &Scene| {
+        let mut asked = FEATURES.iter().filter(|record| record.asked_by(scene).is_some()).peekable();
+        asked.peek().is_some() && asked.all(|record| record.name == name)
+    };
+    let scene = match name {
+        "nothing" => plain,
+        "paper" => preset,
+        _ => GROUPS.iter().copied().flatten().map(with).find(alone)?,
+    };
     let layout = Layout::of(&scene).ok()?;
-    Some(layout.lines() * size_of::<fabric::CacheLine>() / layout.nodes())
-}
-
-/// Makes a scene ask for a feature.
-fn ask(scene: &mut Scene, feature: Feature) -> Option<()> {
-    match feature {
-        Feature::Rate => {
-            (scene.yarn.rate_modulus, scene.yarn.rate_reference, scene.yarn.rate_limit) = (0.02, 1.0, 1e4);
-        }
-        Feature::PreTension => {}
-        Feature::Friction => scene.contact.friction = 0.2,
-        Feature::Viscosity => scene.yarn.viscosity_linear = 0.1,
-        Feature::Plies => scene.stack.plies = 2,
-        Feature::Toe => scene.slack_toe = 1e-3,
-        Feature::Halving => scene.step_after_failure = StepAfterFailure::Half,
-        Feature::Drawn => scene.yarn.stochastic = true,
-        Feature::Strength => {
-            (scene.yarn.strength_draw, scene.yarn.weibull_shape) = (StrengthDraw::Weibull, 20.0);
-        }
-        Feature::Prescribed => scene.drive = fabric::Drive::Prescribed,
-        Feature::Mirrors => scene.symmetry.mirror_x = true,
-        Feature::Grading => scene.sheet.grading.largest = 4,
-        Feature::Theta => scene.integrator.kind = IntegratorKind::Theta,
-        Feature::ThetaRotation => scene.rotation_rule.kind = RotationKind::Theta,
-        Feature::Crimp => scene.sheet.crimp = [0.01; 2],
-        Feature::Unlike => scene.sheet.spacing_y = 1.1 * scene.sheet.spacing,
-        Feature::Polyhedra => {
-            (scene.projectile.shape, scene.projectile.size) = (Shape::Box, [0.01; 3]);
-        }
-        Feature::Detachment => scene.track_detachment = true,
-        Feature::Snapshot | Feature::Bands | Feature::Blocks | Feature::Vectors => return None,
-    }
-    Some(())
+    Some(layout.lines() * size_of::<CacheLine>() / layout.nodes())
 }

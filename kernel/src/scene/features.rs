@@ -8,53 +8,32 @@ use crate::ground::error::Error;
 use crate::ground::lanes;
 use crate::scene::parts::{Drive, IntegratorKind, RotationKind, Scene, Shape, StepAfterFailure, StrengthDraw, Weft};
 
-/// What a scene may have.
+/// What a scene may have, or a build: the record of each in [`FEATURES`] says what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
+#[allow(missing_docs)]
 pub enum Feature {
-    /// Stiffness that depends on the rate of strain, or strength.
     Rate,
-    /// A strain before the hit.
     PreTension,
-    /// Friction on the projectile.
     Friction,
-    /// Viscous yarn.
     Viscosity,
-    /// Separate plies.
     Plies,
-    /// A toe of yarn that has been slack.
     Toe,
-    /// A step that is halved after the first failure.
     Halving,
-    /// Moduli and damage rates that are drawn.
     Drawn,
-    /// Critical stretches that are drawn.
     Strength,
-    /// A projectile whose motion the host prescribes.
     Prescribed,
-    /// Mirror planes.
     Mirrors,
-    /// Bars that stand for several yarns.
     Grading,
-    /// The theta rule for the nodes.
     Theta,
-    /// The theta rule for the projectile's rotation.
     ThetaRotation,
-    /// Crimp.
     Crimp,
-    /// A weft that is not like the warp.
     Unlike,
-    /// Boxes, polyhedra and sectors of discs.
     Polyhedra,
-    /// A look at what is connected to the supports.
     Detachment,
-    /// Images of a simulation.
     Snapshot,
-    /// Bands of rows for threads of the host.
     Bands,
-    /// Steps in blocks.
     Blocks,
-    /// Vector instructions beyond those that every machine of the target has.
     Vectors,
 }
 
@@ -313,7 +292,7 @@ impl Feature {
 
     /// # Errors
     /// `field`, a call or one of its arguments, needs it, and this build does not have it.
-    pub fn needed_by(self, field: &'static str) -> Result<(), Error> {
+    pub(crate) fn needed_by(self, field: &'static str) -> Result<(), Error> {
         if self.is_built() { Ok(()) } else { Err(Error::not_built(field, FEATURES[self as usize].name)) }
     }
 }
