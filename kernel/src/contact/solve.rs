@@ -51,7 +51,7 @@ pub fn solve(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
-    finished::<false>(candidates, &mut [], body, Pushed::of(body, inertia, node_mass, symmetry, 0.0))
+    finished::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
 }
 
 /// The same with friction (M21) of this coefficient. `tangential`: one for each candidate.
@@ -64,21 +64,23 @@ pub fn solve_with_friction(
     node_mass: f64,
     symmetry: Symmetry,
 ) -> Solved {
-    finished::<true>(candidates, tangential, body, Pushed::of(body, inertia, node_mass, symmetry, coefficient))
+    finished::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry)
 }
 
 /// Sweeps, and where they do not settle, Newton's method from there.
 fn finished<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
+    coefficient: f64,
     body: &Body,
-    pushed: Pushed<'_>,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
 ) -> Solved {
-    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, body, pushed);
+    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
     if solved.converged {
         return solved;
     }
-    let Pushed { inertia, node_mass, symmetry, coefficient, .. } = pushed;
     let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry, stiff: STIFF };
     let mut solved = newton.finish(solved, settled);
     if !solved.converged {
@@ -92,11 +94,10 @@ fn finished<const FRICTION: bool>(
 #[derive(Clone, Copy)]
 struct Pushed<'s> {
     inertia: &'s Inertia,
+    /// Of a free node, kg, and 1/m, 1/kg.
     node_mass: f64,
     inverse_node_mass: f64,
     symmetry: Symmetry,
-    /// Of friction.
-    coefficient: f64,
     /// What the mirror planes leave of a push and of a twist.
     masks: [Vector; 2],
     /// Whether there is no mirror plane.
@@ -133,14 +134,13 @@ struct Sizes {
 }
 
 impl<'s> Pushed<'s> {
-    fn of(body: &Body, inertia: &'s Inertia, node_mass: f64, symmetry: Symmetry, coefficient: f64) -> Pushed<'s> {
+    fn of(body: &Body, inertia: &'s Inertia, node_mass: f64, symmetry: Symmetry) -> Pushed<'s> {
         let inverse_node_mass = 1.0 / node_mass;
         Pushed {
             inertia,
             node_mass,
             inverse_node_mass,
             symmetry,
-            coefficient,
             masks: [symmetry.force_mask(), symmetry.torque_mask()],
             whole: symmetry == Symmetry::default(),
             turns: body.angular_velocity != Vector::zeros() || inertia.inverse_moments != Vector::zeros(),
@@ -239,6 +239,7 @@ impl<'s> Pushed<'s> {
         &self,
         candidates: &mut [[f64; CANDIDATE_REALS]],
         tangential: &mut [[f64; TANGENTIAL_REALS]],
+        coefficient: f64,
         rates: &mut Rates,
         changes: &mut f64,
     ) -> f64 {
@@ -273,7 +274,7 @@ impl<'s> Pushed<'s> {
                 largest_change = math::max(size, largest_change);
             }
             if FRICTION && let Some(place) = tangential.get_mut(k) {
-                let size = self.rub(&c, self.coefficient * impulse, place, rates);
+                let size = self.rub(&c, coefficient * impulse, place, rates);
                 largest_change = math::max(size, largest_change);
             }
         }
@@ -307,10 +308,13 @@ impl<'s> Pushed<'s> {
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
+    coefficient: f64,
     body: &Body,
-    mut pushed: Pushed<'_>,
+    inertia: &Inertia,
+    node_mass: f64,
+    symmetry: Symmetry,
 ) -> (Solved, f64) {
-    let Pushed { inertia, node_mass, .. } = pushed;
+    let mut pushed = Pushed::of(body, inertia, node_mass, symmetry);
     let mut rates = Rates::of(body);
     let sizes = pushed.begin::<FRICTION>(candidates, tangential, &rates);
     // The speeds that a gap rate is the difference of.
@@ -325,7 +329,7 @@ fn sweeps<const FRICTION: bool>(
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
-        let largest = pushed.sweep::<FRICTION>(candidates, tangential, &mut rates, &mut changes);
+        let largest = pushed.sweep::<FRICTION>(candidates, tangential, coefficient, &mut rates, &mut changes);
         sweeps += 1;
         converged = largest <= tolerance;
         let followed = changes * follows < 0.9 * out_of_reach;
