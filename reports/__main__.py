@@ -7,13 +7,9 @@ import sys
 
 STUDIES = {
     "paper": ("target/study/paper", "claims with verdicts, figures, report.html; with --docs tables/paper_*.md"),
-    "error-time": ("target/study/error-time", "plots of error over cost; with --docs tables/accuracy_*.md and their pictures"),
     "stability": ("target/study/stability", "the map; with --docs tables/stability.md and the map's picture"),
-    "validate": ("target/study/validate", "verdicts from intervals; with --docs tables/validation.md and its pictures"),
     "strips": ("target/study/strips", "pulls strips, for which the package of ./python must be installed; with --docs tables/strips.md and its picture"),
     "edges": ("target/study/edges", "from which velocity on bars break at once; needs the package, too; with --docs tables/edges.md"),
-    "friction": ("target/study/friction", "means with intervals; with --docs tables/friction.md"),
-    "plies": ("target/study/plies", "means with intervals, and what is published; with --docs tables/plies.md and its picture"),
     "bench": ("target/study/bench", "goals and the plot; with --docs tables/performance.md and the plot"),
     "run": (None, "velocity, force, energies and the sheet of one run"),
 }

@@ -3,9 +3,9 @@
 import json
 from types import SimpleNamespace
 
-from . import page, plot
+from evidence import page, plot
 from .page import significant
-from .plot import Series
+from evidence.plot import Series
 
 NS, US, MS = "ns per node-step", "us", "ms"
 TIGHT = "contact_capacity 7250"

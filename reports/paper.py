@@ -6,10 +6,11 @@ from types import SimpleNamespace
 
 import numpy
 
-from . import claims, page, plot, sheets
-from .plot import Series
+from evidence import page, plot
+from . import claims, sheets
+from evidence.plot import Series
 from .runs import ATTACHMENTS, CORNERS, FOUR_SIDES, LARGE, SMALL, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, WOVEN, Runs, number
-from .statistics import Estimate, arrest_limit, mean
+from evidence.statistics import Estimate, arrest_limit, mean
 
 RULE = (
     'Rule of the verdicts: a claim is read as a range that a quantity must lie in (column "read as"; the rows on where, in which order '

@@ -2,7 +2,8 @@
 
 import json
 
-from . import page, plot, sheets
+from evidence import page, plot
+from . import sheets
 
 
 def report(folder, docs=None):

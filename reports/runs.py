@@ -5,7 +5,7 @@ import math
 
 import numpy
 
-from .statistics import Estimate, mean
+from evidence.statistics import Estimate, mean
 
 CORNERS, TWO_SIDES, FOUR_SIDES = "corners", "two sides", "four sides"
 ATTACHMENTS = [TWO_SIDES, FOUR_SIDES, CORNERS]

@@ -9,7 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from PIL import Image
 from scipy.spatial import ConvexHull
 
-from . import plot
+from evidence import plot
 
 # Dark red for failed, over orange, to yellow for the first damage.
 DAMAGE = LinearSegmentedColormap.from_list("damage", ["#8c0014", "#f06e14", "#f5c83c"])

@@ -2,7 +2,7 @@
 
 import math
 
-from . import page, plot
+from evidence import page, plot
 
 LIMIT = 0.5  # Steps above this part of dt_crit are refused.
 CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy creep: 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]

@@ -19,10 +19,10 @@ import tomllib
 import numpy
 import scipy.optimize
 
-from . import page, plot
-from .plot import Series
-from .statistics import Estimate
-from .validate import about
+from evidence import page, plot
+from evidence.plot import Series
+from evidence.statistics import Estimate
+from evidence.comparison import about
 
 INCH = 0.0254
 COUNT = 17 / INCH

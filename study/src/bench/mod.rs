@@ -21,8 +21,6 @@ mod rows;
 mod sheets;
 mod worst;
 
-pub use sheets::throw;
-
 use crate::machine::{self, Wall};
 use crate::progress::Progress;
 use crate::report::{table, written};

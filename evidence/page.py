@@ -3,6 +3,7 @@
 import base64
 import csv
 import html
+import math
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1240px; margin: 2rem auto; padding: 0 1.2rem; }
@@ -51,6 +52,23 @@ def rows_of(path, needed=True):
         return []
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
+
+
+def shown(value, digits):
+    """digits: of a fixed number; "e2" for a power of ten with two; None for words. What is no number is left empty."""
+    if isinstance(value, str) or value is None or not math.isfinite(value):
+        return value if isinstance(value, str) else ""
+    return power(value, int(digits[1:])) if isinstance(digits, str) else f"{value:.{digits}f}"
+
+
+def table(rows, columns, text=1):
+    """columns: (heading, key or function of a row, digits)."""
+    of = lambda row, key: key(row) if callable(key) else row[key]
+    return markdown([heading for heading, *_ in columns], [[shown(of(row, key), digits) for _, key, digits in columns] for row in rows], text)
+
+
+def same(names, digits):
+    return [(name, name, digits) for name in names]
 
 
 def significant(value, digits=3):

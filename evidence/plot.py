@@ -77,6 +77,14 @@ def draw(path, title, x, y, series, axes="linear", marks=(), levels=()):
     save(figure, path)
 
 
+def lines(rows, name, x, y):
+    """A marked series for each name, in the order of the rows; name and x: keys or functions of a row."""
+    of, found = lambda row, key: key(row) if callable(key) else row[key], {}
+    for row in rows:
+        found.setdefault(of(row, name), []).append((of(row, x), y(row)))
+    return [Series(name, points) for name, points in found.items()]
+
+
 def errors(path, title, x, y, lines, levels=()):
     """A logarithmic plot of marked lines and dashed levels; nothing if no line has a positive point."""
     lines = [line for line in lines if any(px > 0 and py > 0 for px, py in line.points)]
