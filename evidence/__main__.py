@@ -8,6 +8,12 @@ import time
 
 # A question's name, which is that of its file; what it asks; how long its answer takes on two quiet cores, and that with --quick.
 QUESTIONS = {
+    "paper": ("every result of the paper, and the open question", "1 h", "3 min"),
+    "strips": ("strips of Kevlar 49 fabric pulled in the network", "30 min", "1 min"),
+    "edges": ("from which velocity on bars break at once under a flat face and a sphere", "1 min", "10 s"),
+    "stability": ("the map of time step and velocity, and the rows, of `fabric-study stability`", "2 s", "2 s"),
+    "bench": ("the goals beside what `cargo xtask bench` has measured", "2 s", "2 s"),
+    "run": ("the pictures of a run: the folder that `fabric-study run` has written", "5 s", "5 s"),
     "friction": ("what friction on the projectile does to energy and ballistic limit", "6 min", "3 min"),
     "plies": ("many thin plies against a thick one, gaps, turned plies", "3 min", "2 min"),
     "smooth": ("error and order of both integrators in a smooth motion", "1 min", "10 s"),
@@ -29,9 +35,13 @@ QUESTIONS = {
 }
 
 
+# What is read in another folder, and must be there.
+READS = {"stability": "stability.csv", "bench": "bench.json", "run": "summary.json"}
+
+
 def listed():
-    lines = [f"  {name:<11} {what:<74} {full:>7} {quick:>7}" for name, (what, full, quick) in QUESTIONS.items()]
-    return "\n".join([f"  {'question':<11} {'':<74} {'takes':>7} {'--quick':>7}", *lines])
+    lines = [f"  {name:<11} {what:<84} {full:>6} {quick:>7}" for name, (what, full, quick) in QUESTIONS.items()]
+    return "\n".join([f"  {'question':<11} {'':<84} {'takes':>6} {'--quick':>7}", *lines])
 
 
 def main():
@@ -40,6 +50,7 @@ def main():
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("question", nargs="?", choices=list(QUESTIONS), metavar="QUESTION", help="the one to answer")
+    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what stability, bench and run read [default: target/study/QUESTION]")
     effort = parser.add_mutually_exclusive_group()
     effort.add_argument("--quick", action="store_const", const="quick", dest="effort", help="fewer points and runs; without a question all are answered")
     effort.add_argument("--smoke", action="store_const", const="smoke", dest="effort", help="the least that runs every line: a check, not a result")
@@ -52,13 +63,20 @@ def main():
         print(listed())
         return
     try:
-        from . import comparison, study
+        from . import comparison, study, validation
     except ModuleNotFoundError as error:
-        sys.exit(f"error: {error}: `python -m pip install ./python` installs the package and what it needs")
+        sys.exit(f"error: {error}: `python -m pip install ./python` installs what is needed")
     sound = True
-    for name in [given.question] if given.question else QUESTIONS:
+    parts = validation.PARTS  # They are answered together.
+    for name in [given.question] if given.question else [name for name in QUESTIONS if name not in parts]:
         start = time.monotonic()
-        asked = study.Study(name, given.effort or study.FULL, given.out, given.docs, given.on)
+        asked = study.Study(name, given.effort or study.FULL, given.out, given.docs, given.on, given.folder)
+        if name in READS and not (asked.source / READS[name]).exists():
+            print(f"{name}: there is no {asked.source / READS[name]}; `fabric-study {name}` writes it")
+            sound &= not given.question
+            continue
+        if name not in READS and not study.fabric_kernel:
+            sys.exit("error: `python -m pip install ./python` installs the package that runs the kernel")
         if given.anew:
             asked.kept.unlink(missing_ok=True)
         question = importlib.import_module(f"evidence.{name}")

@@ -14,10 +14,13 @@ import shutil
 import sys
 import time
 
-import fabric_kernel
-from fabric_kernel import Scene, ensembles
-
 from . import page
+
+try:
+    import fabric_kernel
+    from fabric_kernel import Scene, ensembles
+except ModuleNotFoundError:
+    fabric_kernel = None  # What draws the numbers of `fabric-study` needs no runs.
 
 TOP = pathlib.Path(__file__).parent.parent
 FULL, QUICK, SMOKE = "full", "quick", "smoke"
@@ -50,12 +53,14 @@ def scenes_in(job):
 
 
 class Study:
-    """One question under way. effort: FULL, QUICK or SMOKE; docs: the folder of documents that gets tables and pictures, or None."""
+    """One question under way. effort: FULL, QUICK or SMOKE; docs: the folder of documents that gets tables and pictures, or None; source: the folder
+    in which `fabric-study` has written numbers, for questions that read them."""
 
-    def __init__(self, name, effort=FULL, out=TOP / "target/evidence", docs=None, on=None):
+    def __init__(self, name, effort=FULL, out=TOP / "target/evidence", docs=None, on=None, source=None):
+        self.source = source or TOP / "target/study" / name
         self.name, self.effort, self.out, self.folder, self.docs, self.on = name, effort, out, out / name, docs, on
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.scenes, self.files = {}, []
+        self.scenes = {}
         self.kept = self.folder / "runs.jsonl"
         if effort == SMOKE:
             self.kept.unlink(missing_ok=True)  # A check that takes kept runs checks nothing.
@@ -92,13 +97,13 @@ class Study:
         origin = {"command": self.command, "version": fabric_kernel.VERSION, "library": ensembles.BUILD, "machine": machine(), "scenes": list(self.scenes)}
         (self.folder / f"{name}.json").write_text(json.dumps(numbers | origin, indent=1) + "\n")
 
-    def table(self, name, title, text):
-        """Prints a table, and writes docs/tables/NAME.md."""
+    def table(self, name, title, text, command=None):
+        """Prints a table, and writes docs/tables/NAME.md; command: if it takes more than the question's own."""
         if "CPU s" in text:
             text = f"CPU seconds are those of one thread on {machine()}; everything else is the same to the bit on every machine.\n\n{text}"
         print(f"\n{title}\n\n{text}")
         if self.docs:
-            page.write_table(self.docs, name, title, f"{self.command} --docs docs", text)
+            page.write_table(self.docs, name, title, command or f"{self.command} --docs docs", text)
 
     def picture(self, file, name):
         """Copies a picture of the folder to docs/images."""

@@ -1,15 +1,18 @@
 """`python -m unittest evidence.tests`: statistics, verdicts and methods against values known from books or by hand."""
 
+import base64
 import json
 import math
 import pathlib
+import shutil
 import tempfile
 import unittest
+from xml.etree import ElementTree
 
 import numpy
 from fabric_kernel import Scene, Simulation
 
-from . import comparison, friction, front, hits, impact, overshoot, packs, page, strength, study, yarn
+from . import claims, comparison, friction, front, hits, impact, overshoot, packs, page, paper_runs, run, sheets, strength, strips, study, yarn
 from .statistics import AGREES, CANNOT_BE_TOLD, DOES_NOT, Estimate, arrest_limit, student, verdict_of_all, verdict_of_any
 
 
@@ -215,6 +218,155 @@ class ClosedForms(unittest.TestCase):
             size, step = (lambda scene: (scene["sheet.nodes_x"] - 1) * scene["sheet.spacing"]), lambda scene: Simulation(scene).step_limits["dt_crit"]
             self.assertAlmostEqual(size(coarse) / size(whole), 1, delta=1e-14)
             self.assertAlmostEqual(step(coarse) / step(whole), factor, delta=1e-13)
+
+
+class Paper(unittest.TestCase):
+    def test_segments_lie_where_they_should(self):
+        at = lambda numbers, nodes, mirrored: paper_runs.middles(numpy.array(numbers), nodes, nodes, 5, 5, mirrored).tolist()
+        self.assertEqual(at([0, 3, 4, 19], 5, False), [[-1.5, -2.0], [1.5, -2.0], [-1.5, -1.0], [1.5, 2.0]])
+        self.assertEqual(at([20, 24, 25, 39], 5, False), [[-2.0, -1.5], [2.0, -1.5], [-2.0, -0.5], [2.0, 1.5]])
+        # A quarter has 3 nodes and 3 segments a line, the last across the plane.
+        self.assertEqual(at([0, 2, 3, 8, 9, 11, 17], 3, True), [[-1.5, -2.0], [0.5, -2.0], [-1.5, -1.0], [0.5, 0.0], [-2.0, -1.5], [0.0, -1.5], [0.0, 0.5]])
+
+    def test_places_of_failure(self):
+        # Off both planes four places, on one of them two, on both one.
+        images = paper_runs.with_images(numpy.array([[-20.5, -10.0], [-0.5, 0.0], [0.0, -0.5], [0.0, 0.0]]), True)
+        self.assertEqual(len(images), 4 + 2 + 2 + 1)
+        # Segments across a plane are modelled beside their image. Four alone, and those about the centre together.
+        self.assertEqual(len(paper_runs.with_images(numpy.array([[-0.5, 0.0], [0.5, 0.0]]), True)), 2)
+        self.assertEqual(paper_runs.count_groups(images), 5)
+        # A chain of near ones is one place.
+        self.assertEqual(paper_runs.count_groups(numpy.array([[0.0, 0.0], [8.0, 0.0], [4.0, 0.0], [14.0, 0.0]])), 2)
+        self.assertEqual(paper_runs.count_groups(numpy.zeros((0, 2))), 0)
+
+    def test_onset_of_failure_is_seen_in_whole_and_mirrored_sheets(self):
+        points = [paper_runs.Point(paper_runs.SMALL, paper_runs.FOUR_SIDES, yarn, 160.0) for yarn in (paper_runs.UNIFORM, paper_runs.SYMMETRIC)]
+        whole, mirrored = (paper_runs.flown((point.scene(study.SMOKE, 0), 5000))["first_failure"] for point in points)
+        # Before the first failure a whole uniform sheet is symmetric but for rounding.
+        self.assertAlmostEqual(whole["time"] / mirrored["time"], 1, delta=0.02)
+        self.assertEqual(mirrored["segments"] % 2, 0)
+        self.assertTrue(min(whole["places"], mirrored["places"], whole["segments"]) >= 1)
+
+    def test_every_scene_is_sound_and_a_washer_holds_its_node(self):
+        for point in paper_runs.points(study.FULL):
+            scene = point.scene(study.FULL, 1)
+            scene.check()
+            if point.attachment == paper_runs.CORNERS and point.sheet == paper_runs.SMALL:
+                inset, radius = paper_runs.WASHERS[point.washer]
+                node, h = paper_runs.corners_of(scene)[0], scene["sheet.spacing"]
+                self.assertLess(math.hypot(node % 105 * h - inset, node // 105 * h - inset), radius)
+
+
+class Claims(unittest.TestCase):
+    def test_a_claim_is_refuted_by_one_counterexample_and_says_which(self):
+        checks = [claims.Check("a", interval(1.1, 1.2), claims.MORE), claims.Check("b", interval(0.8, 0.9), claims.MORE)]
+        claim = claims.Claim("P3", "more", "above 1", checks)
+        self.assertEqual((claim.verdict, claim.why()), (DOES_NOT, "1 of 2 inside; outside: b"))
+        self.assertEqual(claims.Claim("P3", "more", "above 1", checks, whole=verdict_of_any).verdict, AGREES)
+
+    def test_two_or_four_points_in_most_runs(self):
+        verdict = lambda *counts: claims.two_or_four(counts).verdict(claims.MOST)
+        self.assertEqual(verdict(2, 4, 2, 2, 4, 2, 2, 2, 4, 2), AGREES)
+        self.assertEqual(verdict(1, 1, 3, 1, 8, 1, 1, 5, 1, 1), DOES_NOT)
+        self.assertEqual([verdict(2, 1, 4, 3), verdict()], [CANNOT_BE_TOLD] * 2)
+
+
+class Strips(unittest.TestCase):
+    def test_alike_yarns_bear_the_law_up_to_their_strength(self):
+        pull = strips.Pull(strips.strip(0.008, 0.03, **{"yarn.strength_draw": "none"}))
+        scene = pull.scene
+        critical, crimp = scene["yarn.critical_stretch"], scene["sheet.crimp"][0]
+        self.assertLess(numpy.abs(pull.critical - critical).max(), 1e-12)
+        nominal = lambda stretch: 0.5 * scene["yarn.modulus_mean"] * stretch * (stretch**2 - 1)
+        load, rests = pull.to(1.01 * (1 + crimp) - 1)
+        stress = load / (scene["sheet.yarn_area"] * scene["sheet.nodes_y"])
+        self.assertTrue(rests)
+        self.assertAlmostEqual(stress / nominal(1.01), 1.0, delta=1e-9)
+        strength, restless = pull.strength()
+        self.assertEqual(restless, 0)
+        self.assertAlmostEqual(strength / nominal(critical), 1.0, delta=0.002)
+
+    def test_a_strip_breaks_from_its_weakest_segment_on(self):
+        pull = strips.Pull(strips.strip(0.008, 0.03, seed=5))
+        along = (pull.scene["sheet.nodes_x"] - 1) * pull.scene["sheet.nodes_y"]
+        weakest = int(pull.critical[:along].argmin())
+        crimp = pull.scene["sheet.crimp"][0]
+        for part, breaks in [(1 - 1e-5, False), (1.002, True)]:
+            pull.to(pull.critical[weakest] * part * (1 + crimp) - 1)
+            self.assertEqual((pull.stretches == 2.0).any(), breaks)
+            self.assertEqual(pull.stretches[weakest] == 2.0, breaks)
+
+    def test_a_yarn_among_rigid_ones(self):
+        # w'' = w^3 with w' = -strain at the cut; the load is 1 + w'/strain.
+        s = numpy.linspace(0, 40, 4001)
+        slope = strips.STRAIN * (strips.rigid(s) - 1)
+        far = -math.sqrt(math.sqrt(2) * -slope[-1])
+        w = -far + numpy.cumsum(-0.5 * (slope[1:] + slope[:-1])[::-1])[::-1] * (s[1] - s[0])
+        second = numpy.diff(slope)[1:] / (s[1] - s[0])
+        self.assertAlmostEqual(slope[0], -strips.STRAIN)
+        self.assertLess(numpy.abs(second - w[:-1] ** 3).max(), 1e-3 * second.max() + 1e-5)
+
+    def test_a_longer_gauge_makes_weaker_flaws(self):
+        # Small strains: stress goes with (L/h)^(1/m).
+        self.assertAlmostEqual(strips.longer(0.05, 10.0, 1e15, 1e6, 1.1e6) / (0.05 * 1.1**10), 1.0, delta=1e-6)
+
+
+class Sheets(unittest.TestCase):
+    """Two plies of 3 x 2 nodes as study/src/picture.rs keeps them: of the second the first segment along x has failed, the last along y
+    is half."""
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+        nodes = numpy.array([[x, y, 0] for y in (0, 1) for x in (0, 1, 2)], "<f4")
+        head = numpy.array([5e-6, *(0, 0, 9), *(1, 0, 0, 0)], "<f8")
+        stretch = numpy.array([9, 1, 1.01, 1, 1, 1, 1.03], "<f4")
+        alpha = bytes([0, 255, 255, 255, 255, 255, 128])
+        singles = [nodes, nodes, nodes, 10 * nodes, stretch, stretch]
+        (self.folder / "sheet.bin").write_bytes(b"".join([head.tobytes(), *(part.tobytes() for part in singles), bytes(range(1, 8)), alpha]))
+        corners = [[[x, y, z] for x in (0, 1)] for y in (0, 1) for z in (8, 9)]
+        self.about = {"file": "sheet.bin", "nodes": [3, 2], "plies": 2, "mirrored": [0, 0], "outline": corners, "half_size_m": [1, 0.5], "critical_strain": 0.03, "sphere_m": 0.0}
+        self.sheet = sheets.Sheet(self.folder, self.about, ply=1)
+
+    def test_every_number_is_read_in_its_place(self):
+        sheet = self.sheet
+        self.assertEqual((sheet.time, list(sheet.centre), sheet.failed()), (5e-6, [0, 0, 9], 1))
+        self.assertEqual(sheet.segments.tolist(), [[0, 1], [1, 2], [3, 4], [4, 5], [0, 3], [1, 4], [2, 5]])
+        self.assertEqual((sheet.positions[5].tolist(), sheet.velocities[5].tolist()), ([2, 1, 0], [20, 10, 0]))
+        self.assertAlmostEqual(sheet.stretch[6], 1.03, 6)
+        self.assertEqual([round(alpha, 2) for alpha in sheet.alpha], [0, 1, 1, 1, 1, 1, 0.5])
+
+    def test_a_mesh_with_a_failed_segment_is_a_hole_with_loose_yarns(self):
+        self.assertEqual(self.sheet.whole().tolist(), [[False, True]])
+        self.assertEqual(self.sheet.covered().tolist(), [False, True, False, True, False, True, True])
+        [(corners, colours)] = self.sheet.cloth()
+        self.assertEqual(corners[0].tolist(), [[1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0]])
+        # Of its four nodes two touch the segment at the critical strain, one that at a third of it.
+        self.assertTrue(numpy.allclose(colours, sheets.STRAIN((2 + 1 / 3) / 4)[:3], atol=0.01))
+
+    def test_the_hull_of_a_box_has_its_faces(self):
+        faces, _ = self.sheet.body()
+        self.assertEqual(len(faces), 12)
+
+    def test_vtk_has_damage_stretch_and_velocity(self):
+        sheets.vtk_series(self.folder, [self.about])
+        names = [part.get("file") for part in ElementTree.parse(self.folder / "vtk/run.pvd").iter("DataSet")]
+        self.assertEqual(names, ["projectile_0000.vtp", "sheet_0000_0.vtp", "sheet_0000_1.vtp"])
+        arrays = {array.get("Name"): array for array in ElementTree.parse(self.folder / "vtk" / names[2]).iter("DataArray")}
+        numbers = lambda name: numpy.frombuffer(base64.b64decode(arrays[name].text)[4:], "<f4")
+        self.assertTrue(numpy.allclose(numbers("damage"), 1 - self.sheet.alpha))
+        self.assertTrue(numpy.allclose(numbers("stretch"), self.sheet.stretch))
+        self.assertTrue(numpy.allclose(numbers("velocity").reshape(-1, 3), self.sheet.velocities))
+
+
+class Run(unittest.TestCase):
+    def test_every_ply_has_its_fabric_and_its_energies(self):
+        ply = {"failed_segments": 3, "kinetic": 1.0, "strain": 2.0, "dissipated": 3.0}
+        summary = {"plies": [ply | {"fabric": "one", "turned": False}, ply | {"fabric": "two", "turned": True}]}
+        heading, rows = run.ply_table(summary)
+        self.assertEqual(rows, [[1, "one", "no", 3, "1.0000", "2.0000", "3.0000"], [2, "two", "yes", 3, "1.0000", "2.0000", "3.0000"]])
+        self.assertEqual(len(heading), len(rows[0]))
+
 
 
 class Page(unittest.TestCase):

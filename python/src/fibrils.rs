@@ -58,7 +58,7 @@ pub fn yarn_of_fibrils<'py>(py: Python<'py>, seed: u64, number: u64, straight: b
         [("modulus", modulus), ("work", work), ("left", left), ("critical_stretch", critical)].into_py_dict(py)?;
     let constants = |law: FittedLaw| (law.damage_rate, law.a, law.b);
     all.set_item("laws", <(_, _)>::from(laws.map(constants)))?;
-    all.set_item("expected_modulus", (mean, of_fibril / f64::from(bundle.fibrils).sqrt()))?;
+    all.set_item("expected_modulus", (mean, of_fibril / fabric::math::sqrt(f64::from(bundle.fibrils))))?;
     all.set_item("ruptures", PyArray1::from_vec(py, stretches))?;
     all.set_item("alpha", PyArray1::from_vec(py, alphas))?;
     Ok(all)

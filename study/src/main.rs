@@ -10,7 +10,6 @@ mod event;
 mod fabrics;
 mod hits;
 mod machine;
-mod paper;
 mod picture;
 mod progress;
 mod report;
@@ -50,8 +49,6 @@ enum Command {
     },
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
-    /// Every result of the paper from ensembles.
-    Paper(paper::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -89,7 +86,6 @@ fn main() -> ExitCode {
         }),
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
         Command::Stability(options) => stability::run(&options),
-        Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     ended(result.map(|sound| if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }))

@@ -232,7 +232,7 @@ fn stability() -> Outcome {
     study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
-    let command = "fabric-study stability; python -m reports stability --docs docs";
+    let command = "fabric-study stability; python -m evidence stability --docs docs";
     as_committed(command, &out.join("docs"), &["tables/stability.md", "images/stability_map.svg"])
 }
 
@@ -263,19 +263,16 @@ fn as_committed(command: &str, written: &Path, names: &[&str]) -> Outcome {
     Ok(())
 }
 
-/// Every study in its `--smoke` form, written to target/smoke, and the reports of it.
+/// Every question of the evidence and every study in its `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
     let python = crate::wheel::installed()?;
-    command(&python, &["-m", "unittest", "--quiet", "evidence.tests", "reports.tests"])?;
+    command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
     command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
     // Stability has run for the FMUs.
-    for name in ["bench", "paper"] {
-        let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
-        study(if name == "paper" { &arguments } else { &arguments[..4] })?;
-        report(name, &folder(name))?;
-    }
+    study(&["bench", "--smoke", "--out", &folder("bench")])?;
+    report("bench", &folder("bench"))?;
     // The first steps of a stack, which has a picture of its own.
     study(&[
         "run",
@@ -293,10 +290,10 @@ fn studies() -> Outcome {
     report("run", &folder("run"))
 }
 
-/// The report of a study, with its generated tables beside its numbers.
+/// The pictures and tables of what a study has written, beside its numbers.
 fn report(name: &str, folder: &str) -> Outcome {
     let docs = format!("{folder}/docs");
-    let arguments = ["-m", "reports", name, folder, "--docs", &docs];
+    let arguments = ["-m", "evidence", name, folder, "--out", folder, "--docs", &docs];
     // A single run has no table.
     command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
 }

@@ -1,29 +1,27 @@
-"""The benchmark: goals beside what was measured, tables, the plot of time over size."""
+"""The benchmark: goals beside what `cargo xtask bench` has measured, tables, the plot of time over size."""
 
 import json
 from types import SimpleNamespace
 
-from evidence import page, plot
+from . import page, plot
 from .page import significant
-from evidence.plot import Series
+from .plot import Series
 
 NS, US, MS = "ns per node-step", "us", "ms"
 TIGHT = "contact_capacity 7250"
 
 
-def report(folder, docs=None):
-    measured = json.loads((folder / "bench.json").read_text())
+def answer(study):
+    measured = json.loads((study.source / "bench.json").read_text())
     rows, figures = [SimpleNamespace(**row) for row in measured["rows"]], measured["figures"]
-    found = [goal for goal in goals(rows, figures, measured["widest"]) if goal[1] is not None or docs]
+    found = [goal for goal in goals(rows, figures, measured["widest"]) if goal[1] is not None or study.docs]
     heading = ["figure", "goal", "measured", ""]
     goal_rows = [[what, limit(goal), significant(value) if value is not None else "-", verdict(goal)] for goal in found for what, value, *_ in [goal]]
     print(page.printed(heading, goal_rows))
-    path = folder / "performance.svg"
-    draw(rows, measured["widest"], path)
-    if not docs:
+    draw(rows, measured["widest"], study.folder / "performance.svg")
+    if not study.docs:
         return
-    (docs / "images").mkdir(parents=True, exist_ok=True)
-    (docs / "images" / "performance.svg").write_bytes(path.read_bytes())
+    study.picture("performance.svg", "performance.svg")
     load = lambda value: "unknown" if value is None else f"{value:.2f}"
     text = (
         f"Measured on: {measured['machine']}, in {measured['rounds']} rounds; clock: {measured['clock']} for the kernel, process CPU time for the peers. Load of the "
@@ -44,7 +42,7 @@ def report(folder, docs=None):
     none = "No group of measurements is missing; instruction sets that this machine lacks are.\n"
     sections.append(("Not measured", "".join(f"- {missing}\n" for missing in measured["missing"]) or none))
     text += "".join(f"\n## {title}\n\n{body}" for title, body in sections)
-    page.write_table(docs, "performance", "What was measured", "cargo xtask bench` and `python3 -m reports bench --docs docs", text)
+    page.write_table(study.docs, "performance", "What was measured", "cargo xtask bench` and `python -m evidence bench --docs docs", text)
 
 
 def goals(rows, figures, widest):

@@ -1,12 +1,14 @@
-"""One run of a scene: velocity, force and energies over time, and the sheet at the end."""
+"""One run of a scene, of which `fabric-study run` has written the numbers: velocity, force and energies over time, and the sheet at the end; all is
+written into its folder."""
 
 import json
 
-from evidence import page, plot
+from . import page, plot
 from . import sheets
 
 
-def report(folder, docs=None):
+def answer(study):
+    folder = study.folder = study.source
     history = [{name: float(value) for name, value in row.items()} for row in page.rows_of(folder / "history.csv")]
     summary, about = json.loads((folder / "summary.json").read_text()), json.loads((folder / "sheet.json").read_text())
     marks = [(1e6 * latched["time"], latched["outcome"]) for latched in summary["outcomes"]]

@@ -1,33 +1,29 @@
-"""The map of time step against impact velocity, and the table of extreme scenes."""
+"""The map of time step against impact velocity, and the table of extreme scenes, from what `fabric-study stability` has written."""
 
 import math
 
-from evidence import page, plot
+from . import page, plot
 
 LIMIT = 0.5  # Steps above this part of dt_crit are refused.
 CLASSES = [(0.01, "#a8d8b9", "sound: below 1 %"), (0.1, "#f6d678", "energy creep: 1 to 10 %"), (math.inf, "#eb8c6e", "unusable: above 10 %")]
 SIGNS = {"arrested": "arrested", "exited": "through"}
 
 
-def report(folder, docs=None):
-    rows = page.rows_of(folder / "stability.csv")
-    cells = page.rows_of(folder / "map.csv", needed=False)
+def answer(study):
+    rows = page.rows_of(study.source / "stability.csv")
+    cells = page.rows_of(study.source / "map.csv", needed=False)
     for cell in cells:
         for key in ("fraction", "speed", "energy", "failed_segments"):
             cell[key] = float(cell[key])
         cell["class"] = next(number for number, (most, _, _) in enumerate(CLASSES) if abs(cell["energy"]) < most or most == math.inf)
-    if cells:
-        draw(cells, folder / "map.svg")
-        print(in_words(cells))
     missed = [row for row in rows if row["pass"] != "true"]
-    print(f"{len(rows)} rows, {len(missed)} missed")
-    if docs:
-        text = (in_words(cells) + "\n\n" if cells else "") + NOTES + f"\n\n{len(rows)} rows, {len(missed)} missed.\n"
-        for theme in dict.fromkeys(row["theme"] for row in rows):
-            text += f"\n## {theme}\n\n" + table([row for row in rows if row["theme"] == theme])
-        page.write_table(docs, "stability", "Extreme scenes, and what happened", "fabric-study stability` and `python3 -m reports stability --docs docs", text)
-        if cells:
-            draw(cells, docs / "images" / "stability_map.svg")
+    text = (in_words(cells) + "\n\n" if cells else "") + NOTES + f"\n\n{len(rows)} rows, {len(missed)} missed.\n"
+    for theme in dict.fromkeys(row["theme"] for row in rows):
+        text += f"\n## {theme}\n\n" + table([row for row in rows if row["theme"] == theme])
+    study.table("stability", "Extreme scenes, and what happened", text, "fabric-study stability` and `python -m evidence stability --docs docs")
+    if cells:
+        draw(cells, study.folder / "map.svg")
+        study.picture("map.svg", "stability_map.svg")
 
 
 NOTES = (

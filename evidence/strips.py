@@ -8,21 +8,18 @@ Input: fabrics/kevlar_49_yarn.toml. Count and linear density could not be cited:
 Limits: clamps hold every yarn alike; a bar that breaks sets off waves that no test machine is slower than, so rests say nothing of the rate.
 """
 
-import json
 import math
-import multiprocessing
-import os
-import pathlib
-import shutil
 import tomllib
 
 import numpy
 import scipy.optimize
+from fabric_kernel import Scene, Simulation
 
-from evidence import page, plot
-from evidence.plot import Series
-from evidence.statistics import Estimate
-from evidence.comparison import about
+from . import page, plot, strength
+from .comparison import about
+from .plot import Series
+from .statistics import Estimate
+from .study import FULL, TOP
 
 INCH = 0.0254
 COUNT = 17 / INCH
@@ -40,11 +37,9 @@ STRAIN = 0.013
 
 def strip(width, length, direction="warp", pitch=None, **more):
     """The scene: rows of yarns along x, held at both ends. pitch: between crossings along the pull, m."""
-    import fabric_kernel as fk
-
     along, across = CRIMP[direction]
     textile = {"name": "kevlar_49_yarn", "linear_density": {"value": 1420, "unit": "denier"}, "warp": {"count": COUNT, "crimp": along}, "weft": {"count": 1 / pitch if pitch else COUNT, "crimp": across}}
-    scene = fk.Scene("sheet_3in_sphere", fabric=textile)
+    scene = Scene("sheet_3in_sphere", fabric=textile)
     nodes = {"sheet.nodes_x": round(length / scene["sheet.spacing"]) + 1, "sheet.nodes_y": round(width * COUNT)}
     return scene.replace(nodes | {"attachment.kind": "two_sides", "projectile.position": [0, 0, -1], "projectile.velocity": [0, 0, 0]} | more)
 
@@ -53,9 +48,7 @@ class Pull:
     """A strip between its clamps."""
 
     def __init__(self, scene):
-        import fabric_kernel as fk
-
-        self.scene, self.simulation = scene, fk.Simulation(scene)
+        self.scene, self.simulation = scene, Simulation(scene, warns=False)
         self.nodes = self.simulation.positions()
         self.stretches = numpy.ones_like(self.simulation.damage())
         self.strain = 0.0
@@ -115,8 +108,9 @@ class Pull:
             strain += INCREMENT
 
 
-def returned(width, length, sides):
+def returned(job):
     """The load of the middle yarn, cut in its middle, over that of a whole one, at each bar from the cut to the end; and the most that a yarn beside it bears."""
+    width, length, sides = job
     more = {"attachment.kind": sides, "yarn.strength_draw": "none", "yarn.critical_stretch": 1.02, "sheet.crimp": [0, 0]}
     pull = Pull(strip(width, length, **more))
     rows, bars = pull.scene["sheet.nodes_y"], pull.scene["sheet.nodes_x"] - 1
@@ -125,7 +119,7 @@ def returned(width, length, sides):
     pull.to(math.sqrt(1 + 2 * STRAIN) - 1, 1024, 1e-7)
     stretch = pull.simulation.stretch()[: rows * bars].reshape(rows, bars)
     load = stretch * (stretch**2 - 1) / (2 * STRAIN * math.sqrt(1 + 2 * STRAIN))
-    return list(load[row, cut + 1 :]), float(load[row + 1].max())
+    return load[row, cut + 1 :].tolist(), float(load[row + 1].max())
 
 
 def rigid(crossings):
@@ -143,34 +137,22 @@ def shared(width, length, seed, samples=2000):
 
 
 def weibull(samples):
-    """Scale with its interval, and shape; the scale's error is that of the location of a Gumbel distribution by moments, 1.108/m over the root of the number."""
-    logarithms = numpy.log(samples)
-    shape = math.pi / (math.sqrt(6) * logarithms.std(ddof=1))
-    scale = math.exp(logarithms.mean() + numpy.euler_gamma / shape)
-    return Estimate.of_error(scale, 1.108 * scale / shape / math.sqrt(len(samples)), len(samples) - 1), shape
-
-
-TOP = pathlib.Path(__file__).parent.parent
+    """Scale with its interval, and shape."""
+    shape, scale, error = strength.weibull(numpy.log(samples))
+    return Estimate.of_error(scale, error, len(samples) - 1), shape
 
 
 def pulled(job):
+    """Strength, MPa, and states of the way that were not at rest."""
     width, length, direction, pitch, gauge, seed = job
-    gauge = {"yarn.weibull_gauge_length": gauge} if gauge else {}
-    strength, restless = Pull(strip(width, length, direction, pitch, seed=seed, **gauge)).strength()
-    return job, [1e-6 * float(strength), int(restless)]
+    found, restless = Pull(strip(width, length, direction, pitch, seed=seed, **({"yarn.weibull_gauge_length": gauge} if gauge else {}))).strength()
+    return 1e-6 * float(found), int(restless)
 
 
-def ensemble(path, cases):
-    """Strengths, MPa, of SAMPLES draws of each case; those that the file holds are not run again."""
-    jobs = [[*case, seed] for k, case in enumerate(cases) for seed in range(1000 * k, 1000 * k + SAMPLES)]
-    known = dict(map(json.loads, path.read_text().splitlines())) if path.exists() else {}
-    todo = [job for job in jobs if json.dumps(job) not in known]
-    with multiprocessing.Pool(os.cpu_count()) as pool, open(path, "a") as file:
-        for job, value in pool.imap_unordered(pulled, todo):
-            known[json.dumps(job)] = value
-            print(json.dumps([json.dumps(job), value]), file=file, flush=True)
-    found = [known[json.dumps(job)] for job in jobs]
-    return [[strength for strength, _ in found[k * SAMPLES : (k + 1) * SAMPLES]] for k in range(len(cases))], sum(restless for _, restless in found)
+def ensemble(study, cases, samples):
+    """Strengths, MPa, of so many draws of each case, and states that were not at rest."""
+    found = study.each(pulled, [(*case, seed) for k, case in enumerate(cases) for seed in range(1000 * k, 1000 * k + samples)])
+    return [[one for one, _ in found[k * samples : (k + 1) * samples]] for k in range(len(cases))], sum(restless for _, restless in found)
 
 
 def longer(gauge, shape, modulus, found, wanted):
@@ -179,19 +161,19 @@ def longer(gauge, shape, modulus, found, wanted):
     return gauge * (strain(wanted) / strain(found)) ** shape
 
 
-def report(folder, docs=None):
-    folder.mkdir(parents=True, exist_ok=True)
-    measured = tomllib.loads((TOP / "validation" / "kevlar49_strength.toml").read_text())["fabric"]
-    strips = [(1e-3 * row["size_mm"][0], 1e-3 * row["size_mm"][1], row["direction"]) for row in measured]
+def answer(study):
+    measured, full = strength.measured("fabric"), study.effort == FULL
+    # In short form the strips are smaller.
+    scale, samples = (1e-3, SAMPLES) if full else (3e-4, 3)
+    strips = [(scale * row["size_mm"][0], scale * row["size_mm"][1], row["direction"]) for row in measured]
     scene = strip(*strips[0])
     gauge, shape, modulus = (scene[f"yarn.{name}"] for name in ("weibull_gauge_length", "weibull_shape", "modulus_mean"))
-    pitches = (0.75e-3, 6e-3)
+    pitches = (0.75e-3, 6e-3) if full else ()
     cases = [(*case, None, None) for case in strips] + [(*strips[0], pitch, None) for pitch in pitches]
-    alone, restless = ensemble(folder / "runs.jsonl", cases)
+    alone, restless = ensemble(study, cases, samples)
     first, _ = weibull(alone[0])
     fitted, low, high = (longer(gauge, shape, modulus, 1e6 * value, 1e6 * measured[0]["scale_mpa"]) for value in (first.value, first.high, first.low))
-    # Rounded, so that the file of runs knows it again.
-    longest, more = ensemble(folder / "runs.jsonl", [(*case, None, float(f"{fitted:.3g}")) for case in strips])
+    longest, more = ensemble(study, [(*case, None, float(f"{fitted:.3g}")) for case in strips], samples)
     heading = ["strip", "measured MPa", "its shape", "model, yarn at 50 mm: MPa [95 %]", "off %", "verdict", "shape", "with the fitted length: MPa [95 %]", "off %", "verdict", "if all yarns shared at each crossing: MPa"]
     lines = []
     for k, (row, case) in enumerate(zip(measured, strips)):
@@ -203,22 +185,22 @@ def report(folder, docs=None):
         off = lambda estimate: f"{100 * (estimate.value / row['scale_mpa'] - 1):+.1f}"
         verdict = after.verdict(allowed) if k else "fitted"
         lines.append([name, row["scale_mpa"], row["shape"], plain.text(0), off(plain), plain.verdict(allowed), f"{m:.0f}", after.text(0), off(after), verdict, f"{weibull(shared(*case[:2], k))[0].value:.0f}"])
-    text = f"Allowed are ± 10 %. Each model value is of {SAMPLES} draws. {restless + more} states of rest were not reached.\n\n" + page.markdown(heading, lines)
+    columns = {"yarn at 50 mm": alone, f"yarn at {fitted:.3g} m": longest}
+    study.write("strips", [{"strip": line[0], "draw": k} | {name: found[n][k] for name, found in columns.items()} for n, line in enumerate(lines) for k in range(samples)])
+    text = f"Allowed are ± 10 %. Each model value is of {samples} draws. {restless + more} states of rest were not reached.\n\n" + page.markdown(heading, lines)
     text += f"\nThe gauge length for which yarn of the measured strength gives the first strip its strength: {fitted:.2g} m [{low:.2g}, {high:.2g}]; the yarn was measured at {1e3 * gauge:.0f} mm.\n"
     rows = [[f"{1e3 * pitch:g} mm", weibull(samples)[0].text(0)] for pitch, samples in zip(pitches, alone[len(strips) :])]
     text += "\nThe first strip with other distances between crossings along the pull:\n\n" + page.markdown(["distance", "MPa [95 %]"], rows)
     sheets = [(f"strip of {1e3 * width:.0f} mm, edges free", width, "two_sides") for width in (0.025, 0.05)] + [("the same, edges held", 0.05, "four_sides")]
     at, rows, series = (1, 2, 5, 10, 20, 40, 60), [], []
-    for name, width, sides in sheets:
-        load, beside = returned(width, 0.2, sides)
-        rows.append([name, *(f"{load[k - 1]:.2f}" for k in at), f"{beside:.2f}"])
+    length = 0.2 if full else 0.1
+    for (name, _, _), (load, beside) in zip(sheets, study.each(returned, [(width, length, sides) for _, width, sides in sheets], "a cut yarn")):
+        rows.append([name, *(f"{load[k - 1]:.2f}" if k <= len(load) else "" for k in at), f"{beside:.2f}"])
         series.append(Series(name, list(enumerate(load, 1)), "line"))
     rows.append(["all other yarns rigid, closed form", *(f"{rigid(k - 0.5):.2f}" for k in at), "1"])
     series.append(Series("all other yarns rigid, closed form", [(k, rigid(k - 0.5)) for k in range(1, 67)], "dashed"))
-    plot.draw(folder / "strips.svg", "Load of a yarn that is cut, at a strain of 1.3 %", "bars from the cut", "over that of a whole yarn", series, "from zero")
+    plot.draw(study.folder / "strips.svg", "Load of a yarn that is cut, at a strain of 1.3 %", "bars from the cut", "over that of a whole yarn", series, "from zero")
     text += "\nLoad of a yarn that is cut, over that of a whole yarn, so many bars from the cut, at a strain of 1.3 %; no other breaks:\n\n"
     text += page.markdown(["", *map(str, at), "most beside the cut"], rows)
-    print(text)
-    if docs:
-        page.write_table(docs, "strips", "Strips of Kevlar 49 fabric in the network", "python3 -m reports strips --docs docs", text)
-        shutil.copy(folder / "strips.svg", docs / "images" / "strips.svg")
+    study.table("strips", "Strips of Kevlar 49 fabric in the network", text)
+    study.picture("strips.svg", "strips.svg")

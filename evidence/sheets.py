@@ -9,7 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from PIL import Image
 from scipy.spatial import ConvexHull
 
-from evidence import plot
+from . import plot
 
 # Dark red for failed, over orange, to yellow for the first damage.
 DAMAGE = LinearSegmentedColormap.from_list("damage", ["#8c0014", "#f06e14", "#f5c83c"])
@@ -66,21 +66,6 @@ class Sheet:
 
     def lines(self, points, chosen):
         return points[self.segments[chosen]]
-
-    def draw_side(self, axis):
-        """From the side: x to the right, z (the line of flight) upward, the same scale along both."""
-        points = 1e3 * self.positions[:, [0, 2]]
-        half = 1e3 * self.about["half_size_m"][0]
-        axis.add_collection(LineCollection(self.lines(points, self.alpha > 0), colors=YARN, linewidths=0.3, alpha=0.25, rasterized=True))
-        damaged = (self.alpha > 0) & (self.alpha < 1)
-        colours = DAMAGE(self.alpha[damaged])
-        axis.add_collection(LineCollection(self.lines(points, damaged), colors=colours, linewidths=0.8, rasterized=True))
-        for line in self.outline:
-            axis.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.8)
-        heights = [1e3 * line[:, 2] for line in self.outline]
-        low = min([0.0, *(h.min() for h in heights)]) - 0.05 * half
-        high = max([1e3 * self.deflection(), *(h.max() for h in heights)]) + 0.05 * half
-        axis.set(xlim=(-1.03 * half, 1.03 * half), ylim=(low, high), aspect="equal")
 
     def draw_oblique(self, axis, meshes=0.88):
         """The sheet as a lit surface, coloured by strain, with the torn yarns at its holes, and the projectile, dashed where it is
