@@ -103,67 +103,65 @@ class StepLimits(TypedDict):
     dt_crit: float
     step_max: float
 
-class Projectile(TypedDict):
-    position: Vector
-    velocity: Vector
-    orientation: Quaternion
-    angular_velocity: Vector
-
+# Made by `cargo xtask fmu` of the kernel's outputs; do not edit.
 class Contact(TypedDict):
-    work: float
-    """Work of the projectile on the fabric, J."""
-    loss: float
-    force_peak: float
-    impulse: Vector
-    angular_impulse: Vector
-
-class Support(TypedDict):
-    total: Vector
-    attachments: tuple[Vector, Vector, Vector, Vector]
-
-class Energy(TypedDict):
-    projectile_kinetic: float
-    fabric_kinetic: float
-    strain: float
-    dissipated: float
-    viscous: float
-    friction: float
-    ply_loss: float
-    contact_loss: float
-    contact_work: float
-    support_work: float
-    """Work of the projectile on held nodes, J: the part of `contact_work` that the fabric did not get."""
-    external_work: float
-    halving: float
-    residual: float
-
-class Ply(TypedDict):
-    kinetic: float
-    strain: float
-    dissipated: float
-    failed_segments: int
-
-class Fabric(TypedDict):
-    max_deflection: float
-    max_stretch: float
+    force_peak: float  # Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed, N.
+    impulse: Vector  # Impulse on the projectile since the start, N.s.
+    angular_impulse: Vector  # Angular impulse on the projectile about its moving centre of mass since the start, N.m.s.
+    work: float  # Work of the projectile on the fabric since the start: the energy absorbed, J.
+    loss: float  # Kinetic energy lost when nodes are swept up by the projectile, J.
 
 class Counters(TypedDict):
-    steps: int
-    failed_segments: int
-    contacts: int
-    unconverged: int
-    most_sweeps: int
-    most_candidates: int
-    candidate_capacity: int
-    iterations: int
-    most_iterations: int
-    beyond_fine: int
-    """Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network: 0 in a run that is to
-    be trusted."""
-    worst_penetration: float
-    ply_penetration: float
-    contact_residual: float
-    """Greatest speed by which a contact has failed its law in a solve that was given up, m/s; 0 if all converged."""
+    steps: int  # Steps taken.
+    failed_segments: int  # Number of failed segments.
+    worst_penetration: float  # Deepest penetration of a node into the projectile so far, m.
+    ply_penetration: float  # Deepest way of a node through the one that it faces in the next of separate plies so far, m.
+    contacts: int  # Nodes with a contact impulse in the last step.
+    unconverged: int  # Contact solves that were given up.
+    contact_residual: float  # Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged, m/s.
+    most_sweeps: int  # Most Gauss-Seidel sweeps of one contact solve, passes of Newton's method included.
+    most_candidates: int  # Most candidate nodes of one step.
+    candidate_capacity: int  # Places for candidate nodes.
+    iterations: int  # Iterations of the theta rule; 0 with velocity Verlet.
+    most_iterations: int  # Most iterations of one step.
+    beyond_fine: int  # Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted.
+
+class Energy(TypedDict):
+    projectile_kinetic: float  # Kinetic energy of the projectile; 0 if its mass is unknown, J.
+    fabric_kinetic: float  # Kinetic energy of the fabric, J.
+    strain: float  # Strain energy of the yarns, J.
+    dissipated: float  # Energy dissipated by rupture, J.
+    contact_loss: float  # The same as contact.loss, J.
+    viscous: float  # Energy that viscosity of the yarn and its dependence on the rate of strain have taken, J.
+    friction: float  # Energy rubbed away between yarn and projectile, J.
+    ply_loss: float  # Kinetic energy lost where separate plies meet, J.
+    contact_work: float  # The same as contact.work, J.
+    support_work: float  # Work of the projectile on held nodes: the part of contact.work that the fabric did not get, J.
+    external_work: float  # Work of the external load on the projectile, J.
+    halving: float  # Change of the audited energy when the step was halved; 0 if it was not, J.
+    residual: float  # What the energy balance does not close by, J.
+
+class Fabric(TypedDict):
+    max_deflection: float  # Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet), m.
+    max_stretch: float  # Largest stretch of a segment that has not failed.
+
+class Ply(TypedDict):
+    failed_segments: int  # Failed segments of single plies, from ply.first on; 0 for a ply that there is not.
+    kinetic: float  # Kinetic energy of single plies, likewise, J.
+    strain: float  # Strain energy of single plies, likewise, J.
+    dissipated: float  # Energy dissipated by rupture in single plies, likewise, J.
+
+class Projectile(TypedDict):
+    position: Vector  # Centre of mass of the body the fabric saw, m.
+    velocity: Vector  # Velocity of that body (half an internal step earlier), m/s.
+    orientation: Quaternion  # Orientation of that body, scalar first.
+    angular_velocity: Vector  # Angular velocity of that body, host's axes, rad/s.
+
+class Support(TypedDict):
+    total: Vector  # Impulse of the sheet on all its supports since the start, N.s.
+    attachments: tuple[Vector, Vector, Vector, Vector]  # The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y), N.s.
+
+# End of what is made.
 
 class Latch(TypedDict):
     step: int

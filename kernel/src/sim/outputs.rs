@@ -211,3 +211,51 @@ pub const OUTPUTS: &[Output] = &[
         "Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be \
          too far apart to feel it: 0 in a run that is to be trusted"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CacheLine, Layout, Scene};
+    use std::collections::BTreeMap;
+    use std::string::String;
+    use std::vec::Vec;
+    use std::{format, vec};
+
+    /// What the table has of a structure is what the structure itself shows: every field, its name and its number.
+    #[test]
+    fn every_field_of_a_read_out_has_its_row() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y, scene.contact.friction) = (41, 41, 0.2);
+        (scene.stack.plies, scene.stack.gap, scene.projectile.angular_velocity) = (2, 1e-4, [30.0, 40.0, 50.0]);
+        let mut memory = vec![CacheLine::ZERO; Layout::of(&scene).unwrap().lines()];
+        let mut sim = Sim::new(&scene, &mut memory).unwrap();
+        sim.advance(2000).unwrap();
+        let shown = BTreeMap::from([
+            ("projectile", format!("{:?}", sim.projectile().unwrap())),
+            ("contact", format!("{:?}", sim.contact().unwrap())),
+            ("support", format!("{:?}", sim.support().unwrap())),
+            ("energy", format!("{:?}", sim.energy().unwrap())),
+            ("fabric", format!("{:?}", sim.fabric().unwrap())),
+            ("counters", format!("{:?}", sim.counters())),
+            ("ply", format!("{:?}", sim.ply(1).unwrap())),
+        ]);
+        let (mut found, mut readings, ply) = (BTreeMap::new(), Readings::default(), sim.ply(1).unwrap());
+        for output in OUTPUTS.iter().filter(|output| !matches!(output.get, Get::Whole(_))) {
+            let (structure, field) = output.parts();
+            let mut values = readings.read(&mut sim, output).unwrap();
+            if let Get::Ply(of) = output.get {
+                values[0] = of(&ply);
+            }
+            let of_one =
+                |value: &f64| if *output.quantity == COUNT { format!("{value}") } else { format!("{value:?}") };
+            let numbers: Vec<String> = values[..output.size().max(1)].iter().map(of_one).collect();
+            let text = format!("{field}: {}", numbers.join(", "));
+            let plain = shown[structure].replace(['[', ']'], "").replace(" }", ",");
+            assert!(plain.contains(&format!(" {text},")), "{}: {text} is not in {plain}", output.name);
+            *found.entry(structure).or_insert(0) += 1;
+        }
+        for (structure, text) in shown {
+            assert_eq!(found[structure], text.matches(": ").count(), "{text}");
+        }
+    }
+}
