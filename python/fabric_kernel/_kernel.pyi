@@ -105,61 +105,61 @@ class StepLimits(TypedDict):
 
 # Made by `cargo xtask fmu` of the kernel's outputs; do not edit.
 class Contact(TypedDict):
-    force_peak: float  # Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed, N.
-    impulse: Vector  # Impulse on the projectile since the start, N.s.
-    angular_impulse: Vector  # Angular impulse on the projectile about its moving centre of mass since the start, N.m.s.
-    work: float  # Work of the projectile on the fabric since the start: the energy absorbed, J.
-    loss: float  # Kinetic energy lost when nodes are swept up by the projectile, J.
+    force_peak: float  # N: Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed
+    impulse: Vector  # N.s: Impulse on the projectile since the start
+    angular_impulse: Vector  # N.m.s: Angular impulse on the projectile about its moving centre of mass since the start
+    work: float  # J: Work of the projectile on the fabric since the start: the energy absorbed
+    loss: float  # J: Kinetic energy lost when nodes are swept up by the projectile
 
 class Counters(TypedDict):
-    steps: int  # Steps taken.
-    failed_segments: int  # Number of failed segments.
-    worst_penetration: float  # Deepest penetration of a node into the projectile so far, m.
-    ply_penetration: float  # Deepest way of a node through the one that it faces in the next of separate plies so far, m.
-    contacts: int  # Nodes with a contact impulse in the last step.
-    unconverged: int  # Contact solves that were given up.
-    contact_residual: float  # Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged, m/s.
-    most_sweeps: int  # Most Gauss-Seidel sweeps of one contact solve, passes of Newton's method included.
-    most_candidates: int  # Most candidate nodes of one step.
-    candidate_capacity: int  # Places for candidate nodes.
-    iterations: int  # Iterations of the theta rule; 0 with velocity Verlet.
-    most_iterations: int  # Most iterations of one step.
-    beyond_fine: int  # Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted.
+    steps: int  # Steps taken
+    failed_segments: int  # Number of failed segments
+    worst_penetration: float  # m: Deepest penetration of a node into the projectile so far
+    ply_penetration: float  # m: Deepest way of a node through the one that it faces in the next of separate plies so far
+    contacts: int  # Nodes with a contact impulse in the last step
+    unconverged: int  # Contact solves that were given up
+    contact_residual: float  # m/s: Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged
+    most_sweeps: int  # Most Gauss-Seidel sweeps of one contact solve, passes of Newton's method included
+    most_candidates: int  # Most candidate nodes of one step
+    candidate_capacity: int  # Places for candidate nodes
+    iterations: int  # Iterations of the theta rule; 0 with velocity Verlet
+    most_iterations: int  # Most iterations of one step
+    beyond_fine: int  # Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
 
 class Energy(TypedDict):
-    projectile_kinetic: float  # Kinetic energy of the projectile; 0 if its mass is unknown, J.
-    fabric_kinetic: float  # Kinetic energy of the fabric, J.
-    strain: float  # Strain energy of the yarns, J.
-    dissipated: float  # Energy dissipated by rupture, J.
-    contact_loss: float  # The same as contact.loss, J.
-    viscous: float  # Energy that viscosity of the yarn and its dependence on the rate of strain have taken, J.
-    friction: float  # Energy rubbed away between yarn and projectile, J.
-    ply_loss: float  # Kinetic energy lost where separate plies meet, J.
-    contact_work: float  # The same as contact.work, J.
-    support_work: float  # Work of the projectile on held nodes: the part of contact.work that the fabric did not get, J.
-    external_work: float  # Work of the external load on the projectile, J.
-    halving: float  # Change of the audited energy when the step was halved; 0 if it was not, J.
-    residual: float  # What the energy balance does not close by, J.
+    projectile_kinetic: float  # J: Kinetic energy of the projectile; 0 if its mass is unknown
+    fabric_kinetic: float  # J: Kinetic energy of the fabric
+    strain: float  # J: Strain energy of the yarns
+    dissipated: float  # J: Energy dissipated by rupture
+    contact_loss: float  # J: The same as contact.loss
+    viscous: float  # J: Energy that viscosity of the yarn and its dependence on the rate of strain have taken
+    friction: float  # J: Energy rubbed away between yarn and projectile
+    ply_loss: float  # J: Kinetic energy lost where separate plies meet
+    contact_work: float  # J: The same as contact.work
+    support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
+    external_work: float  # J: Work of the external load on the projectile
+    halving: float  # J: Change of the audited energy when the step was halved; 0 if it was not
+    residual: float  # J: What the energy balance does not close by
 
 class Fabric(TypedDict):
-    max_deflection: float  # Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet), m.
-    max_stretch: float  # Largest stretch of a segment that has not failed.
+    max_deflection: float  # m: Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)
+    max_stretch: float  # Largest stretch of a segment that has not failed
 
 class Ply(TypedDict):
-    failed_segments: int  # Failed segments of single plies, from ply.first on; 0 for a ply that there is not.
-    kinetic: float  # Kinetic energy of single plies, likewise, J.
-    strain: float  # Strain energy of single plies, likewise, J.
-    dissipated: float  # Energy dissipated by rupture in single plies, likewise, J.
+    failed_segments: int  # Failed segments of single plies, from ply.first on; 0 for a ply that there is not
+    kinetic: float  # J: Kinetic energy of single plies, likewise
+    strain: float  # J: Strain energy of single plies, likewise
+    dissipated: float  # J: Energy dissipated by rupture in single plies, likewise
 
 class Projectile(TypedDict):
-    position: Vector  # Centre of mass of the body the fabric saw, m.
-    velocity: Vector  # Velocity of that body (half an internal step earlier), m/s.
-    orientation: Quaternion  # Orientation of that body, scalar first.
-    angular_velocity: Vector  # Angular velocity of that body, host's axes, rad/s.
+    position: Vector  # m: Centre of mass of the body the fabric saw
+    velocity: Vector  # m/s: Velocity of that body (half an internal step earlier)
+    orientation: Quaternion  # Orientation of that body, scalar first
+    angular_velocity: Vector  # rad/s: Angular velocity of that body, host's axes
 
 class Support(TypedDict):
-    total: Vector  # Impulse of the sheet on all its supports since the start, N.s.
-    attachments: tuple[Vector, Vector, Vector, Vector]  # The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y), N.s.
+    total: Vector  # N.s: Impulse of the sheet on all its supports since the start
+    attachments: tuple[Vector, Vector, Vector, Vector]  # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
 
 # End of what is made.
 
