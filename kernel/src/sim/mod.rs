@@ -1,3 +1,4 @@
+pub mod outputs;
 pub mod simulation;
 pub mod snapshot;
 pub mod start;
