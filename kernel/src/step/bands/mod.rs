@@ -224,7 +224,7 @@ impl Bands<'_, '_> {
             report = report.merged(unsafe { *cell.get() });
         }
         // SAFETY: as above.
-        if let Err(failure) = unsafe { plan.close(system, self.of, report) } {
+        if let Err(failure) = unsafe { plan.close(system, report) } {
             system.failure = Some(failure);
             self.failure.store(failure.code().number(), Ordering::Release);
             return Err(failure);

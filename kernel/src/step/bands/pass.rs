@@ -4,7 +4,6 @@
 use super::plan::Plan;
 use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
-use crate::body::pose::Vector;
 use crate::ground::error::Failure;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES};
 use crate::memory::rows::Rows;
@@ -130,7 +129,6 @@ impl Plan {
                 if start >= stop {
                     continue;
                 }
-                let count = stop - start;
                 let Scratch { above, carry, kept, .. } = self.scratch(band);
                 let above: &[_] = if stop < top {
                     above
@@ -146,17 +144,9 @@ impl Plan {
                 if start == low && self.course.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
-                let pulls = match self.step_in_block() {
-                    Some(step) => memory.noted.add(step * layout.nodes_y),
-                    None => self.pulls(of),
-                };
-                let mut rows = self.rows(start, count, ply, above, carry, kept);
+                let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept);
                 let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
-                report = report.merged(rows.sweep(&self.terms(fetches), |j, pulled| {
-                    if self.track_support {
-                        pulls.add(j).write(pulled.map(|pull| pull.into()));
-                    }
-                }));
+                report = report.merged(rows.sweep(&self.terms(fetches)));
             }
         }
         report
@@ -238,13 +228,9 @@ impl Plan {
         let memory = &self.memory;
         // SAFETY: the caller's promise; there are pulls of every step and row.
         unsafe {
-            let mut row = self.rows(j, 1, 0, above, carry, self.scratch(band).kept);
+            let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept);
             // A row comes from memory in the first step alone.
-            let mut report = row.sweep(&self.terms(self.fetches && step == 0), |j, pulled| {
-                if self.track_support {
-                    memory.noted.add(step * self.layout.nodes_y + j).write(pulled.map(|pull| pull.into()));
-                }
-            });
+            let mut report = row.sweep(&self.terms(self.fetches && step == 0));
             report.non_finite |= course.is_met(step, j, memory.ranges.add(j).read());
             report
         }
@@ -261,20 +247,20 @@ impl Plan {
         }
     }
 
-    /// `count` rows of a ply from row `first` on, with all that belongs to them.
+    /// Rows [first, end) of a ply with all that belongs to them, in a step of a block, the first one otherwise.
     ///
     /// # Safety
     /// They lie inside the blocks, and nothing else uses them while they are held.
     unsafe fn rows<'r>(
         &self,
-        first: usize,
-        count: usize,
+        step: usize,
+        [first, end]: [usize; 2],
         ply: usize,
         above: &'r [Chunk<HOT_PLANES>],
         carry: &'r mut [Chunk<CARRY_PLANES>],
         kept: &'r mut [[f64; 3]],
     ) -> Rows<'r> {
-        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
         // SAFETY: the caller's promise.
         unsafe {
             Rows {
@@ -295,6 +281,11 @@ impl Plan {
                 net: self.net(),
                 carry,
                 kept,
+                pulls: if layout.supports {
+                    rows_mut(memory.pulls, 1, step * layout.nodes_y + first, count)
+                } else {
+                    &mut []
+                },
             }
         }
     }
@@ -321,7 +312,7 @@ impl Plan {
     ///
     /// # Safety
     /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
-    pub(super) unsafe fn close(&self, system: &mut System<'_>, of: u32, report: Report) -> Result<(), Failure> {
+    pub(super) unsafe fn close(&self, system: &mut System<'_>, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
         if let Some(course) = &self.course {
             return course.close(system, &gathered, report);
@@ -334,16 +325,7 @@ impl Plan {
             }
             system.set_awake(ply, [first, end]);
             explicit::book_taken(system, ply, [first, end]);
-            if !self.track_support {
-                continue;
-            }
-            let ([bottom, _], share) = (system.layout.rows_of(ply), system.mass_share(ply));
-            for j in first..end {
-                // SAFETY: the sweep of row j has written its pulls.
-                let pulls = unsafe { self.pulls(of).add(j).read() };
-                let pulls = pulls.map(Vector::from);
-                explicit::book_pulls(&mut system.state.sums, &system.scene, &self.layout, j - bottom, &pulls, share);
-            }
+            explicit::book_pulls(system, ply, [first, end], 0);
         }
         explicit::close_pass(system, self.end, &gathered, report)?;
         if self.end == 1.0 {

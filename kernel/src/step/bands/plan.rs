@@ -42,7 +42,6 @@ pub(super) struct Plan {
     pub(super) instructions: InstructionSet,
     /// Whether segments may have a toe's mark.
     pub(super) marked: bool,
-    pub(super) track_support: bool,
     pub(super) memory: Pointers,
 }
 
@@ -88,7 +87,6 @@ impl Plan {
         }
         let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
         let memory = Pointers::of(system, scratch);
-        let track_support = system.scene.track_support;
         let all = system.steps_all();
         Plan {
             end,
@@ -105,7 +103,6 @@ impl Plan {
             fetches: system.fetches,
             instructions: system.instructions,
             marked,
-            track_support,
             memory,
         }
     }

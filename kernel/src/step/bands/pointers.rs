@@ -30,8 +30,8 @@ pub(super) struct Pointers {
     pub(super) runs: *const [u32; 4],
     /// Vertical forces of each step of a block, and pulls of the fixed nodes of each step and row.
     pub(super) carries: *mut Chunk<CARRY_PLANES>,
-    pub(super) noted: *mut [[f64; 3]; 2],
-    /// The bands' own numbers, then the pulls of the fixed nodes, six a row.
+    pub(super) pulls: *mut [[f64; 3]; 2],
+    /// The bands' own numbers.
     pub(super) scratch: *mut f64,
 }
 
@@ -73,7 +73,7 @@ impl Pointers {
             ranges: ranges.as_mut_ptr(),
             runs: runs.as_ptr(),
             carries: carries.as_mut_ptr(),
-            noted: pulls.as_mut_ptr().cast(),
+            pulls: pulls.as_mut_ptr(),
             scratch,
         }
     }

@@ -1,4 +1,4 @@
-//! Where the bands' own numbers are in the scratch that the caller lends: band by band, then the pulls of the fixed nodes.
+//! Where the bands' own numbers are in the scratch that the caller lends: band by band.
 
 use super::plan::Plan;
 use super::pointers::rows_mut;
@@ -89,10 +89,5 @@ impl Plan {
         let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { VISCOUS_PLANES * row } else { 0 });
         let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
         Places { above, carry, work, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
-    }
-
-    /// Where the pulls of row 0's two runs are, behind the bands' own numbers.
-    pub(super) fn pulls(&self, of: u32) -> *mut [[f64; 3]; 2] {
-        self.memory.scratch.wrapping_add(of as usize * self.layout.reals_of_a_band()).cast()
     }
 }
