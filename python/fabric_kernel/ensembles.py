@@ -78,7 +78,8 @@ def ensemble(
     keys = [run_key(scene, until, steps) for scene in scenes]
     work = functools.partial(_fly, until=tuple(until), steps=steps)
     rows = each(work, dict(zip(keys, scenes)), keep=keep, on=on, batch=batch, progress=progress)
-    for doubt in doubts(list(rows.values())) + _repeats(list(rows.values())):
+    bodies = [doubt for scene in scenes if (doubt := scene.unlikely_body())][:1]
+    for doubt in bodies + doubts(list(rows.values())) + _repeats(list(rows.values())):
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return _table(keys, scenes, rows)
 

@@ -18,8 +18,8 @@ use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, OutcomeSet};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
-use crate::sim::snapshot;
 use crate::sim::start;
+use crate::sim::{restore, snapshot};
 use crate::step::bands::Bands;
 use crate::step::energy::{self, Energy, Ply};
 use crate::step::explicit;
@@ -79,7 +79,8 @@ pub struct Counters {
     pub contacts: u64,
     /// Contact solves (M8) that were given up; harmless below 1 % of the steps. `contact_residual` says how far they were off.
     pub unconverged: u64,
-    /// Most Gauss-Seidel sweeps of one solve, at most 300: sweeps and, behind 200 of them, passes of Newton's method.
+    /// Most Gauss-Seidel sweeps of one solve, at most 300 (4000 in a stack whose held nodes are hit): sweeps and, behind 200
+    /// of them, passes of Newton's method.
     pub most_sweeps: u64,
     /// Most candidate nodes of one step.
     pub most_candidates: u64,
@@ -566,14 +567,14 @@ impl<'a> Sim<'a> {
     /// On an error nothing has changed.
     pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
-        snapshot::load(&mut self.system, image)
+        restore::load(&mut self.system, image)
     }
 
     /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
     /// happens to bytes on their way, is not looked at. Everything else is.
     pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
-        snapshot::load_kept(&mut self.system, image)
+        restore::load_kept(&mut self.system, image)
     }
 
     /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set
