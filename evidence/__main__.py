@@ -81,7 +81,10 @@ def main():
             asked.kept.unlink(missing_ok=True)
         question = importlib.import_module(f"evidence.{name}")
         # False: something is not as it must be.
-        sound &= (question.answer(asked) if hasattr(question, "answer") else comparison.alone(asked, question)) is not False
+        try:
+            sound &= (question.answer(asked) if hasattr(question, "answer") else comparison.alone(asked, question)) is not False
+        except KeyboardInterrupt:
+            sys.exit("stopped: the same command goes on from here")
         print(f"{name}: {time.monotonic() - start:.0f} s; written: {asked.folder}", flush=True)
     sys.exit(0 if sound else 1)
 

@@ -14,7 +14,7 @@ from fabric_kernel import yarn_of_fibrils, yarns_of_fibrils
 
 from . import claims, page, plot
 from .paper_runs import (
-    ATTACHMENTS, CORNERS, FOUR_SIDES, LARGE, PRESET, SMALL, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, VELOCITIES, WOVEN, Runs, number,
+    ATTACHMENTS, CORNERS, FOUR_SIDES, LARGE, SMALL, STOCHASTIC, SYMMETRIC, TWO_SIDES, UNIFORM, VELOCITIES, WOVEN, Runs, number,
 )  # fmt: skip
 from .plot import Series
 from .statistics import Estimate, arrest_limit
@@ -137,35 +137,43 @@ def report(study, runs, micro, found):
     last = max(VELOCITIES[study.effort])
     figure(
         "figure_13", "The paper does not say how this sheet is held, so all three attachments are shown; 0 where the projectile is arrested.",
-        "10 in sheet, cylinder: residual against initial velocity", "initial velocity (m/s)", "residual velocity (m/s)", [*lines, Series("no fabric", [(0, 0), (last, last)], "dashed")], "from zero",
+        "10 in sheet, cylinder: residual against initial velocity", "initial velocity (m/s)", "residual velocity (m/s)",
+        [*lines, Series("no fabric", [(0, 0), (last, last)], "dashed")], "from zero",
     )
     html.section("Absorbed energy and attachment (Fig. 14)")
+    energy_axes = "impact energy (J)", "absorbed energy (J)"
     for file, when, value in (
-        ("figure_14", "when the last contact lost its supports", lambda run: run.at_detached()), ("figure_14_end", "when the projectile was arrested or had left", lambda run: run.absorbed),
+        ("figure_14", "when the last contact lost its supports", lambda run: run.at_detached()),
+        ("figure_14_end", "when the projectile was arrested or had left", lambda run: run.absorbed),
     ):
         lines = [means(runs, kind, STOCHASTIC, runs.energies, value, kind) for kind in ATTACHMENTS]
-        figure(file, f"Fig. 14, read {when}. Below the ballistic limit everything is absorbed.", f"3 in sheet, sphere: energy absorbed {when}", "impact energy (J)", "absorbed energy (J)", lines, "logarithmic x")
+        caption = f"Fig. 14, read {when}. Below the ballistic limit everything is absorbed."
+        figure(file, caption, f"3 in sheet, sphere: energy absorbed {when}", *energy_axes, lines, "logarithmic x")
     html.section("Energy histories (Figs 15 to 17)")
     for fig, kind in ((15, CORNERS), (16, TWO_SIDES), (17, FOUR_SIDES)):
         for energy in runs.history_energies:
-            name = f"3 in sheet, {kind}, {number(energy)} J: where the energy is"
-            figure(f"figure_{fig}_{number(energy)}J", f"Fig. {fig}: mean of the runs up to their median end.", name, "time (µs)", "energy (J)", history(runs.of(kind, STOCHASTIC, energy)), "from zero")
+            name, caption = f"3 in sheet, {kind}, {number(energy)} J: where the energy is", f"Fig. {fig}: mean of the runs up to their median end."
+            lines = history(runs.of(kind, STOCHASTIC, energy))
+            figure(f"figure_{fig}_{number(energy)}J", caption, name, "time (µs)", "energy (J)", lines, "from zero")
     html.section("Uniform against stochastic yarn (Figs 18 to 20)")
     for fig, kind in ((18, CORNERS), (19, TWO_SIDES), (20, FOUR_SIDES)):
         lines = [means(runs, kind, yarn, runs.energies, lambda run: run.at_detached(), yarn) for yarn in (STOCHASTIC, UNIFORM)]
-        figure(f"figure_{fig}", f"Fig. {fig}.", f"3 in sheet, {kind}: uniform against stochastic yarn", "impact energy (J)", "absorbed energy when detached (J)", lines, "logarithmic x")
+        title = f"3 in sheet, {kind}: uniform against stochastic yarn, when detached"
+        figure(f"figure_{fig}", f"Fig. {fig}.", title, *energy_axes, lines, "logarithmic x")
     html.section("The open question: uniform yarn at the corners, near the limit")
     html.text(QUESTION)
     for file, uniform, reading in (("map_whole", UNIFORM, "detached"), ("map_symmetric", SYMMETRIC, "detached"), ("map_dissipated", SYMMETRIC, "dissipated, detached")):
-        figure(file, "95 % intervals; points are shifted sideways a little to tell them apart.", f"{uniform} over stochastic yarn, read: {reading}", "impact energy (J)", "ratio of energies", ratios(runs, uniform, reading), "from zero", levels=[("no difference", 1.0), ("twofold", 2.0)])
+        caption, levels = "95 % intervals; points are shifted sideways a little to tell them apart.", [("no difference", 1.0), ("twofold", 2.0)]
+        title, lines = f"{uniform} over stochastic yarn, read: {reading}", ratios(runs, uniform, reading)
+        figure(file, caption, title, energy_axes[0], "ratio of energies", lines, "from zero", levels=levels)
     html.table(*map_table(runs), (1, 2, 3))
     html.heading("Ballistic limits")
     html.text(LIMITS)
     html.table(*limits_table(runs), (1,))
     html.heading("Every point")
-    of = lambda row, name, digits=2: Estimate(row[name], row[f"{name}: low"], row[f"{name}: high"]).text(digits)
-    words = lambda row: f"{row['sheet']}, {row['attachment']}, {row['washer'] if row['washer'] != PRESET else ''} {row['yarn']}, {number(row['impact, J or m/s'])} {'J' if row['sheet'] == SMALL else 'm/s'}"
-    html.table(["point", "runs", "arrested", "timeouts", *READINGS], [[words(row), row["runs"], row["arrested"], row["timeouts"], *(of(row, name) for name in READINGS)] for row in point_rows(runs)])
+    of = lambda row, name: Estimate(row[name], row[f"{name}: low"], row[f"{name}: high"]).text(2)
+    names = ["sheet", "attachment", "washer", "yarn", "impact, J or m/s", "runs", "arrested", "timeouts"]
+    html.table([*names, *READINGS], [[*(row[name] for name in names), *(of(row, name) for name in READINGS)] for row in point_rows(runs)], (1, 2, 3))
     html.write(folder / "report.html")
 
 
@@ -205,7 +213,10 @@ def fibrils(figure, micro):
     figure(
         "figure_6", f"Fig. 6. Regression over all: λ = {micro.slope.text(3)} E/GPa + {micro.intercept.text(1)}, standard deviation about the line {micro.residual.text(2)} "
         f"(paper: 7.91, −878.46, 8.35). Drawing and fitting took {micro.seconds:.2f} s on one core.", "Damage rate against modulus", "modulus (GPa)", "damage rate λ",
-        [Series(f"{len(dots)} yarns", dots, "dots"), Series("regression line", line(micro.slope.value, micro.intercept.value), "line"), Series("the paper's line", line(7.91, -878.46), "dashed")],
+        [
+            Series(f"{len(dots)} yarns", dots, "dots"), Series("regression line", line(micro.slope.value, micro.intercept.value), "line"),
+            Series("the paper's line", line(7.91, -878.46), "dashed"),
+        ],
     )  # fmt: skip
 
 

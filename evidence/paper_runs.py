@@ -116,7 +116,8 @@ def left_out(effort):
     if effort == FULL:
         return "Ten runs a point on the 3 in sheet."
     lacking = lambda lists: ", ".join(number(value) for value in lists[FULL] if value not in lists[effort])
-    shape = f"Runs on the 10 in sheet end after {LARGE_QUICK_STEPS} steps at the latest." if effort == QUICK else f"A smoke test: sheets of {SMOKE_NODES} x {SMOKE_NODES} nodes; nothing here says anything about the paper."
+    tiny = f"A smoke test: sheets of {SMOKE_NODES} x {SMOKE_NODES} nodes; nothing here says anything about the paper."
+    shape = f"Runs on the 10 in sheet end after {LARGE_QUICK_STEPS} steps at the latest." if effort == QUICK else tiny
     return (
         f"{shape} Left out against the full study: impact energies {lacking(ENERGIES)} J on the 3 in sheet, velocities {lacking(VELOCITIES)} m/s on the 10 in "
         f"sheet; in the map of the open question energies {lacking(MAP_ENERGIES)} J, one draw per yarn, and all washers but the first {len(washers(effort))}. "
