@@ -12,7 +12,6 @@ h3 { font-size: 1.08rem; margin-top: 1.6rem; }
 p, figcaption, li { max-width: 62rem; }
 figure { margin: 1.2rem 0; } figure img { max-width: 100%; height: auto; display: block; }
 figcaption { color: #46505c; font-size: 0.93rem; }
-.nodata { border-left: 4px solid #c3cbd4; padding: 0.3rem 0.8rem; color: #46505c; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.87rem; margin: 0.8rem 0; }
 th, td { text-align: right; padding: 0.25rem 0.6rem; border-bottom: 1px solid #e3e7eb; vertical-align: top; }
@@ -106,9 +105,6 @@ class Page:
 
     def text(self, text):
         self.parts.append(f"<p>{escaped(text)}</p>")
-
-    def no_data(self, text):
-        self.parts.append(f'<p class="nodata">{escaped(text)}</p>')
 
     def figure(self, path, caption):
         """A picture, kept inside the page."""
