@@ -77,6 +77,11 @@ impl Candidate {
     }
 }
 
+/// Sets the impulse of a candidate in its place, N s.
+pub(crate) fn set_impulse([.., place]: &mut [f64; CANDIDATE_REALS], impulse: f64) {
+    *place = impulse;
+}
+
 /// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
 pub(crate) struct Found {
     /// phi/dt, m/s; 0 for a node inside.

@@ -8,3 +8,4 @@ pub(crate) mod part;
 pub mod passage;
 pub mod search;
 pub mod solve;
+pub(crate) mod touch;

@@ -1,7 +1,7 @@
 //! Plies parted where they press on each other with no candidate among them: behind the sweep and the projectile's impulses.
 
 use crate::contact::candidate::Candidate;
-use crate::contact::column::{MASS, SPEED, load, project};
+use crate::contact::column::{Node, load, project};
 use crate::contact::friction::Tangential;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
@@ -121,10 +121,11 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
     for ply in 0..layout.plies {
         let j = ply * rows + row;
         let Blocks { hot, column, before, pushes, .. } = &mut system.blocks;
-        let [speed, mass] = column.get(ply).map_or([0.0, 1.0], |place| [place[SPEED], place[MASS]]);
-        let (Some(chunk), Some(before)) =
-            (planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
-        else {
+        let (Some(Node { speed, mass, .. }), Some(chunk), Some(before)) = (
+            column.get(ply).map(Node::read),
+            planes::row_mut(hot, chunks, j).get_mut(i / CHUNK),
+            before.get(j * chunks + i / CHUNK),
+        ) else {
             return;
         };
         let lane = i % CHUNK;

@@ -21,7 +21,7 @@ pub const TANGENTIAL_REALS: usize = 19;
 /// Numbers kept per row and step of a block: what the sheet pulls at both runs of its fixed nodes.
 pub(crate) const PULL_REALS: usize = 6;
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 12;
+pub(crate) const COLUMN_REALS: usize = 14;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const TOUCH_REALS: usize = 6;
 /// And of one with friction.
