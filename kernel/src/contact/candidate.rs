@@ -82,6 +82,11 @@ pub(crate) fn set_impulse([.., place]: &mut [f64; CANDIDATE_REALS], impulse: f64
     *place = impulse;
 }
 
+/// Sets the effective mass of a candidate in its place, kg.
+pub(crate) fn set_mass([.., place, _]: &mut [f64; CANDIDATE_REALS], mass: f64) {
+    *place = mass;
+}
+
 /// A candidate before its velocity in this step is known. It is kept in the place of the candidate that it becomes.
 pub(crate) struct Found {
     /// phi/dt, m/s; 0 for a node inside.
@@ -100,6 +105,26 @@ impl Found {
     pub fn with_velocity(&self, v: &Vector, unit_speed: f64) -> Candidate {
         let candidate = &self.candidate;
         Candidate { approach: self.gap_over_dt + candidate.normal.dot(v) * unit_speed, ..*candidate }
+    }
+}
+
+/// A candidate as a solve begins, before its effective mass is known. It is kept in the place of the candidate that it becomes.
+pub(crate) struct Begun {
+    /// How fast its gap grows before contact, m/s.
+    pub gap_rate: f64,
+    pub candidate: Candidate,
+}
+
+impl Begun {
+    /// From its place in the scratch block.
+    pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Begun {
+        let candidate = Candidate::read(slot);
+        Begun { gap_rate: candidate.effective_mass, candidate }
+    }
+
+    /// Begins without impulse.
+    pub fn begin([.., kept, impulse]: &mut [f64; CANDIDATE_REALS], gap_rate: f64) {
+        (*kept, *impulse) = (gap_rate, 0.0);
     }
 }
 

@@ -14,7 +14,7 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
-use crate::contact::candidate::{Candidate, Solved};
+use crate::contact::candidate::{self, Begun, Candidate, Solved};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
@@ -190,7 +190,7 @@ impl<'s> Pushed<'s> {
         }
     }
 
-    /// Prepares all candidates. Until the solve begins, the place of the mass holds the gap rate.
+    /// Prepares all candidates but for their masses.
     #[inline(always)]
     fn begin<const FRICTION: bool>(
         &mut self,
@@ -217,18 +217,23 @@ impl<'s> Pushed<'s> {
                 }
                 t.write(place);
             }
-            let [.., kept, impulse] = slot;
-            (*kept, *impulse) = (gap_rate, 0.0);
+            Begun::begin(slot, gap_rate);
         }
         sizes
     }
 
-    /// The masses, in place of gap rates. Of what is out of reach the mass is 0, so that no sweep changes it.
-    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
+    /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
+    fn set_masses_in_reach(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
         for slot in candidates {
-            let c = Candidate::read(slot);
-            let [.., mass, _] = slot;
-            *mass = if c.effective_mass > out_of_reach { 0.0 } else { self.effective_mass(&c) };
+            let Begun { gap_rate, candidate } = Begun::read(slot);
+            candidate::set_mass(slot, if gap_rate > out_of_reach { 0.0 } else { self.effective_mass(&candidate) });
+        }
+    }
+
+    /// The masses of all.
+    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]]) {
+        for slot in candidates {
+            candidate::set_mass(slot, self.effective_mass(&Candidate::read(slot)));
         }
     }
 
@@ -263,8 +268,7 @@ impl<'s> Pushed<'s> {
                     let turned = self.twist(&c).component_mul(&self.inertia.inverse_moments);
                     rates.angular_velocity -= turned * change;
                 }
-                let [.., place] = slot;
-                *place = impulse;
+                candidate::set_impulse(slot, impulse);
                 let mut size = math::abs(change);
                 *changes += size;
                 if fixed {
@@ -325,7 +329,7 @@ fn sweeps<const FRICTION: bool>(
     // add up, changes the speed of its surface by less than that: it would take no impulse.
     let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
     let mut out_of_reach = if FRICTION { f64::INFINITY } else { OUT_OF_REACH * moving };
-    pushed.set_masses(candidates, out_of_reach);
+    pushed.set_masses_in_reach(candidates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
@@ -336,13 +340,13 @@ fn sweeps<const FRICTION: bool>(
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
-            pushed.set_masses(candidates, out_of_reach);
             rates = Rates::of(body);
-            candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
+            pushed.set_masses(candidates);
+            candidates.iter_mut().for_each(|slot| candidate::set_impulse(slot, 0.0));
         }
     }
     if !converged {
-        pushed.set_masses(candidates, f64::INFINITY);
+        pushed.set_masses(candidates);
     }
     let Rates { velocity, angular_velocity } = rates;
     (Solved { sweeps, converged, velocity, angular_velocity, residual: 0.0 }, tolerance / node_mass)
