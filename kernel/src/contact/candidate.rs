@@ -3,6 +3,21 @@
 use crate::body::pose::Vector;
 use crate::memory::layout::CANDIDATE_REALS;
 
+/// How many nodes of the whole fabric a candidate stands for, and whether its support holds it: one number, as it lies in the scratch block,
+/// with the sign minus for a fixed node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Images(f64);
+
+impl Images {
+    /// A free node that stands for itself, as all do without mirror planes and grading.
+    pub const ITSELF: Images = Images(1.0);
+
+    /// Of a node that stands for so many.
+    pub fn of(count: f64, fixed: bool) -> Images {
+        Images(if fixed { -count } else { count })
+    }
+}
+
 /// One candidate node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
@@ -12,8 +27,8 @@ pub struct Candidate {
     pub normal: Vector,
     /// r x n in body axes, m: the arm of the impulse.
     pub arm: Vector,
-    /// How many nodes of the whole fabric it stands for: 1 without mirror planes and grading. For a fixed node the negative of it.
-    pub weight: f64,
+    /// What it stands for.
+    pub images: Images,
     /// n.v at t_{n-1/2}, m/s.
     pub speed_before: f64,
     /// phi/dt + n.v with the node's velocity v in this step before any impulse, m/s.
@@ -27,12 +42,12 @@ pub struct Candidate {
 impl Candidate {
     /// From its place in the scratch block.
     pub fn read(slot: &[f64; CANDIDATE_REALS]) -> Candidate {
-        let [ux, uy, uz, nx, ny, nz, ax, ay, az, weight, speed_before, approach, effective_mass, impulse] = *slot;
+        let [ux, uy, uz, nx, ny, nz, ax, ay, az, images, speed_before, approach, effective_mass, impulse] = *slot;
         Candidate {
             displacement: [ux, uy, uz],
             normal: Vector::new(nx, ny, nz),
             arm: Vector::new(ax, ay, az),
-            weight,
+            images: Images(images),
             speed_before,
             approach,
             effective_mass,
@@ -53,7 +68,7 @@ impl Candidate {
             a.x,
             a.y,
             a.z,
-            self.weight,
+            self.images.0,
             self.speed_before,
             self.approach,
             self.effective_mass,
@@ -63,12 +78,12 @@ impl Candidate {
 
     /// Whether its support holds the node: nothing moves it, and the support takes the impulse.
     pub fn is_fixed(&self) -> bool {
-        self.weight < 0.0
+        self.images.0 < 0.0
     }
 
     /// How many nodes of the whole fabric it stands for.
     pub fn images(&self) -> f64 {
-        if self.is_fixed() { -self.weight } else { self.weight }
+        if self.is_fixed() { -self.images.0 } else { self.images.0 }
     }
 
     /// How fast the gap grows, with phi/dt, as long as the body has these rates, m/s.

@@ -5,7 +5,7 @@
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
 use crate::body::shape::{self, Solid};
-use crate::contact::candidate::{Candidate, Found};
+use crate::contact::candidate::{Candidate, Found, Images};
 use crate::contact::friction::Tangential;
 use crate::ground::error::Failure;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
@@ -308,13 +308,13 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
                 let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
+                let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
                     displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
                     normal,
                     arm,
-                    weight: if fixed { -weight } else { weight },
+                    images: Images::of(images, fixed),
                     speed_before: normal.dot(&v) * unit_speed,
                     approach: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,

@@ -14,7 +14,7 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
-use crate::contact::candidate::{self, Begun, Candidate, Solved};
+use crate::contact::candidate::{self, Begun, Candidate, Images, Solved};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
@@ -42,7 +42,7 @@ const OUT_OF_REACH: f64 = 0.01;
 /// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
 /// A node of a graded network stands for several of this mass, which move alike: its impulse is that on one of them.
 /// `effective_mass` and `impulse` of the candidates are set here.
-/// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
+/// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
 /// times the part of one that the planes leave.
 pub fn solve(
     candidates: &mut [[f64; CANDIDATE_REALS]],
@@ -151,7 +151,7 @@ impl<'s> Pushed<'s> {
 
     #[inline(always)]
     fn is_alone(&self, c: &Candidate) -> bool {
-        self.whole && c.weight == 1.0
+        self.whole && c.images == Images::ITSELF
     }
 
     #[inline(always)]
@@ -433,7 +433,7 @@ mod tests {
 
     fn slot(normal: Vector, approach: f64) -> [f64; CANDIDATE_REALS] {
         let mut slot = [0.0; CANDIDATE_REALS];
-        let candidate = Candidate { normal, approach, weight: 1.0, ..Candidate::read(&slot) };
+        let candidate = Candidate { normal, approach, images: Images::ITSELF, ..Candidate::read(&slot) };
         candidate.write(&mut slot);
         slot
     }
@@ -493,11 +493,18 @@ mod tests {
     }
     const NODE: f64 = 1e-3;
 
-    fn armed(normal: Vector, arm: Vector, weight: f64, approach: f64) -> [f64; CANDIDATE_REALS] {
+    fn armed(normal: Vector, arm: Vector, images: f64, approach: f64) -> [f64; CANDIDATE_REALS] {
         let mut slot = [0.0; CANDIDATE_REALS];
-        let candidate = Candidate { normal, arm, weight, approach, ..Candidate::read(&slot) };
+        let candidate =
+            Candidate { normal, arm, images: Images::of(images, false), approach, ..Candidate::read(&slot) };
         candidate.write(&mut slot);
         slot
+    }
+
+    fn fixed(slot: [f64; CANDIDATE_REALS]) -> [f64; CANDIDATE_REALS] {
+        let mut held = slot;
+        Candidate { images: Images::of(1.0, true), ..Candidate::read(&slot) }.write(&mut held);
+        held
     }
 
     fn close(value: f64, expected: f64, relative: f64) {
@@ -583,11 +590,6 @@ mod tests {
     #[test]
     fn a_fixed_node_does_not_give_way() {
         let (normal, arm) = (Vector::new(0.48, -0.6, 0.64), Vector::new(4e-3, -0.011, 7e-3));
-        let fixed = |slot: [f64; CANDIDATE_REALS]| {
-            let mut held = slot;
-            Candidate { weight: -1.0, ..Candidate::read(&slot) }.write(&mut held);
-            held
-        };
         for movable in [true, false] {
             let (inertia, body) = rod(5.0, movable);
             let mut slots = [fixed(armed(normal, arm, 1.0, 7.0)), armed(-normal, -arm, 1.0, 0.0)];
@@ -719,8 +721,8 @@ mod tests {
         for angle in [0.3, 1e-2, 1e-4] {
             let (inertia, mut body) = rod(5.0, true);
             (body.velocity, body.angular_velocity) = (Vector::new(2.0, -7.0, 40.0), Vector::zeros());
-            let held =
-                |angle: f64| armed(Vector::new(math::sin(angle), 0.0, math::cos(angle)), Vector::zeros(), -1.0, 0.0);
+            let normal = |angle: f64| Vector::new(math::sin(angle), 0.0, math::cos(angle));
+            let held = |angle: f64| fixed(armed(normal(angle), Vector::zeros(), 1.0, 0.0));
             // Between them the body is pressed from both sides along x.
             let mut slots = [held(angle), held(-angle)];
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());
