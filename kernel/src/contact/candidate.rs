@@ -1,7 +1,9 @@
 //! A candidate for contact, as it lies in the scratch block, and what a solve for the impulses of all of them tells.
 
 use crate::body::pose::Vector;
+use crate::body::projectile::{Body, Inertia};
 use crate::memory::layout::CANDIDATE_REALS;
+use crate::scene::parts::Symmetry;
 
 /// How many nodes of the whole fabric a candidate stands for, and whether its support holds it: one number, as it lies in the scratch block,
 /// with the sign minus for a fixed node.
@@ -141,6 +143,21 @@ impl Begun {
     pub fn begin([.., kept, impulse]: &mut [f64; CANDIDATE_REALS], gap_rate: f64) {
         (*kept, *impulse) = (gap_rate, 0.0);
     }
+}
+
+/// What a solve is given besides the candidates.
+#[derive(Clone, Copy)]
+pub struct Given<'s> {
+    /// The body, with its rates before contact.
+    pub body: &'s Body,
+    /// How it gives way.
+    pub inertia: &'s Inertia,
+    /// Mass of a free node, kg.
+    pub node_mass: f64,
+    /// Mirror planes.
+    pub symmetry: Symmetry,
+    /// Coefficient of friction.
+    pub friction: f64,
 }
 
 /// What a solve did.

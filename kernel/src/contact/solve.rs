@@ -14,7 +14,7 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
-use crate::contact::candidate::{self, Begun, Candidate, Images, Solved};
+use crate::contact::candidate::{self, Begun, Candidate, Given, Images, Solved};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
@@ -39,52 +39,38 @@ const ROUNDING: f64 = 1e-15;
 /// to the others that far.
 const OUT_OF_REACH: f64 = 0.01;
 
-/// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
-/// A node of a graded network stands for several of this mass, which move alike: its impulse is that on one of them.
-/// `effective_mass` and `impulse` of the candidates are set here.
+/// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass given, which move alike: its impulse
+/// is that on one of them. `effective_mass` and `impulse` of the candidates are set here.
 /// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
 /// times the part of one that the planes leave.
-pub fn solve(
-    candidates: &mut [[f64; CANDIDATE_REALS]],
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
-    symmetry: Symmetry,
-) -> Solved {
-    finished::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
+pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], given: &Given<'_>) -> Solved {
+    finished::<false>(candidates, &mut [], given)
 }
 
-/// The same with friction (M21) of this coefficient. `tangential`: one for each candidate.
+/// The same with friction (M21). `tangential`: one for each candidate.
 pub fn solve_with_friction(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
-    coefficient: f64,
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
-    symmetry: Symmetry,
+    given: &Given<'_>,
 ) -> Solved {
-    finished::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry)
+    finished::<true>(candidates, tangential, given)
 }
 
 /// Sweeps, and where they do not settle, Newton's method from there.
 fn finished<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
-    coefficient: f64,
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
-    symmetry: Symmetry,
+    given: &Given<'_>,
 ) -> Solved {
-    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
+    let Given { body, inertia, node_mass, symmetry, friction } = *given;
+    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, friction, body, inertia, node_mass, symmetry);
     if solved.converged {
         return solved;
     }
-    let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry, stiff: STIFF };
+    let mut newton = Newton { candidates, tangential, given, stiff: STIFF };
     let mut solved = newton.finish(solved, settled);
     if !solved.converged {
-        solved = scale_back(newton.candidates, newton.tangential, body, inertia, node_mass, solved);
+        solved = scale_back(newton.candidates, newton.tangential, given, solved);
         solved.residual = newton.residual(&solved);
     }
     solved
@@ -307,7 +293,7 @@ impl<'s> Pushed<'s> {
 }
 
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
-/// which a solve has settled, m/s.
+/// which a solve has settled, m/s. References that stand in a structure would be read again for every candidate: here each is an argument.
 #[inline(never)]
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
@@ -357,11 +343,10 @@ fn sweeps<const FRICTION: bool>(
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
+    given: &Given<'_>,
     solved: Solved,
 ) -> Solved {
+    let Given { body, inertia, node_mass, .. } = *given;
     let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
     let (mut before, mut change) = (0.0, 0.0);
     if inertia.inverse_mass > 0.0 {
@@ -401,13 +386,17 @@ fn length(v: &Vector) -> f64 {
 /// The impulses of the first `count` candidates of a single sheet.
 pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
-    let (body, model, symmetry) = (&system.state.body, &system.model, system.scene.symmetry);
+    let given = Given {
+        body: &system.state.body,
+        inertia: &system.model.inertia,
+        node_mass: system.model.node_mass,
+        symmetry: system.scene.symmetry,
+        friction: system.scene.contact.friction,
+    };
     if !system.layout.has(Feature::Friction) {
-        return solve(slots, body, &model.inertia, model.node_mass, symmetry);
+        return solve(slots, &given);
     }
-    let tangential = system.blocks.tangential.get_mut(..count).unwrap_or(&mut []);
-    let coefficient = system.scene.contact.friction;
-    solve_with_friction(slots, tangential, coefficient, body, &model.inertia, model.node_mass, symmetry)
+    solve_with_friction(slots, system.blocks.tangential.get_mut(..count).unwrap_or(&mut []), &given)
 }
 
 #[cfg(test)]
@@ -429,6 +418,16 @@ mod tests {
             angular_velocity: [0.0; 3],
         };
         (solid, inertia, Body::of(&motion))
+    }
+
+    fn solve(
+        slots: &mut [[f64; CANDIDATE_REALS]],
+        body: &Body,
+        inertia: &Inertia,
+        node_mass: f64,
+        symmetry: Symmetry,
+    ) -> Solved {
+        super::solve(slots, &Given { body, inertia, node_mass, symmetry, friction: 0.0 })
     }
 
     fn slot(normal: Vector, approach: f64) -> [f64; CANDIDATE_REALS] {
