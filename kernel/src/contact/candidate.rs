@@ -1,4 +1,4 @@
-//! A candidate for contact, as it lies in the scratch block, and what a solve for the impulses of all of them tells.
+//! A candidate for contact, as it lies in the scratch block, and what a solve for the impulses of all of them is given and returns.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
@@ -7,7 +7,7 @@ use crate::scene::parts::Symmetry;
 
 /// How many nodes of the whole fabric a candidate stands for, and whether its support holds it: one number, as it lies in the scratch block,
 /// with the sign minus for a fixed node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Images(f64);
 
 impl Images {
@@ -21,7 +21,7 @@ impl Images {
 }
 
 /// One candidate node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Candidate {
     /// Displacement at t_n, spacings.
     pub displacement: [f64; 3],

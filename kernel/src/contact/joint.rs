@@ -16,7 +16,6 @@ use crate::contact::touch::{self, Link, Pace, Touch};
 use crate::ground::math;
 use crate::ground::planes::CHUNK;
 use crate::memory::blocks::Blocks;
-use crate::memory::layout::CANDIDATE_REALS;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
@@ -47,12 +46,12 @@ const UPDATES_ON_SUPPORTS: usize = 16_000_000;
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let mut joint = Joint::at(system);
     let reach = joint.begin(count);
-    joint.take_up(count, reach);
+    joint.include(count, reach);
     let mut converged = joint.settle(count);
     if joint.moved() > 0.9 * reach {
         // Once more from the start, with all of them.
         joint.begin(count);
-        joint.take_up(count, f64::INFINITY);
+        joint.include(count, f64::INFINITY);
         converged = joint.settle(count);
     }
     let residual = if converged { 0.0 } else { joint.residual(count) };
@@ -100,7 +99,7 @@ struct Joint<'s, 'a> {
     mass: f64,
     /// Longest arm of a candidate, m.
     arm: f64,
-    /// The most by which a node without a candidate that is taken up is moved along z, m/s.
+    /// The most by which a node without an included candidate is moved along z, m/s.
     widest: f64,
     /// Whether a fixed node has taken an impulse.
     supported: bool,
@@ -119,21 +118,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        let [tolerance, arm, widest] = [0.0; 3];
-        Joint {
-            system,
-            inertia,
-            give,
-            tolerance,
-            turns,
-            mass,
-            arm,
-            widest,
-            supported: false,
-            sweeps: 0,
-            velocity,
-            rate,
-        }
+        let (tolerance, arm, widest, supported, sweeps) = (0.0, 0.0, 0.0, false, 0);
+        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, velocity, rate }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
@@ -196,9 +182,9 @@ impl<'s, 'a> Joint<'s, 'a> {
         (high - low) * self.system.model.unit_speed
     }
 
-    /// Takes up the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
+    /// Includes the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
     /// to them; but the first one of a column leads it as before.
-    fn take_up(&mut self, count: usize, reach: f64) {
+    fn include(&mut self, count: usize, reach: f64) {
         for c in 0..count {
             if !self.leads(c) {
                 continue;
@@ -301,7 +287,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     fn candidate(&self, c: usize) -> Candidate {
-        self.system.blocks.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read)
+        self.system.blocks.candidates.get(c).map(Candidate::read).unwrap_or_default()
     }
 
     fn tangential(&self, c: usize) -> Option<Tangential> {
@@ -321,7 +307,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     fn link(&self, c: usize) -> Link {
-        self.system.blocks.links.get(c).map_or(Link::NOTHING, Link::read)
+        self.system.blocks.links.get(c).map(Link::read).unwrap_or_default()
     }
 
     fn set_link(&mut self, c: usize, link: Link) {
@@ -343,7 +329,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     fn touch(&self, c: usize) -> Touch {
-        self.system.blocks.touches.get(c).map_or(Touch::default(), Touch::read)
+        self.system.blocks.touches.get(c).map(Touch::read).unwrap_or_default()
     }
 
     fn set_touch(&mut self, c: usize, touch: Touch) {
@@ -418,8 +404,8 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes behind more than `enough` is not
     /// looked at.
     fn error(&self, leader: usize, enough: f64) -> f64 {
-        let (mut error, mut next) = (0.0, Some(leader));
-        while let Some(c) = next {
+        let mut error = 0.0;
+        for c in core::iter::successors(Some(leader), |&c| self.behind(c)) {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch) + candidate.normal.z * touch.lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
@@ -433,7 +419,6 @@ impl<'s, 'a> Joint<'s, 'a> {
                 let change = math::max(math::abs(p - t.impulse[0]), math::abs(q - t.impulse[1]));
                 error = math::max(change / t.effective_mass, error);
             }
-            next = self.behind(c);
         }
         error
     }
@@ -606,9 +591,6 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
     let (i, j) = system.layout.column_and_row(node as usize);
     (i, system.layout.ply_and_row(j).1)
 }
-
-/// A place without a candidate.
-const NO_CANDIDATE: [f64; CANDIDATE_REALS] = [0.0; CANDIDATE_REALS];
 
 /// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
 /// of what it holds. The impulses between the plies are scaled with them here; those that part the plies in the end leave no more energy than

@@ -6,7 +6,7 @@
 //! until none changes. The rates of each step solve six equations that are piecewise smooth: semismooth Newton, a way that does not bring the
 //! equations nearer to 0 is halved. So the work is some passes over the candidates, however they lie. Without friction each step is one of
 //! the convex dual problem and never adds energy; a step whose equations are not solved is not taken.
-//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then what is left over is told.
+//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then what is left over is counted.
 //! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353;
 //! R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
 
@@ -17,7 +17,7 @@ use crate::contact::friction::{self, Tangential};
 use crate::ground::math;
 use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
 
-/// Passes over the candidates after which no step is begun; one in hand takes up to five more.
+/// Passes over the candidates after which no step is begun; one begun takes at most five more.
 pub const MAX_PASSES: u32 = 95;
 /// rho of a fixed node over the mass by which the body gives way to it: at first, and at least.
 pub(crate) const STIFF: f64 = 1e4;
@@ -249,7 +249,7 @@ impl Newton<'_> {
         solved.angular_velocity -= Vector::new(d, e, f);
     }
 
-    /// The impulses with which a candidate answers a change of the body's rates. `each` is told, for each of its directions, what more is given, and
+    /// The impulses with which a candidate answers a change of the body's rates. `each` gets, for each of its directions, what more is given, and
     /// the derivative of that by the rates.
     #[inline(always)]
     fn answer(

@@ -137,7 +137,7 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
         chunk[2][lane] += push;
         lost -= mass * (push * (0.5 * (before[lane] + speed)));
         if layout.has(Feature::Viscosity) {
-            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
+            // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
             viscous -= mass * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
         }
         system.wake(j);

@@ -5,7 +5,7 @@
 //! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
-//! Who is a candidate: `search.rs`, and which of them the body gets past beside an edge: `passage.rs`.
+//! Who is a candidate: `search.rs`, and which of them the body gets past beside an edge: `edge.rs`.
 //! What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
 //! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
@@ -37,7 +37,7 @@ const ROUNDING: f64 = 1e-15;
 
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
 /// to the others that far.
-const OUT_OF_REACH: f64 = 0.01;
+const LEFT_OUT_ABOVE: f64 = 0.01;
 
 /// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass given, which move alike: its impulse
 /// is that on one of them. `effective_mass` and `impulse` of the candidates are set here.
@@ -314,7 +314,7 @@ fn sweeps<const FRICTION: bool>(
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the body, however they
     // add up, changes the speed of its surface by less than that: it would take no impulse.
     let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
-    let mut out_of_reach = if FRICTION { f64::INFINITY } else { OUT_OF_REACH * moving };
+    let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
     pushed.set_masses_in_reach(candidates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));

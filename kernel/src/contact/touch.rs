@@ -39,7 +39,7 @@ pub(super) fn number(c: u32) -> Option<usize> {
 }
 
 /// Where a candidate stands among those of its column.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Link {
     /// The candidate of the same column that comes next.
     pub behind: Option<usize>,
@@ -50,9 +50,6 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Of a candidate that there is not.
-    pub const NOTHING: Link = Link { behind: None, ply: 0, leads: false };
-
     pub fn read(&[behind, ply_and_leads]: &[u32; 2]) -> Link {
         Link { behind: number(behind), ply: (ply_and_leads / 2) as usize, leads: ply_and_leads % 2 != 0 }
     }
