@@ -593,7 +593,7 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
 }
 
 /// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
-/// of what it holds. The impulses between the plies are scaled with them here; those that part the plies in the end leave no more energy than
+/// of what it holds. The impulses between the plies are scaled with them here; those that separate the plies in the end leave no more energy than
 /// these and what they would do against the gaps.
 #[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {

@@ -10,8 +10,8 @@ use crate::body::projectile::Body;
 use crate::contact::apply;
 use crate::contact::edge;
 use crate::contact::joint;
-use crate::contact::part;
 use crate::contact::search::{self, Gathered};
+use crate::contact::separate;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
@@ -183,7 +183,7 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         system.state.sums.contacts = 0;
     }
     if system.layout.is_stack() {
-        part::part(system, count);
+        separate::separate(system, count);
     }
     motion::book_load(system, system.model.pass_dt, before);
     Ok(())

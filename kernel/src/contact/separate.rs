@@ -1,4 +1,4 @@
-//! Plies parted where they press on each other with no candidate among them: behind the sweep and the projectile's impulses.
+//! Plies separated where they press on each other with no candidate among them: behind the sweep and the projectile's impulses.
 
 use crate::contact::candidate::Candidate;
 use crate::contact::column::{Node, load, project};
@@ -10,14 +10,14 @@ use crate::memory::blocks::Blocks;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 
-/// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
+/// Separates the plies behind the sweep and the projectile's impulses. `count`: candidates.
 #[inline(never)]
-pub(crate) fn part(system: &mut System<'_>, count: usize) {
+pub(crate) fn separate(system: &mut System<'_>, count: usize) {
     // The balances of contact take the velocities that nodes have at the end of the pass.
     let [before, rubbed_before] = half_work(system, count);
     for row in 0..system.layout.y.modelled() {
         for ply in 1..system.layout.plies {
-            part_rows(system, ply, row);
+            separate_rows(system, ply, row);
         }
     }
     let [after, rubbed_after] = half_work(system, count);
@@ -45,8 +45,8 @@ fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
     [work, rubbed]
 }
 
-/// Parts the columns of one row in which this ply presses on the one before it.
-fn part_rows(system: &mut System<'_>, ply: usize, row: usize) {
+/// Separates the columns of one row in which this ply presses on the one before it.
+fn separate_rows(system: &mut System<'_>, ply: usize, row: usize) {
     let (rows, chunks) = (system.layout.y.modelled(), system.layout.chunks);
     let [below, above] = [ply - 1, ply].map(|ply| {
         let [first, end] = system.awake_of(ply);
@@ -68,7 +68,7 @@ fn part_rows(system: &mut System<'_>, ply: usize, row: usize) {
         from = chunk + 1;
         for i in chunk * CHUNK..(from * CHUNK).min(system.layout.nodes_x) {
             if !system.is_fixed(i, row) {
-                part_column(system, i, row);
+                separate_column(system, i, row);
             }
         }
     }
@@ -107,8 +107,8 @@ impl Job for Pressed<'_> {
     }
 }
 
-/// Parts one column of free nodes.
-fn part_column(system: &mut System<'_>, i: usize, row: usize) {
+/// Separates one column of free nodes.
+fn separate_column(system: &mut System<'_>, i: usize, row: usize) {
     let (rows, chunks, layout) = (system.layout.y.modelled(), system.layout.chunks, system.layout);
     let (deepest, presses) = load(system, i, row);
     let sums = &mut system.state.sums;
