@@ -92,6 +92,9 @@ class Scene:
     def text(self) -> str:
         """The scene as a TOML file, with every parameter and its meaning."""
 
+    def unlikely_body(self) -> str | None:
+        """What must be said of a projectile that is too heavy or too light for its size, as in a wrong unit; None otherwise."""
+
     def sharp_edges(self, speed: float) -> str | None:
         """What a report must say of a projectile with flat faces that flies at this speed, m/s; None if it is slow or round."""
 

@@ -62,8 +62,8 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
 
 def noted(scene: Scene, speed: float) -> list[str]:
     """What a report must say of shots of a scene that are no faster than this, m/s."""
-    note = scene.sharp_edges(speed)
-    return [f"{note[0].upper()}{note[1:]}."] if note else []
+    notes = scene.unlikely_body(), scene.sharp_edges(speed)
+    return [f"{note[0].upper()}{note[1:]}." for note in notes if note]
 
 
 def positive(text: str) -> float:

@@ -93,7 +93,8 @@ def ensemble(
         except ClusterLost as lost:
             where = f"; they are in {keep}: the same call goes on from there" if keep is not None else ""
             raise ClusterLost(f"{lost} after {len(rows)} of {len(wanted)} runs{where}") from lost.__cause__
-    for doubt in doubts(list(rows.values())) + _repeats(list(rows.values())):
+    bodies = [doubt for scene in scenes if (doubt := scene.unlikely_body())][:1]
+    for doubt in bodies + doubts(list(rows.values())) + _repeats(list(rows.values())):
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return _table(keys, scenes, rows)
 

@@ -48,7 +48,7 @@ def fly(scene: Scene, *, until: Sequence[str] = UNTIL, steps: int = STEPS) -> di
     the field, if the scene cannot be simulated.
     """
     row = flown(scene, until, steps, warns=True)
-    for doubt in doubts([row]):
+    for doubt in [*filter(None, [scene.unlikely_body()]), *doubts([row])]:
         warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return row
 

@@ -461,7 +461,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.exit(1, f"error: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, f"interrupted: the shots so far are in {given.out / 'runs.jsonl'}, and the same command goes on from there\n")
-    print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json")
+    print(f"written to {given.out}: report.html, plot.svg, shots.csv, test.json, runs.jsonl")
 
 
 if __name__ == "__main__":

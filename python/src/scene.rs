@@ -144,6 +144,11 @@ impl Scene {
         fabric_scene::write(PRESETS[0].0, &self.scene)
     }
 
+    /// What must be said of a projectile that is too heavy or too light for its size.
+    fn unlikely_body(&self) -> Option<String> {
+        fabric_scene::notes::unlikely_body(&self.scene)
+    }
+
     /// What a report must say of the edges of the projectile at a speed, m/s.
     fn sharp_edges(&self, speed: f64) -> Option<String> {
         fabric_scene::notes::sharp_edges(&self.scene, speed)

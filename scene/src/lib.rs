@@ -322,17 +322,25 @@ fn flat(prefix: &str, value: Value) -> Result<Vec<(String, Value)>> {
     }
 }
 
+/// A key without its table.
+fn last_of(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
 /// What somebody may have meant who wrote a key that there is not.
 fn meant(key: &str) -> String {
-    let (name, last) = (key.split('[').next().unwrap_or(key), key.rsplit('.').next().unwrap_or(key));
+    let (name, last) = (key.split('[').next().unwrap_or(key), last_of(key));
     if fields::field(name).is_some() {
         return format!("; an element has no key of its own: set the whole of `{name}`");
     }
     let names = || FIELDS.iter().map(|field| field.name);
-    let mut near: Vec<&str> = names().filter(|name| name.rsplit('.').next() == Some(last)).collect();
+    let mut near: Vec<&str> = names().filter(|name| last_of(name) == last).collect();
     if near.is_empty() {
         let likeness = |name: &&str| (1e3 * strsim::normalized_levenshtein(key, name)) as u32;
-        near = names().max_by_key(likeness).filter(|name| likeness(name) > 600).into_iter().collect();
+        // Of `projectile.weight` and `projectile.length` only the table is alike.
+        let is_like =
+            |name: &&str| likeness(name) > 600 && 2.0 * strsim::normalized_levenshtein(last, last_of(name)) >= 1.0;
+        near = names().max_by_key(likeness).filter(is_like).into_iter().collect();
     }
     let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
     if near.is_empty() { String::new() } else { format!("; is it {}?", near.join(" or ")) }
@@ -391,10 +399,13 @@ fn reals(value: &Value, shape: &[usize], numbers: &mut Vec<f64>) -> Option<()> {
 /// What a value must be, in words.
 fn expected(field: &Field) -> String {
     match field.place {
-        Place::Reals(_, []) => "a number".to_string(),
+        Place::Reals(_, []) => match field.quantity.map_or("1", |quantity| quantity.unit) {
+            "1" => "a number".to_string(),
+            unit => format!("a number, in {unit}"),
+        },
         Place::Reals(_, [size]) => format!("an array of {size} numbers"),
         Place::Reals(_, [rows, columns, ..]) => format!("at most {rows} rows of {columns} numbers"),
-        Place::Count(_) | Place::Seed(_) => "a whole number".to_string(),
+        Place::Count(_) | Place::Seed(_) => "a whole number, not below 0".to_string(),
         Place::Flag(_) => "true or false".to_string(),
         Place::Choice(choice, ..) => {
             let names: Vec<_> = choice.items.iter().map(|(name, _)| format!("\"{name}\"")).collect();
@@ -423,6 +434,10 @@ mod tests {
         assert_eq!(misspelt, "unknown key `contact.fricton`; is it `contact.friction`?");
         let elsewhere = refused(&format!("{preset}[sheet]\nvelocity = 3.0\n"));
         assert_eq!(elsewhere, "unknown key `sheet.velocity`; is it `projectile.velocity`?");
+        let other = refused("preset = \"sheet_3in_sphere\"\n[projectile]\nweight = 1.0");
+        assert_eq!(other, "unknown key `projectile.weight`");
+        let unit = refused("preset = \"sheet_3in_sphere\"\n[projectile]\nmass = \"16 g\"");
+        assert_eq!(unit, "projectile.mass = \"16 g\": must be a number, in kg");
         assert_eq!(refused(&format!("{preset}[zebra]\nquagga = 1\n")), "unknown key `zebra`");
     }
 

@@ -1,7 +1,7 @@
 //! What must be said of a shot besides its numbers: every report takes it from here.
 
 use fabric::math::sqrt;
-use fabric::{Error, Scene, Shape, Sim};
+use fabric::{Error, Scene, Shape, Sim, Solid};
 
 /// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of a flat face were seen to
 /// break within 6 us from 0.31 of it on (docs/tables/edges.md).
@@ -18,6 +18,19 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
          at which a yarn that is hit across breaks at once, bars at an edge may break within microseconds, in packs of many plies, too, \
          and at which velocity they do depends on the node spacing and the place of the hit (docs/validation.md, \"Spacing\")"
     ))
+}
+
+/// Densities between which the sphere around a body has its own, kg/m3: osmium has 22,590, and a rod of foam still 0.1.
+const DENSITIES: [f64; 2] = [0.01, 25_000.0];
+
+/// A sentence on a projectile that is too heavy or too light for its size: most likely a length in mm or a mass in g.
+pub fn unlikely_body(scene: &Scene) -> Option<String> {
+    let (mass, reach) = (scene.projectile.mass, Solid::of(&scene.projectile).reach());
+    let density = mass / (4.0 / 3.0 * std::f64::consts::PI * (reach * reach * reach));
+    let word = if density < DENSITIES[0] { "light" } else { "heavy" };
+    (mass > 0.0 && !(DENSITIES[0]..=DENSITIES[1]).contains(&density)).then(|| {
+        format!("a projectile of {mass} kg that reaches {reach} m from its centre is too {word} for its size: lengths are in m, masses in kg")
+    })
 }
 
 /// Part of the impact energy by which the energy balance may be open.
@@ -78,6 +91,20 @@ mod tests {
         assert!(sharp_edges(&scene, 366.0).unwrap().contains("at 366 m/s, 0.43 of the velocity"));
         scene.projectile.shape = Shape::Sphere;
         assert_eq!(sharp_edges(&scene, 366.0), None);
+    }
+
+    /// The presets' bodies, and their like in mm or g.
+    #[test]
+    fn a_wrong_unit_of_the_projectile_is_named() {
+        for (size, mass, said) in [(1.0, 1.0, ""), (1e3, 1.0, "too light"), (1.0, 1e3, "too heavy"), (1.0, 0.0, "")] {
+            for mut scene in [Scene::sheet_3in_sphere(), Scene::sheet_10in_cylinder()] {
+                scene.projectile.radius *= size;
+                scene.projectile.length *= size;
+                scene.projectile.mass *= mass;
+                let found = unlikely_body(&scene).unwrap_or_default();
+                assert!(found.contains(said) && found.is_empty() == said.is_empty(), "{size} {mass}: {found}");
+            }
+        }
     }
 
     #[test]

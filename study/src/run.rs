@@ -433,7 +433,10 @@ fn projectile(body: &fabric::Projectile) -> String {
 
 /// What the numbers alone do not say loudly enough.
 fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut found = Vec::from_iter(notes::unlikely_body(scene));
+    if summary.ended_by == "TIMEOUT" && sim.contact().is_ok_and(|contact| contact.work == 0.0) {
+        found.push("the projectile never touched the sheet: look at its position and velocity".to_string());
+    }
     if scene.step_check == StepCheck::None {
         found.push(
             "the time step was not checked: above 0.5 dt_crit the results are wrong, although they may look plausible"

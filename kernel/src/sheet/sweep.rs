@@ -1,7 +1,7 @@
 //! The one hot pass: damage, velocity and position of every node, row by row, in place. Knows nothing of contact.
 //!
 //! Method: velocity Verlet in staggered form with displacements in units of the spacing h and velocities in h/dt. A segment's
-//! force by the yarn law (`yarn.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h l), is the change of velocity that it
+//! force by the yarn law (`yarn/law.rs`), with the stiffness kk = alpha E A_0 dt^2 / (2 m h l), is the change of velocity that it
 //! gives its first node. No root and no division below the critical stretch.
 //! Each segment is computed once: the horizontal force is carried along the row, the vertical one to the row above.
 //! Order of one node's sum: (right - left) + (up - down), exactly mirror-symmetric.

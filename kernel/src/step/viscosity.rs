@@ -3,7 +3,7 @@
 //! Method: v_{n-1/2} becomes v_{n-1/2} + b(u_n, v_{n-1/2}), and the pass goes on from there. So the viscous forces belong to t_n and
 //! their rates to t_{n-1/2}, an error of first order in dt of a force that vanishes with the spacing. By itself this change only lowers
 //! the kinetic energy; the ledger counts it as the others: impulse times the mean of the velocities at t_{n-1/2} and t_{n+1/2}.
-//! Each segment pulls its ends equally by the viscous part of its force (`yarn.rs`); along each yarn a moment at every node with taut
+//! Each segment pulls its ends equally by the viscous part of its force (`yarn/law.rs`); along each yarn a moment at every node with taut
 //! segments on both sides acts on the node and its two neighbours. As a force of the segment between nodes i and i + 1 that is
 //! M_i - M_{i+1}. Order of one node's sum: (right - left) + (up - down), as in the sweep.
 //! All changes are found before one is made, in rows of their own, because a node's depends on the velocities of nodes two away.
