@@ -41,6 +41,7 @@ const FAR_APART: f64 = 2.0;
 const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
 /// Impulses found after which it is given up earlier.
 const UPDATES_ON_SUPPORTS: usize = 16_000_000;
+
 /// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together with the columns.
 #[inline(never)]
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
