@@ -179,16 +179,17 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
 fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
     let lane = i % CHUNK;
     let chunk = planes::row_mut(system.blocks.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
-    let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
-    let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+    let v = Vector::from(planes::velocity(chunk, lane)) + push;
+    let mut u = planes::displacement(chunk, lane);
     if !system.layout.has(Feature::Theta) {
         let from = candidate.displacement;
         u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
     } // The theta rule has put the node in its place already.
-    (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
-    (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
+    for (plane, value) in chunk.iter_mut().zip(u.iter().chain(&v)) {
+        plane[lane] = *value;
+    }
     widen(system, j, u);
-    Some(Vector::from(v))
+    Some(v)
 }
 
 /// Adds a step's contact to the sums.

@@ -8,7 +8,7 @@
 //! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions.
 
 use crate::ground::math;
-use crate::ground::planes::CHUNK;
+use crate::ground::planes::{self, CHUNK, SPEED_Z};
 use crate::memory::blocks::Blocks;
 use crate::memory::layout::COLUMN_REALS;
 use crate::memory::system::System;
@@ -225,7 +225,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     for (ply, place) in column.iter_mut().enumerate() {
         let Some(chunk) = hot.get(at) else { break };
         at += next;
-        let [x, y, z, v] = [chunk[0][lane], chunk[1][lane], chunk[2][lane], chunk[5][lane]];
+        let ([x, y, z], v) = (planes::displacement(chunk, lane), chunk[SPEED_Z][lane]);
         let room = match below {
             Some([x_below, y_below, z_below, v_below])
                 if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>

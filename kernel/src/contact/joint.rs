@@ -14,7 +14,7 @@ use crate::contact::friction::{self, Tangential};
 use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{self, Link, Pace, Touch};
 use crate::ground::math;
-use crate::ground::planes::CHUNK;
+use crate::ground::planes::{CHUNK, SPEED_Z};
 use crate::memory::blocks::Blocks;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -177,7 +177,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
         let [at, next] = self.system.layout.stacked(i, row);
         for ply in 0..self.system.layout.plies {
-            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
+            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[SPEED_Z][i % CHUNK]);
             (low, high) = (math::min(speed, low), math::max(speed, high));
         }
         (high - low) * self.system.model.unit_speed

@@ -307,11 +307,11 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+                let v = Vector::from(planes::velocity(chunk, lane));
                 let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
-                    displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
+                    displacement: planes::displacement(chunk, lane),
                     normal,
                     arm,
                     images: Images::of(images, fixed),
@@ -352,7 +352,7 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
         }
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
-        let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+        let v = Vector::from(planes::velocity(chunk, lane));
         Found::read(slot).with_velocity(&v, unit_speed).write(slot);
         if let Some(place) = places.next() {
             Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);

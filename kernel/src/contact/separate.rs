@@ -5,7 +5,7 @@ use crate::contact::column::{Node, load, project};
 use crate::contact::friction::Tangential;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
-use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_Z, Z};
 use crate::memory::blocks::Blocks;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
@@ -91,14 +91,14 @@ impl Job for Pressed<'_> {
         let [below, above] = [self.below, self.above].map(|row| row.get(self.from..).unwrap_or(&[]));
         for (c, (below, above)) in (self.from..).zip(below.iter().zip(above)) {
             let at = |chunk: &Chunk<HOT_PLANES>, plane: usize, g: usize| L::load(&L::groups(&chunk[plane])[g]);
-            let end = |g: usize| at(above, 2, g).sub(at(below, 2, g)).add(gap);
+            let end = |g: usize| at(above, Z, g).sub(at(below, Z, g)).add(gap);
             // One test for all of the chunk, and velocities are looked at only where it finds something.
             let lowest = (0..CHUNK / L::WIDTH).fold(zero, |lowest, g| end(g).min(lowest));
             if !zero.any_above(lowest) {
                 continue;
             }
             let least = (0..CHUNK / L::WIDTH)
-                .fold(zero, |least, g| end(g).max(at(above, 5, g).sub(at(below, 5, g))).min(least));
+                .fold(zero, |least, g| end(g).max(at(above, SPEED_Z, g).sub(at(below, SPEED_Z, g))).min(least));
             if zero.any_above(least) {
                 return Some(c);
             }
@@ -129,12 +129,12 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize) {
             return;
         };
         let lane = i % CHUNK;
-        let push = speed - chunk[5][lane];
+        let push = speed - chunk[SPEED_Z][lane];
         if push == 0.0 {
             continue;
         }
-        chunk[5][lane] = speed;
-        chunk[2][lane] += push;
+        chunk[SPEED_Z][lane] = speed;
+        chunk[Z][lane] += push;
         lost -= mass * (push * (0.5 * (before[lane] + speed)));
         if layout.has(Feature::Viscosity) {
             // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
