@@ -1,10 +1,9 @@
 //! Structures that may grow: the host says the size of each as it was compiled, in the first word of a scene and beside the
 //! pointer of any other, and a host compiled against an older, shorter one is served as before.
 //!
-//! How to add a field: at the end, without a gap (a structure has no padding and ends on a multiple of 8 bytes, so its size
-//! changes whenever its fields do), and put the size so far into `OLDER`. A scene grows by rows at the end of the table
-//! `fabric::fields::FIELDS`. Nothing else. `fk_motion` is part of
-//! `fk_path`, `fk_threads` of `fk_textile`: they can never grow.
+//! How to add a field: at the end, without a gap (a structure has no padding and ends on a multiple of 8 bytes). A host may give any whole
+//! number of words from those of the first release to the present ones. A scene grows by rows at the end of the table
+//! `fabric::fields::FIELDS`. `fk_motion` is part of `fk_path`, `fk_threads` of `fk_textile`: they can never grow.
 
 use crate::types::*;
 use fabric::{Code, Error, Scene};
@@ -17,56 +16,44 @@ use fabric_host::{Input, Output};
 pub(crate) unsafe trait Structure: Copy {
     /// Name for faults.
     const NAME: &'static str;
-    /// Sizes of earlier releases, bytes. Each is the start of the present structure.
-    const OLDER: &'static [usize];
+    /// Its size in the first release, bytes, which is the start of the present structure. It never changes.
+    const FIRST: usize;
 }
 
-/// Whether a structure's older sizes, bytes, grow from that of one number to less than the present one.
-const fn growing(older: &[usize], present: usize) -> bool {
-    let (mut older, mut least) = (older, size_of::<u64>());
-    while let [size, later @ ..] = older {
-        if *size < least {
-            return false;
-        }
-        (older, least) = (later, *size + 1);
-    }
-    least <= present
-}
-
-/// Structures, each with its older sizes.
+/// Structures, each with its first size.
 macro_rules! structures {
-    ($($name:ident: $older:expr),* $(,)?) => {$(
+    ($($name:ident: $first:expr),* $(,)?) => {$(
         // SAFETY: a structure of `types.rs`, all of which are as asked; that none has padding is tested (tests/c/abi).
         unsafe impl Structure for $name {
             const NAME: &'static str = stringify!($name);
-            const OLDER: &'static [usize] = &$older;
+            const FIRST: usize = $first;
         }
     )*};
 }
 structures! {
-    fk_scene: [],
-    fk_fault: [],
-    fk_motion: [],
-    fk_path: [],
-    fk_step_limits: [],
-    fk_grid: [],
-    fk_contact: [],
-    fk_support: [],
-    fk_energy: [96],
-    fk_fabric: [],
-    fk_counters: [96],
-    fk_outcome: [],
-    fk_textile: [],
-    fk_ply: [],
+    fk_scene: size_of::<fk_scene>(),
+    fk_fault: 240,
+    fk_motion: 104,
+    fk_path: 120,
+    fk_step_limits: 24,
+    fk_grid: 40,
+    fk_contact: 72,
+    fk_support: 120,
+    fk_energy: 96,
+    fk_fabric: 16,
+    fk_counters: 96,
+    fk_outcome: 80,
+    fk_textile: 120,
+    fk_ply: 32,
 }
 
 /// The size of a host's structure, if this library knows it.
 fn known_size<T: Structure>(size: u64) -> Result<usize, Error> {
-    let present = size_of::<T>();
-    const { assert!(growing(T::OLDER, size_of::<T>())) }
-    let mut known = T::OLDER.iter().copied().chain([present]);
-    let unknown = Error::new(Code::StructSize, T::NAME, size as f64, present as f64);
-    known.find(|&known| known as u64 == size).ok_or(unknown)
+    let (present, word) = (size_of::<T>(), size_of::<u64>());
+    const { assert!(size_of::<u64>() <= T::FIRST && T::FIRST <= size_of::<T>()) }
+    let known =
+        usize::try_from(size).ok().filter(|size| (T::FIRST..=present).contains(size) && size.is_multiple_of(word));
+    known.ok_or(Error::new(Code::StructSize, T::NAME, size as f64, present as f64))
 }
 
 /// Refuses null and misaligned structures.
@@ -171,7 +158,7 @@ mod tests {
     // SAFETY: as asked: two numbers and two halves of a third.
     unsafe impl Structure for Grown {
         const NAME: &'static str = "grown";
-        const OLDER: &'static [usize] = &[8, 16];
+        const FIRST: usize = 8;
     }
 
     /// A structure of this size read as a host's, and what the host has after another has been written over it.
@@ -190,14 +177,6 @@ mod tests {
         let written = Grown { c: [30, 40], ..news };
         assert_eq!(read_and_put(given, 16, news), (Ok(Grown { c: [0, 0], ..given }), Ok(written)));
         assert_eq!(read_and_put(given, 24, news), (Ok(given), Ok(news)));
-    }
-
-    #[test]
-    fn older_sizes_grow_from_the_first_number_to_the_present() {
-        assert!(growing(&[], 8) && growing(&[8], 16) && growing(&[16, 24], 32));
-        for older in [[0, 24], [7, 24], [24, 24], [24, 16], [24, 32], [24, 40]] {
-            assert!(!growing(&older, 32), "{older:?}");
-        }
     }
 
     #[test]

@@ -12,17 +12,16 @@ use crate::table::{Id, MOST_ELEMENTS, PLIES_SHOWN, Role, VARIABLES, Variable};
 use core::fmt::Write;
 use fabric::Solid;
 use fabric::TEST_INTERVAL;
+use fabric::outputs::{Get, OUTPUTS, Output, Readings};
 use fabric::{Body, Inertia};
 use fabric::{Code, number};
-use fabric::{Energy, Error, Fabric, Failure, Layout, Motion, Path, Ply, Sim, math};
+use fabric::{Energy, Error, Failure, Layout, Motion, Path, Ply, Sim, math};
 use fabric::{Outcome, OutcomeSet};
 
 /// What is computed by a pass over the sheet, kept until the next step.
 #[derive(Clone, Copy, Default)]
 struct Cache {
-    energy: Option<Energy>,
-    fabric: Option<Fabric>,
-    momentum: Option<f64>,
+    readings: Readings,
     /// The first that is shown, and all.
     plies: Option<(u32, [Ply; PLIES_SHOWN])>,
 }
@@ -332,39 +331,11 @@ impl Instance {
             Id::TorqueMean => copy(values, &kept.torque_mean),
             Id::InterfaceResidual => copy(values, &[kept.interface_residual]),
             Id::InterfaceGap => copy(values, &[kept.interface_gap]),
-            Id::ForcePeak => copy(values, &[sim.contact()?.force_peak]),
-            Id::Impulse => copy(values, &sim.contact()?.impulse),
-            Id::AngularImpulse => copy(values, &sim.contact()?.angular_impulse),
-            Id::Work => copy(values, &[sim.contact()?.work]),
-            Id::SupportImpulse => copy(values, &sim.support()?.total),
-            Id::AttachmentImpulse => copy(values, sim.support()?.attachments.as_flattened()),
-            Id::StatePosition => copy(values, &sim.projectile()?.position),
-            Id::StateVelocity => copy(values, &sim.projectile()?.velocity),
-            Id::StateOrientation => copy(values, &sim.projectile()?.orientation),
-            Id::StateAngularVelocity => copy(values, &sim.projectile()?.angular_velocity),
-            Id::EnergyKinetic => copy(values, &[cache.energy(sim)?.fabric_kinetic]),
-            Id::EnergyStrain => copy(values, &[cache.energy(sim)?.strain]),
-            Id::EnergyDissipated => copy(values, &[cache.energy(sim)?.dissipated]),
-            Id::EnergyViscous => copy(values, &[cache.energy(sim)?.viscous]),
-            Id::EnergyFriction => copy(values, &[cache.energy(sim)?.friction]),
-            Id::EnergyPlyLoss => copy(values, &[cache.energy(sim)?.ply_loss]),
-            Id::EnergySupportWork => copy(values, &[cache.energy(sim)?.support_work]),
-            Id::EnergyContactLoss => copy(values, &[sim.contact()?.loss]),
-            Id::EnergyResidual => copy(values, &[cache.energy(sim)?.residual]),
-            Id::MaxDeflection => copy(values, &[cache.fabric(sim)?.max_deflection]),
-            Id::MaxStretch => copy(values, &[cache.fabric(sim)?.max_stretch]),
-            Id::MomentumResidual => copy(values, &[cache.momentum(sim)?]),
-            Id::FailedSegments => copy(values, &[sim.counters().failed_segments as f64]),
-            Id::WorstPenetration => copy(values, &[sim.counters().worst_penetration]),
-            Id::PlyPenetration => copy(values, &[sim.counters().ply_penetration]),
-            Id::PlyFailedSegments => copy(values, &cache.plies(sim, first)?.map(|ply| ply.failed_segments as f64)),
-            Id::PlyKinetic => copy(values, &cache.plies(sim, first)?.map(|ply| ply.kinetic)),
-            Id::PlyStrain => copy(values, &cache.plies(sim, first)?.map(|ply| ply.strain)),
-            Id::PlyDissipated => copy(values, &cache.plies(sim, first)?.map(|ply| ply.dissipated)),
-            Id::Unconverged => copy(values, &[sim.counters().unconverged as f64]),
-            Id::ContactResidual => copy(values, &[sim.counters().contact_residual]),
-            Id::BeyondFine => copy(values, &[sim.counters().beyond_fine as f64]),
-            Id::StepFraction => copy(values, &[sim.step_limits().dt / sim.step_limits().dt_crit]),
+            Id::Output(row) => match OUTPUTS.get(row) {
+                Some(&Output { get: Get::Ply(of), .. }) => copy(values, &cache.plies(sim, first)?.map(|ply| of(&ply))),
+                Some(output) => copy(values, &cache.readings.read(sim, output)?),
+                None => {}
+            },
             Id::Status => copy(values, &[f64::from(kept.shown.status)]),
             Id::Happened(event) => copy(values, &[f64::from(kept.shown.happened >> event & 1)]),
             // The time of an event is shown with its Boolean.
@@ -590,7 +561,7 @@ impl Instance {
         }
         let (body, node) = (&sim.scene().projectile, sim.scene().lumped_mass());
         let speed = math::length(body.velocity);
-        let Ok(energy) = self.cache.energy(sim) else { return };
+        let Ok(energy) = self.cache.readings.energy(sim) else { return };
         // Of a prescribed body the mass need not be known; then its work counts, from that of meeting 100 nodes on.
         let known = math::max(0.5 * body.mass, 100.0 * node) * (speed * speed);
         if math::abs(energy.residual) > 0.01 * math::max(known, math::abs(energy.contact_work)) {
@@ -635,18 +606,6 @@ type Sums = ([f64; 3], [f64; 3], f64, u64);
 const MOST_TICKS: f64 = (1_u64 << 52) as f64;
 
 impl Cache {
-    fn energy(&mut self, sim: &Sim) -> Result<Energy, Failure> {
-        let energy = self.energy.map_or_else(|| sim.energy(), Ok)?;
-        self.energy = Some(energy);
-        Ok(energy)
-    }
-
-    fn fabric(&mut self, sim: &mut Sim) -> Result<Fabric, Failure> {
-        let fabric = self.fabric.map_or_else(|| sim.fabric(), Ok)?;
-        self.fabric = Some(fabric);
-        Ok(fabric)
-    }
-
     /// The plies from one on; nothing for those that there are not. That of a single sheet is in its energies.
     fn plies(&mut self, sim: &Sim, first: u32) -> Result<[Ply; PLIES_SHOWN], Failure> {
         if let Some((of, plies)) = self.plies
@@ -661,17 +620,11 @@ impl Cache {
                 *place = sim.ply(first.saturating_add(behind)).unwrap_or_default();
             }
         } else if let ([only, ..], 0) = (&mut plies, first) {
-            let Energy { fabric_kinetic: kinetic, strain, dissipated, .. } = self.energy(sim)?;
+            let Energy { fabric_kinetic: kinetic, strain, dissipated, .. } = self.readings.energy(sim)?;
             *only = Ply { failed_segments: sim.counters().failed_segments, kinetic, strain, dissipated };
         }
         self.plies = Some((first, plies));
         Ok(plies)
-    }
-
-    fn momentum(&mut self, sim: &Sim) -> Result<f64, Failure> {
-        let momentum = self.momentum.map_or_else(|| sim.momentum_residual().map(math::length), Ok)?;
-        self.momentum = Some(momentum);
-        Ok(momentum)
     }
 }
 

@@ -1,7 +1,8 @@
 //! The variables: one table from which getters, setters and both model descriptions come.
 //!
-//! The scene's parameters are the rows of the kernel's table ([`fabric::fields::FIELDS`]), with its names, value references, ranges
-//! and meanings. Listed here is only what the FMU adds: inputs beside the body's motion, settings of the FMU itself, and outputs.
+//! The scene's parameters and most outputs are the rows of the kernel's tables ([`FIELDS`], [`OUTPUTS`]), with their names, value
+//! references, ranges and meanings. Listed here is only what the FMU adds: inputs, settings of the FMU itself, what it knows of its
+//! host's steps, and events.
 //! Start values are those of `Parameters::default`.
 //!
 //! A variable's value reference never changes once released; a new variable takes a new one. In FMI 3.0 an array has the
@@ -10,15 +11,18 @@
 use fabric::MAX_PLIES;
 use fabric::Outcome;
 use fabric::fields::{
-    ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, RATIO, VELOCITY, quantity,
+    ANGULAR_VELOCITY, ANY_SIGN, Choice, FIELDS, Field, POSITION, Place, QUATERNION, Quantity, VELOCITY, quantity,
 };
+use fabric::outputs::{ENERGY, FORCE, Get, OUTPUTS, Output};
 
 /// Names a variable in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // described in the table
 pub enum Id {
-    /// A row of the kernel's table, by its number.
+    /// A row of the kernel's table of parameters, by its number.
     Scene(usize),
+    /// A row of its table of outputs.
+    Output(usize),
     // Inputs.
     Position,
     Velocity,
@@ -33,41 +37,8 @@ pub enum Id {
     // Outputs.
     ForceMean,
     TorqueMean,
-    ForcePeak,
-    Impulse,
-    AngularImpulse,
-    Work,
-    SupportImpulse,
-    AttachmentImpulse,
-    StatePosition,
-    StateVelocity,
-    StateOrientation,
-    StateAngularVelocity,
-    EnergyKinetic,
-    EnergyStrain,
-    EnergyDissipated,
-    EnergyContactLoss,
-    EnergyViscous,
-    EnergyFriction,
-    EnergyPlyLoss,
-    EnergySupportWork,
-    EnergyResidual,
     InterfaceResidual,
     InterfaceGap,
-    MaxDeflection,
-    MaxStretch,
-    FailedSegments,
-    WorstPenetration,
-    PlyPenetration,
-    PlyFailedSegments,
-    PlyKinetic,
-    PlyStrain,
-    PlyDissipated,
-    MomentumResidual,
-    StepFraction,
-    Unconverged,
-    ContactResidual,
-    BeyondFine,
     Status,
     /// Whether an event has happened: a place in [`EVENTS`].
     Happened(usize),
@@ -150,6 +121,11 @@ impl Variable {
         size
     }
 
+    /// The row of the kernel's table of outputs, if it is one of those.
+    pub fn output(&self) -> Option<&'static Output> {
+        if let Id::Output(row) = self.id { OUTPUTS.get(row) } else { None }
+    }
+
     /// The row of the kernel's table, if it is one of the scene's.
     pub fn field(&self) -> Option<&'static Field> {
         if let Id::Scene(row) = self.id { FIELDS.get(row) } else { None }
@@ -208,9 +184,20 @@ const fn output(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text)
     Variable { quantity: Some(of), ..row(id, name, reference, Kind::Real, Role::Continuous, about) }
 }
 
-/// An output of single plies.
-const fn of_plies(id: Id, name: Text, reference: u32, of: OfQuantity, about: Text) -> Variable {
-    output(id, name, reference, of, about).shaped(&[PLIES_SHOWN])
+/// The variable of a row of the kernel's table of outputs; each output of a single ply is one of several.
+const fn of_output(number: usize) -> Variable {
+    let Output { fmi: (name, reference), quantity, shape, nominal, get, about, .. } = OUTPUTS[number];
+    let shape = if let Get::Ply(_) = get { &[PLIES_SHOWN] } else { shape };
+    Variable { shape, nominal, ..output(Id::Output(number), name, reference, quantity, about) }
+}
+
+/// The reference of the kernel's output that one of the FMU's own stands behind; 0 of most.
+const fn behind(id: Id) -> u32 {
+    match id {
+        Id::InterfaceResidual => 414,
+        Id::InterfaceGap => 434,
+        _ => 0,
+    }
 }
 
 const fn discrete(id: Id, name: Text, reference: u32, kind: Kind, about: Text) -> Variable {
@@ -299,12 +286,7 @@ pub const UNITS: &[Unit] = &[
 ];
 
 const ACCELERATION: Quantity = quantity("Acceleration", "m/s2", "", ANY_SIGN, 1e5, "Acceleration");
-const FORCE: Quantity = quantity("Force", "N", "kN", ANY_SIGN, 1e4, "Force");
 const TORQUE: Quantity = quantity("Torque", "N.m", "", ANY_SIGN, 10.0, "Torque");
-const IMPULSE: Quantity = quantity("Impulse", "N.s", "", ANY_SIGN, 1.0, "Force over time");
-const ANGULAR_IMPULSE: Quantity = quantity("AngularImpulse", "N.m.s", "", ANY_SIGN, 1e-3, "Torque over time");
-const ENERGY: Quantity = quantity("Energy", "J", "", ANY_SIGN, 10.0, "Energy or work");
-const COUNT_OF: Quantity = quantity("Count", "1", "", 0.0, 1.0, "Number of things");
 const TIME: Quantity = quantity("Time", "s", "us", ANY_SIGN, 1e-3, "Point in time");
 
 /// Every quantity in use, for the type definitions.
@@ -341,7 +323,7 @@ pub const DEFAULT_STEP_SIZE: f64 = 1e-6;
 
 const LARGEST: f64 = i32::MAX as f64;
 
-/// What the FMU adds to the scene.
+/// What the FMU adds to the kernel's tables.
 const OWN: &[Variable] = &[
     input(
         Id::Position,
@@ -427,55 +409,6 @@ const OWN: &[Variable] = &[
         "Mean torque on the projectile about its moving centre of mass over the same time",
     )
     .shaped(&[3]),
-    output(Id::ForcePeak, "contact.force_peak", 313, &FORCE, "Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed"),
-    output(Id::Impulse, "contact.impulse", 320, &IMPULSE, "Impulse on the projectile since the start").shaped(&[3]),
-    output(
-        Id::AngularImpulse,
-        "contact.angular_impulse",
-        330,
-        &ANGULAR_IMPULSE,
-        "Angular impulse on the projectile about its moving centre of mass since the start",
-    )
-    .shaped(&[3]),
-    output(Id::Work, "contact.work", 333, &ENERGY, "Work of the projectile on the fabric since the start: the energy absorbed"),
-    output(Id::SupportImpulse, "support.impulse", 340, &IMPULSE, "Impulse of the sheet on all its supports since the start")
-        .shaped(&[3]),
-    output(
-        Id::AttachmentImpulse,
-        "support.attachment_impulse",
-        350,
-        &IMPULSE,
-        "The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)",
-    )
-    .shaped(&[4, 3]),
-    output(Id::StatePosition, "state.position", 370, &POSITION, "Centre of mass of the body the fabric saw")
-        .shaped(&[3]),
-    output(Id::StateVelocity, "state.velocity", 380, &VELOCITY, "Velocity of that body (half an internal step earlier)")
-        .shaped(&[3]),
-    output(Id::StateOrientation, "state.orientation", 390, &QUATERNION, "Orientation of that body, scalar first").shaped(&[4]),
-    output(
-        Id::StateAngularVelocity,
-        "state.angular_velocity",
-        400,
-        &ANGULAR_VELOCITY,
-        "Angular velocity of that body, host's axes",
-    )
-    .shaped(&[3]),
-    output(Id::EnergyKinetic, "energy.kinetic", 410, &ENERGY, "Kinetic energy of the fabric"),
-    output(Id::EnergyStrain, "energy.strain", 411, &ENERGY, "Strain energy of the yarns"),
-    output(Id::EnergyDissipated, "energy.dissipated", 412, &ENERGY, "Energy dissipated by rupture"),
-    output(
-        Id::EnergyContactLoss,
-        "energy.contact_loss",
-        413,
-        &ENERGY,
-        "Kinetic energy lost when nodes are swept up by the projectile",
-    ),
-    output(Id::EnergyViscous, "energy.viscous", 416, &ENERGY, "Energy that viscosity of the yarn and its dependence on the rate of strain have taken"),
-    output(Id::EnergyFriction, "energy.friction", 417, &ENERGY, "Energy rubbed away between yarn and projectile"),
-    output(Id::EnergyPlyLoss, "energy.ply_loss", 418, &ENERGY, "Kinetic energy lost where separate plies meet"),
-    output(Id::EnergySupportWork, "energy.support_work", 419, &ENERGY, "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
-    output(Id::EnergyResidual, "energy.residual", 414, &ENERGY, "What the energy balance does not close by"),
     output(
         Id::InterfaceResidual,
         "interface.residual",
@@ -483,53 +416,6 @@ const OWN: &[Variable] = &[
         &ENERGY,
         "Drive prescribed with a mass: the host's loss of kinetic energy since the start, from the velocities it supplied, \
          minus contact.work, both at the start of the last communication step. Work of gravity or drag in the host is part of it",
-    ),
-    output(Id::MaxDeflection, "fabric.max_deflection", 420, &POSITION, "Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)"),
-    output(Id::MaxStretch, "fabric.max_stretch", 421, &RATIO, "Largest stretch of a segment that has not failed"),
-    output(Id::FailedSegments, "fabric.failed_segments", 422, &COUNT_OF, "Number of failed segments"),
-    output(
-        Id::WorstPenetration,
-        "fabric.worst_penetration",
-        423,
-        &POSITION,
-        "Deepest penetration of a node into the projectile so far",
-    )
-    .nominal(1e-6),
-    output(
-        Id::PlyPenetration,
-        "fabric.ply_penetration",
-        424,
-        &POSITION,
-        "Deepest way of a node through the one that it faces in the next of separate plies so far",
-    )
-    .nominal(1e-6),
-    of_plies(Id::PlyFailedSegments, "ply.failed_segments", 800, &COUNT_OF, "Failed segments of single plies, from ply.first on; 0 for a ply that there is not"),
-    of_plies(Id::PlyKinetic, "ply.kinetic", 808, &ENERGY, "Kinetic energy of single plies, likewise"),
-    of_plies(Id::PlyStrain, "ply.strain", 816, &ENERGY, "Strain energy of single plies, likewise"),
-    of_plies(Id::PlyDissipated, "ply.dissipated", 824, &ENERGY, "Energy dissipated by rupture in single plies, likewise"),
-    output(
-        Id::MomentumResidual,
-        "momentum.residual",
-        430,
-        &IMPULSE,
-        "Size of what the momentum balance of fabric, projectile and supports does not close by",
-    ),
-    output(Id::StepFraction, "step.fraction", 431, &RATIO, "Time step in use over the stability limit of the sheet as drawn"),
-    output(Id::Unconverged, "contact.unconverged", 432, &COUNT_OF, "Contact solves that were given up"),
-    output(
-        Id::ContactResidual,
-        "contact.residual",
-        435,
-        &VELOCITY,
-        "Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged",
-    ),
-    output(
-        Id::BeyondFine,
-        "contact.beyond_fine",
-        434,
-        &COUNT_OF,
-        "Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be \
-         too far apart to feel it: 0 in a run that is to be trusted",
     ),
     output(
         Id::InterfaceGap,
@@ -554,22 +440,42 @@ const OWN: &[Variable] = &[
 ];
 
 /// Number of variables.
-pub const COUNT: usize = FIELDS.len() + OWN.len();
-
-/// Every variable but `time`: the scene's, then the FMU's own.
-pub static VARIABLES: [Variable; COUNT] = {
-    let mut all = [OWN[0]; COUNT];
-    let mut k = 0;
-    while k < COUNT {
-        all[k] = if k < FIELDS.len() { of_scene(k) } else { OWN[k - FIELDS.len()] };
+pub const COUNT: usize = {
+    let (mut count, mut k) = (FIELDS.len() + OWN.len(), 0);
+    while k < OUTPUTS.len() {
+        count += (OUTPUTS[k].fmi.1 > 0) as usize;
         k += 1;
+    }
+    count
+};
+
+/// Every variable but `time`: the scene's, then the FMU's own, among which are the kernel's outputs.
+pub static VARIABLES: [Variable; COUNT] = {
+    let (mut all, mut count) = ([OWN[0]; COUNT], 0);
+    while count < FIELDS.len() {
+        all[count] = of_scene(count);
+        count += 1;
+    }
+    let (mut own, mut output, mut last) = (0, 0, 0);
+    while count < COUNT {
+        if own < OWN.len() && (behind(OWN[own].id) == 0 || behind(OWN[own].id) == last) {
+            all[count] = OWN[own];
+            (own, count) = (own + 1, count + 1);
+            continue;
+        }
+        last = OUTPUTS[output].fmi.1;
+        if last > 0 {
+            all[count] = of_output(output);
+            count += 1;
+        }
+        output += 1;
     }
     all
 };
 
 /// Most elements of one variable.
 pub const MOST_ELEMENTS: usize = {
-    let (mut most, mut k) = (12, 0);
+    let (mut most, mut k) = (fabric::outputs::MOST_ELEMENTS, 0);
     while k < FIELDS.len() {
         most = if FIELDS[k].size() > most { FIELDS[k].size() } else { most };
         k += 1;

@@ -64,7 +64,7 @@ mod contact;
 /// Floor 7: one time step. Motion, viscosity, the explicit and the theta rule, steps in blocks, bands; read-outs, energy, outcomes.
 mod step;
 
-/// Floor 8: a simulation. Its start, its calls, its image.
+/// Floor 8: a simulation. Its start, its calls, its image, and the table of all its outputs.
 mod sim;
 
 pub use body::path::{Path, exponential};
@@ -85,6 +85,7 @@ pub use scene::parts::{
     StepAfterFailure, StepCheck, StepLimits, StrengthDraw, Symmetry, TimeStep, Weft, Yarn,
 };
 pub use sheet::textile::{self, TEXTILE_VISCOSITY, Textile, Threads};
+pub use sim::outputs;
 pub use sim::simulation::{Contact, Counters, Fabric, Outcomes, Sim, Status, Support};
 pub use sim::snapshot::FORMAT;
 pub use step::bands::Bands;

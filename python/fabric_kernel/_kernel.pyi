@@ -106,67 +106,65 @@ class StepLimits(TypedDict):
     dt_crit: float
     step_max: float
 
-class Projectile(TypedDict):
-    position: Vector
-    velocity: Vector
-    orientation: Quaternion
-    angular_velocity: Vector
-
+# Made by `cargo xtask fmu` of the kernel's outputs; do not edit.
 class Contact(TypedDict):
-    work: float
-    """Work of the projectile on the fabric, J."""
-    loss: float
-    force_peak: float
-    impulse: Vector
-    angular_impulse: Vector
-
-class Support(TypedDict):
-    total: Vector
-    attachments: tuple[Vector, Vector, Vector, Vector]
-
-class Energy(TypedDict):
-    projectile_kinetic: float
-    fabric_kinetic: float
-    strain: float
-    dissipated: float
-    viscous: float
-    friction: float
-    ply_loss: float
-    contact_loss: float
-    contact_work: float
-    support_work: float
-    """Work of the projectile on held nodes, J: the part of `contact_work` that the fabric did not get."""
-    external_work: float
-    halving: float
-    residual: float
-
-class Ply(TypedDict):
-    kinetic: float
-    strain: float
-    dissipated: float
-    failed_segments: int
-
-class Fabric(TypedDict):
-    max_deflection: float
-    max_stretch: float
+    force_peak: float  # N: Largest mean force over consecutive windows of force_window; until the first is full the mean force over the time elapsed
+    impulse: Vector  # N.s: Impulse on the projectile since the start
+    angular_impulse: Vector  # N.m.s: Angular impulse on the projectile about its moving centre of mass since the start
+    work: float  # J: Work of the projectile on the fabric since the start: the energy absorbed
+    loss: float  # J: Kinetic energy lost when nodes are swept up by the projectile
 
 class Counters(TypedDict):
-    steps: int
-    failed_segments: int
-    contacts: int
-    unconverged: int
-    most_sweeps: int
-    most_candidates: int
-    candidate_capacity: int
-    iterations: int
-    most_iterations: int
-    beyond_fine: int
-    """Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network: 0 in a run that is to
-    be trusted."""
-    worst_penetration: float
-    ply_penetration: float
-    contact_residual: float
-    """Greatest speed by which a contact has failed its law in a solve that was given up, m/s; 0 if all converged."""
+    steps: int  # Steps taken
+    failed_segments: int  # Number of failed segments
+    worst_penetration: float  # m: Deepest penetration of a node into the projectile so far
+    ply_penetration: float  # m: Deepest way of a node through the one that it faces in the next of separate plies so far
+    contacts: int  # Nodes with a contact impulse in the last step
+    unconverged: int  # Contact solves that were given up
+    contact_residual: float  # m/s: Greatest speed by which a contact has failed its law in a solve that was given up; 0 if all converged
+    most_sweeps: int  # Most Gauss-Seidel sweeps of one contact solve, passes of Newton's method included
+    most_candidates: int  # Most candidate nodes of one step
+    candidate_capacity: int  # Places for candidate nodes
+    iterations: int  # Iterations of the theta rule; 0 with velocity Verlet
+    most_iterations: int  # Most iterations of one step
+    beyond_fine: int  # Steps, or halves of them, in which the projectile met the sheet beyond the fine part of a graded network, where nodes may be too far apart to feel it: 0 in a run that is to be trusted
+
+class Energy(TypedDict):
+    projectile_kinetic: float  # J: Kinetic energy of the projectile; 0 if its mass is unknown
+    fabric_kinetic: float  # J: Kinetic energy of the fabric
+    strain: float  # J: Strain energy of the yarns
+    dissipated: float  # J: Energy dissipated by rupture
+    contact_loss: float  # J: The same as contact.loss
+    viscous: float  # J: Energy that viscosity of the yarn and its dependence on the rate of strain have taken
+    friction: float  # J: Energy rubbed away between yarn and projectile
+    ply_loss: float  # J: Kinetic energy lost where separate plies meet
+    contact_work: float  # J: The same as contact.work
+    support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
+    external_work: float  # J: Work of the external load on the projectile
+    halving: float  # J: Change of the audited energy when the step was halved; 0 if it was not
+    residual: float  # J: What the energy balance does not close by
+
+class Fabric(TypedDict):
+    max_deflection: float  # m: Largest distance from the sheet's plane of a node that is still joined to a support (of any node of a free sheet)
+    max_stretch: float  # Largest stretch of a segment that has not failed
+
+class Ply(TypedDict):
+    failed_segments: int  # Failed segments of single plies, from ply.first on; 0 for a ply that there is not
+    kinetic: float  # J: Kinetic energy of single plies, likewise
+    strain: float  # J: Strain energy of single plies, likewise
+    dissipated: float  # J: Energy dissipated by rupture in single plies, likewise
+
+class Projectile(TypedDict):
+    position: Vector  # m: Centre of mass of the body the fabric saw
+    velocity: Vector  # m/s: Velocity of that body (half an internal step earlier)
+    orientation: Quaternion  # Orientation of that body, scalar first
+    angular_velocity: Vector  # rad/s: Angular velocity of that body, host's axes
+
+class Support(TypedDict):
+    total: Vector  # N.s: Impulse of the sheet on all its supports since the start
+    attachments: tuple[Vector, Vector, Vector, Vector]  # N.s: The same for each attachment: sides left (-x), right, bottom (-y), top; or corners (-x -y), (+x -y), (-x +y), (+x +y)
+
+# End of what is made.
 
 class Latch(TypedDict):
     step: int

@@ -3,14 +3,16 @@
 use crate::errors::{self, bad};
 use crate::parameters;
 use crate::scene::Scene;
+use fabric::outputs::{COUNT, Get, OUTPUTS, Output, Readings};
 use fabric::{CacheLine, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
 use fabric_scene::{notes, short};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyBytes, PyDict};
+use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
 use std::ffi::CString;
 
 /// Nodes stepped between two looks at signals, some tenths of a second.
@@ -74,6 +76,19 @@ impl Simulation {
         Ok(())
     }
 
+    /// The outputs of a structure by their names there.
+    fn read_out<'py>(&mut self, py: Python<'py>, structure: &str) -> PyResult<Bound<'py, PyDict>> {
+        let of_it = || OUTPUTS.iter().filter(|output| output.parts().0 == structure);
+        let mut readings = Readings::default();
+        let values =
+            self.work(py, |sim| of_it().map(|output| readings.read(sim, output)).collect::<Result<Vec<_>, _>>());
+        let all = PyDict::new(py);
+        for (output, values) in of_it().zip(values.map_err(errors::failed)?) {
+            all.set_item(output.parts().1, shaped(py, output, output.shape, &values)?)?;
+        }
+        Ok(all)
+    }
+
     /// An array that a read-out of the kernel fills; NumPy takes it over without a copy.
     fn filled(
         &self,
@@ -106,6 +121,19 @@ impl Simulation {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_vec(py, self.filled(self.sim.layout().segments(), fill)?))
     }
+}
+
+/// A number as Python has it: whole if it is a count.
+fn number<'py>(py: Python<'py>, output: &Output, value: f64) -> PyResult<Bound<'py, PyAny>> {
+    if *output.quantity == COUNT { (value as u64).into_bound_py_any(py) } else { value.into_bound_py_any(py) }
+}
+
+/// Numbers as tuples, of rows if they have more dimensions.
+fn shaped<'py>(py: Python<'py>, output: &Output, shape: &[usize], values: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+    let [length, inner @ ..] = shape else { return number(py, output, values.first().copied().unwrap_or_default()) };
+    let rows = values.chunks(inner.iter().product()).take(*length);
+    let rows = rows.map(|row| shaped(py, output, inner, row)).collect::<PyResult<Vec<_>>>()?;
+    Ok(PyTuple::new(py, rows)?.into_any())
 }
 
 /// The set of outcomes of these names; one name alone is a set, too.
@@ -254,63 +282,34 @@ impl Simulation {
     }
 
     /// Pose and rates of the projectile.
-    fn projectile<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let motion = in_our_environment(|| self.sim.projectile()).map_err(errors::failed)?;
-        let all = PyDict::new(py);
-        all.set_item("position", <(f64, f64, f64)>::from(motion.position))?;
-        all.set_item("velocity", <(f64, f64, f64)>::from(motion.velocity))?;
-        all.set_item("orientation", <(f64, f64, f64, f64)>::from(motion.orientation))?;
-        all.set_item("angular_velocity", <(f64, f64, f64)>::from(motion.angular_velocity))?;
-        Ok(all)
+    fn projectile<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.read_out(py, "projectile")
     }
 
     /// Contact sums.
-    fn contact<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let contact = in_our_environment(|| self.sim.contact()).map_err(errors::failed)?;
-        let all = [("work", contact.work), ("loss", contact.loss), ("force_peak", contact.force_peak)];
-        let all = all.into_py_dict(py)?;
-        all.set_item("impulse", <(f64, f64, f64)>::from(contact.impulse))?;
-        all.set_item("angular_impulse", <(f64, f64, f64)>::from(contact.angular_impulse))?;
-        Ok(all)
+    fn contact<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.read_out(py, "contact")
     }
 
     /// Impulses on the supports, N s.
-    fn support<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let support = in_our_environment(|| self.sim.support()).map_err(errors::failed)?;
-        let all = PyDict::new(py);
-        all.set_item("total", <(f64, f64, f64)>::from(support.total))?;
-        let attachments = support.attachments.map(<(f64, f64, f64)>::from);
-        all.set_item("attachments", <(_, _, _, _)>::from(attachments))?;
-        Ok(all)
+    fn support<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.read_out(py, "support")
     }
 
     /// The energies, J.
-    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let energy = py.detach(|| in_our_environment(|| self.sim.energy())).map_err(errors::failed)?;
-        [
-            ("projectile_kinetic", energy.projectile_kinetic),
-            ("fabric_kinetic", energy.fabric_kinetic),
-            ("strain", energy.strain),
-            ("dissipated", energy.dissipated),
-            ("viscous", energy.viscous),
-            ("friction", energy.friction),
-            ("ply_loss", energy.ply_loss),
-            ("contact_loss", energy.contact_loss),
-            ("contact_work", energy.contact_work),
-            ("support_work", energy.support_work),
-            ("external_work", energy.external_work),
-            ("halving", energy.halving),
-            ("residual", energy.residual),
-        ]
-        .into_py_dict(py)
+    fn energy<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.read_out(py, "energy")
     }
 
     /// What one ply holds, J, and its failed segments.
     fn ply<'py>(&self, py: Python<'py>, ply: u32) -> PyResult<Bound<'py, PyDict>> {
         let ply = py.detach(|| in_our_environment(|| self.sim.ply(ply))).map_err(errors::of)?;
-        let all = [("kinetic", ply.kinetic), ("strain", ply.strain), ("dissipated", ply.dissipated)];
-        let all = all.into_py_dict(py)?;
-        all.set_item("failed_segments", ply.failed_segments)?;
+        let all = PyDict::new(py);
+        for output in OUTPUTS {
+            if let Get::Ply(of) = output.get {
+                all.set_item(output.parts().1, number(py, output, of(&ply))?)?;
+            }
+        }
         Ok(all)
     }
 
@@ -322,30 +321,12 @@ impl Simulation {
 
     /// Largest deflection, m, and largest stretch.
     fn fabric<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let fabric = self.work(py, Sim::fabric).map_err(errors::failed)?;
-        [("max_deflection", fabric.max_deflection), ("max_stretch", fabric.max_stretch)].into_py_dict(py)
+        self.read_out(py, "fabric")
     }
 
     /// Counters; also after a failure.
-    fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let counters = self.sim.counters();
-        let all = [
-            ("steps", counters.steps),
-            ("failed_segments", counters.failed_segments),
-            ("contacts", counters.contacts),
-            ("unconverged", counters.unconverged),
-            ("most_sweeps", counters.most_sweeps),
-            ("most_candidates", counters.most_candidates),
-            ("candidate_capacity", counters.candidate_capacity),
-            ("iterations", counters.iterations),
-            ("most_iterations", counters.most_iterations),
-            ("beyond_fine", counters.beyond_fine),
-        ];
-        let all = all.into_py_dict(py)?;
-        all.set_item("worst_penetration", counters.worst_penetration)?;
-        all.set_item("ply_penetration", counters.ply_penetration)?;
-        all.set_item("contact_residual", counters.contact_residual)?;
-        Ok(all)
+    fn counters<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.read_out(py, "counters")
     }
 
     /// Step, time and work of each outcome that has come, by its name.

@@ -2,7 +2,7 @@
 //! and the FMI tests go through the same cases as tests/inputs lists them.
 
 use fabric::fields::{FIELDS, Image};
-use fabric::internals::snapshot::fingerprint;
+use fabric::internals::fingerprint::fingerprint;
 use fabric::{CacheLine, Layout, Scene, Sim};
 use fabric_tests::inputs::{self, Expected};
 

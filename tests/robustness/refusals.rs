@@ -115,7 +115,7 @@ fn the_correlation_of_a_drawn_back_fabric_counts() {
     let of = |correlation: f64| {
         let mut scene = scene;
         scene.yarn.weibull_correlation = correlation;
-        (scene.check().map_err(|error| error.field), fabric::internals::snapshot::fingerprint(&scene, 1e-8))
+        (scene.check().map_err(|error| error.field), fabric::internals::fingerprint::fingerprint(&scene, 1e-8))
     };
     assert_eq!(of(f64::NAN).0, Err("yarn.weibull_correlation"));
     assert!(of(0.0).0.is_ok() && of(0.0).1 != of(0.5).1);

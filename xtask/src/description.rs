@@ -1,7 +1,8 @@
 //! Both model descriptions, from the tables in code.
 
 use crate::model::Model;
-use fabric_fmu::table::{self, Id, Kind, MOST_ELEMENTS, Role, Variable};
+use fabric::outputs::Get;
+use fabric_fmu::table::{self, Kind, MOST_ELEMENTS, Role, Variable};
 
 const DESCRIPTION: &str =
     "Ballistic fabric as a network of yarn segments, hit by a rigid projectile that the FMU or its host moves";
@@ -192,23 +193,17 @@ fn value_attributes(variable: &Variable, two: bool) -> Vec<(&'static str, Option
 
 /// What an output depends on at once, at a communication point.
 fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
-    let known = match variable.id {
-        Id::PlyFailedSegments | Id::PlyKinetic | Id::PlyStrain | Id::PlyDissipated => table::variable("ply.first"),
-        _ => None,
-    };
+    let of_ply = variable.output().is_some_and(|output| matches!(output.get, Get::Ply(_)));
+    let known = if of_ply { table::variable("ply.first") } else { None };
     ("dependencies", some(known.map_or(String::new(), name_of)))
 }
 
 /// What an output depends on in initialisation: nothing (it is zero), the parameter of the same meaning, or, where the attribute is
 /// left out, all inputs and parameters. Rounding in the sheet's axes is no dependency.
 fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
-    let of = |name: &str| table::variable(name).map(&name_of);
-    let known = match variable.id {
-        Id::StepFraction | Id::EnergyStrain | Id::PlyStrain | Id::MaxStretch => None,
-        Id::StatePosition => of("projectile.start.position"),
-        Id::StateVelocity => of("projectile.start.velocity"),
-        Id::StateOrientation => of("projectile.start.orientation"),
-        Id::StateAngularVelocity => of("projectile.start.angular_velocity"),
+    let known = match (variable.name, variable.name.strip_prefix("state.")) {
+        ("step.fraction" | "energy.strain" | "ply.strain" | "fabric.max_stretch", _) => None,
+        (_, Some(motion)) => table::variable(&format!("projectile.start.{motion}")).map(name_of),
         _ => some(""),
     };
     ("dependencies", known)
@@ -284,7 +279,7 @@ pub fn fmi2(model: &Model) -> String {
                 outputs.push_str(&format!("{}/>\n", tag(3, "Unknown", &direct)));
                 let initial = at_start(variable, |known| {
                     // A quaternion is normalised as a whole.
-                    let whole = variable.id == Id::StateOrientation;
+                    let whole = variable.name == "state.orientation";
                     let elements = if whole { 0..known.size() } else { element..element + 1 };
                     elements.map(|k| (index_of(known) + k).to_string()).collect::<Vec<_>>().join(" ")
                 });

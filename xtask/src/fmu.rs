@@ -1,8 +1,9 @@
-//! `cargo xtask fmu`: the model descriptions, their page and parameter sets, and the table of parameters of the documents, from the
-//! tables in code; and the archives.
+//! `cargo xtask fmu`: the model descriptions, their page and parameter sets, the tables of parameters and outputs of the documents,
+//! and the types of the Python package, from the tables in code; and the archives.
 
 use crate::description::{self, element_name, escaped};
 use crate::model::Model;
+use crate::outputs;
 use crate::page;
 use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
@@ -47,7 +48,8 @@ pub fn run(options: &Options) -> Outcome {
     let model = Model::own();
     let made = tools::top().join("modelDescription");
     let mut others = parameter_sets();
-    others.push(("docs/tables/scene.md".into(), parameters()));
+    others.extend([("docs/tables/scene.md".into(), parameters()), ("docs/tables/outputs.md".into(), outputs::table())]);
+    others.push(outputs::types()?);
     if options.check {
         compare(&made, &files(&model))?;
         return compare(&tools::top(), &others);

@@ -14,6 +14,7 @@ mod header;
 mod install;
 mod model;
 mod needs;
+mod outputs;
 mod page;
 mod platforms;
 mod readme;

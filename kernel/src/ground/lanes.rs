@@ -3,7 +3,7 @@
 //! Method: the hot pass is written once, generic over [`Lane`]; every instance does the same IEEE operations on each number,
 //! so all give the same bits. The instruction set is found once, when a simulation is made, and never changes a result.
 //! Limits: elsewhere than x86-64 the plain Rust lane is used; the compiler may vectorise it.
-//! With `bands.rs` this is the only file of the kernel with unsafe code.
+//! With the folder `step/bands` this is the only place of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
 use crate::ground::planes::{CHUNK, Chunk};

@@ -1,16 +1,81 @@
-//! The caller's memory, carved into blocks, and the access to nodes and segments in them.
+//! The caller's memory: what it holds, in one list from which it is counted and cut. All sizes are found here, with checked arithmetic.
+//! `planes.rs` says how rows lie in memory.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
 use crate::ground::planes::{
-    CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
+    Axis, CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES,
+    RATE_PLANES, STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
 };
 use crate::memory::layout::{
-    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, PULL_REALS, TANGENTIAL_REALS, TOUCH_REALS,
+    BLOCK_STEPS, CANDIDATE_REALS, COLUMN_REALS, Layout, PACE_REALS, TANGENTIAL_REALS, TOUCH_REALS,
 };
-use crate::scene::features::Feature;
+use crate::scene::features::{Feature, Features};
+use crate::scene::parts::Scene;
 use crate::sheet::grading::LINE_PLANES;
+use crate::sheet::places::Places;
+use crate::sheet::symmetry::Line;
+
+impl Layout {
+    /// Sizes for a scene, which is checked first.
+    pub fn of(scene: &Scene) -> Result<Layout, Error> {
+        scene.check()?;
+        Layout::of_sound(scene)
+    }
+
+    /// Sizes for a scene that has been checked.
+    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
+        // Nodes are numbered by u32 where contact and detachment note them.
+        let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
+        Layout::compute(scene).filter(numbered).ok_or(Error::new(
+            Code::TooManyNodes,
+            "sheet.nodes_x",
+            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64 * scene.stack.plies as f64,
+            u32::MAX.into(),
+        ))
+    }
+
+    #[inline(never)]
+    pub(super) fn compute(scene: &Scene) -> Option<Layout> {
+        let [across, up] = scene.network();
+        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
+        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
+        let plies = scene.stack.plies as usize;
+        let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
+        let nodes = nodes_x.checked_mul(nodes_y)?;
+        let mut layout = Layout {
+            nodes_x,
+            nodes_y,
+            plies,
+            x,
+            y,
+            upper: 0,
+            chunks: x.stored().div_ceil(CHUNK),
+            has: Features::of(scene),
+            in_waves: false,
+            supports: scene.track_support,
+            candidates: match scene.contact_capacity {
+                0 => nodes,
+                most => nodes.min(most as usize),
+            },
+            reals: 0,
+            words: 0,
+            image_words: 0,
+        };
+        layout.in_waves = layout.can_take_blocks()?;
+        [layout.reals, layout.words] = Blocks::count(&layout)?;
+        layout.image_words = layout.count_image()?;
+        // No block may exceed what a slice can hold.
+        let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
+        for (count, bytes) in [(lines, size_of::<CacheLine>()), (layout.image_words, 8)] {
+            if count.checked_mul(bytes)? > isize::MAX as usize {
+                return None;
+            }
+        }
+        layout.upper = Places::of(scene, Axis::Vertical).upper();
+        Some(layout)
+    }
+}
 
 /// Refuses memory that is too short for a scene of these sizes.
 pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> {
@@ -61,8 +126,8 @@ pub(crate) struct Blocks<'a> {
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
     /// Of steps in blocks (`waves.rs`): the carried forces of each step.
     pub carries: &'a mut [Chunk<CARRY_PLANES>],
-    /// The pulls of the fixed nodes of each row, step by step.
-    pub pulls: &'a mut [[f64; PULL_REALS]],
+    /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks one step after the other.
+    pub pulls: &'a mut [[[f64; 3]; 2]],
     pub kept: &'a mut [[f64; 3]],
     /// Least and greatest displacement of each row, along y and then along x, as `ranges.rs` keeps them; along x only where contact
     /// asks for it.
@@ -121,55 +186,58 @@ impl<'a> Blocks<'a> {
     pub(crate) fn carve(memory: &'a mut [CacheLine], layout: &Layout) -> Result<Blocks<'a>, Error> {
         let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
         let Some((reals, words)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
-        let (mut reals, mut words) = (Carver(CacheLine::reals(reals)), Carver(CacheLine::words(words)));
-        let (nx, ny, row) = (layout.nodes_x, layout.nodes_y, layout.chunks * CHUNK);
-        let watched = |count: usize| if layout.has(Feature::Detachment) { count } else { 0 };
-        let implicit = |count: usize| if layout.has(Feature::Theta) { count } else { 0 };
-        let graded = |count: usize| if layout.has(Feature::Grading) { count * CHUNK * LINE_PLANES } else { 0 };
-        let viscous = |count: usize| if layout.has(Feature::Viscosity) { count } else { 0 };
-        let stack = |count: usize| if layout.is_stack() { count } else { 0 };
-        let waves = |count: usize| if layout.in_waves { BLOCK_STEPS * count } else { 0 };
-        let rough = |count: usize| if layout.has(Feature::Friction) { count } else { 0 };
-        let carved = (|| {
-            Some(Blocks {
-                hot: chunked(reals.take(layout.stored_rows() * HOT_PLANES * row)?),
-                history: chunked(reals.take(ny * HISTORY_PLANES * row)?),
-                yarn: chunked(reals.take(if layout.has_constants() { ny * YARN_PLANES * row } else { 0 })?),
-                strength: chunked(reals.take(if layout.has(Feature::Strength) {
-                    ny * STRENGTH_PLANES * row
-                } else {
-                    0
-                })?),
-                marks: chunked(reals.take(if layout.has(Feature::Toe) { ny * MARK_PLANES * row } else { 0 })?),
-                iterate: chunked(reals.take(implicit(layout.stored_rows() * ITERATE_PLANES * row))?),
-                pushes: chunked(reals.take(viscous(ny * PUSH_PLANES * row))?),
-                viscous: chunked(reals.take(viscous(VISCOUS_PLANES * row))?),
-                logarithms: chunked(reals.take(if layout.has(Feature::Rate) { ny * RATE_PLANES * row } else { 0 })?),
-                columns: chunked(reals.take(graded(layout.chunks))?),
-                lines: chunked(reals.take(graded(ny.div_ceil(CHUNK)))?),
-                carry: chunked(reals.take(CARRY_PLANES * row)?),
-                carries: chunked(reals.take(waves(CARRY_PLANES * row))?),
-                kept: reals.take(3 * nx)?.as_chunks_mut().0,
-                taken: reals.take(if layout.takes_energy() { ny } else { 0 })?,
-                candidates: reals.take(layout.candidates * CANDIDATE_REALS)?.as_chunks_mut().0,
-                before: reals.take(stack(ny * row))?.as_chunks_mut().0,
-                column: reals.take(stack(layout.plies * COLUMN_REALS))?.as_chunks_mut().0,
-                touches: reals.take(stack(layout.candidates * TOUCH_REALS))?.as_chunks_mut().0,
-                paces: reals.take(rough(stack(layout.candidates * PACE_REALS)))?.as_chunks_mut().0,
-                tangential: reals.take(rough(layout.candidates * TANGENTIAL_REALS))?.as_chunks_mut().0,
-                gaps_over_dt: reals.take(implicit(layout.candidates))?,
-                pulls: reals.take(waves(PULL_REALS * ny))?.as_chunks_mut().0,
-                runs: words.take(4 * ny)?.as_chunks_mut().0,
-                ranges: words.take(4 * ny)?.as_chunks_mut().0,
-                flags: words.take(watched(layout.nodes().div_ceil(32)))?,
-                labels: words.take(watched(layout.nodes()))?,
-                candidate_nodes: words.take(layout.candidates)?,
-                awake: words.take(stack(2 * layout.plies))?.as_chunks_mut().0,
-                last: words.take(stack(nx * layout.y.modelled()))?,
-                links: words.take(stack(2 * layout.candidates))?.as_chunks_mut().0,
-            })
-        })();
-        carved.ok_or(short)
+        let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
+        Blocks::cut(&mut reals, &mut words, layout).ok_or(short)
+    }
+
+    /// Numbers and words that they have.
+    fn count(layout: &Layout) -> Option<[usize; 2]> {
+        let (mut reals, mut words) = (Carver::counting(), Carver::counting());
+        Blocks::cut(&mut reals, &mut words, layout)?;
+        Some([reals.taken, words.taken])
+    }
+
+    /// The list: of each block whether the scene needs it, and the factors of its length.
+    #[inline(never)]
+    fn cut(reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<Blocks<'a>> {
+        use Feature::{Detachment, Friction, Grading, Rate, Strength, Theta, Toe, Viscosity};
+        let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
+        let has = |feature| layout.has(feature);
+        let steps = if layout.in_waves { BLOCK_STEPS } else { 1 };
+        let mut real = |needed, factors| reals.take(needed, factors);
+        Some(Blocks {
+            hot: chunked(real(true, [layout.stored_rows(), row, CHUNK * HOT_PLANES])?),
+            history: chunked(real(true, [rows, row, CHUNK * HISTORY_PLANES])?),
+            yarn: chunked(real(layout.has_constants(), [rows, row, CHUNK * YARN_PLANES])?),
+            strength: chunked(real(has(Strength), [rows, row, CHUNK * STRENGTH_PLANES])?),
+            marks: chunked(real(has(Toe), [rows, row, CHUNK * MARK_PLANES])?),
+            iterate: chunked(real(has(Theta), [layout.stored_rows(), row, CHUNK * ITERATE_PLANES])?),
+            pushes: chunked(real(has(Viscosity), [rows, row, CHUNK * PUSH_PLANES])?),
+            viscous: chunked(real(has(Viscosity), [1, row, CHUNK * VISCOUS_PLANES])?),
+            logarithms: chunked(real(has(Rate), [rows, row, CHUNK * RATE_PLANES])?),
+            columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
+            lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
+            carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
+            carries: chunked(real(layout.in_waves, [steps, row, CHUNK * CARRY_PLANES])?),
+            kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
+            taken: real(layout.takes_energy(), [1, 1, rows])?,
+            candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
+            before: real(layout.is_stack(), [rows, row, CHUNK])?.as_chunks_mut().0,
+            column: real(layout.is_stack(), [1, layout.plies, COLUMN_REALS])?.as_chunks_mut().0,
+            touches: real(layout.is_stack(), [1, candidates, TOUCH_REALS])?.as_chunks_mut().0,
+            paces: real(layout.is_stack() && has(Friction), [1, candidates, PACE_REALS])?.as_chunks_mut().0,
+            tangential: real(has(Friction), [1, candidates, TANGENTIAL_REALS])?.as_chunks_mut().0,
+            gaps_over_dt: real(has(Theta), [1, 1, candidates])?,
+            pulls: real(layout.supports, [steps, rows, 6])?.as_chunks_mut().0.as_chunks_mut().0,
+            runs: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
+            ranges: words.take(true, [1, rows, 4])?.as_chunks_mut().0,
+            flags: words.take(has(Detachment), [1, 1, layout.nodes().div_ceil(32)])?,
+            labels: words.take(has(Detachment), [1, 1, layout.nodes()])?,
+            candidate_nodes: words.take(true, [1, 1, candidates])?,
+            awake: words.take(layout.is_stack(), [1, layout.plies, 2])?.as_chunks_mut().0,
+            last: words.take(layout.is_stack(), [1, nx, layout.y.modelled()])?,
+            links: words.take(layout.is_stack(), [1, candidates, 2])?.as_chunks_mut().0,
+        })
     }
 }
 
@@ -190,13 +258,29 @@ fn swap<T>(items: &mut [T], a: usize, b: usize) {
     }
 }
 
-/// Cuts pieces off the front of a slice.
-struct Carver<'a, T>(&'a mut [T]);
+/// Cuts pieces off the front of a slice, or only counts them.
+struct Carver<'a, T> {
+    rest: &'a mut [T],
+    counts: bool,
+    taken: usize,
+}
 
 impl<'a, T> Carver<'a, T> {
-    fn take(&mut self, count: usize) -> Option<&'a mut [T]> {
-        let (piece, rest) = core::mem::take(&mut self.0).split_at_mut_checked(count)?;
-        self.0 = rest;
+    fn of(rest: &'a mut [T]) -> Self {
+        Carver { rest, counts: false, taken: 0 }
+    }
+
+    fn counting() -> Self {
+        Carver { rest: &mut [], counts: true, taken: 0 }
+    }
+
+    /// As many items as the product of these factors, none if they are not needed; nothing while counting. None: there are not so many.
+    fn take(&mut self, needed: bool, factors: [usize; 3]) -> Option<&'a mut [T]> {
+        let count = if needed { factors[0].checked_mul(factors[1])?.checked_mul(factors[2])? } else { 0 };
+        self.taken = self.taken.checked_add(count)?;
+        let cut = if self.counts { 0 } else { count };
+        let (piece, rest) = core::mem::take(&mut self.rest).split_at_mut_checked(cut)?;
+        self.rest = rest;
         Some(piece)
     }
 }

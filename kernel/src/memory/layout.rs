@@ -1,16 +1,9 @@
-//! Counts and offsets of every block of memory: the only place where sizes are computed, all with checked arithmetic.
-//! `planes.rs` says how rows lie in memory.
+//! Sizes of a scene: nodes, rows, plies, segments, candidates, and what has to be kept of them. `blocks.rs` counts the memory.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
-use crate::ground::planes::{
-    Axis, CARRY_PLANES, CHUNK, HISTORY_PLANES, HOT_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES,
-    STRENGTH_PLANES, VISCOUS_PLANES, YARN_PLANES,
-};
+use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK, HOT_PLANES, VISCOUS_PLANES};
 use crate::scene::features::{Feature, Features};
-use crate::scene::parts::Scene;
-use crate::sheet::grading::LINE_PLANES;
-use crate::sheet::places::Places;
 use crate::sheet::symmetry::Line;
 
 /// Numbers kept per contact candidate.
@@ -18,8 +11,6 @@ pub const CANDIDATE_REALS: usize = 14;
 /// Numbers kept per contact candidate for friction.
 pub const TANGENTIAL_REALS: usize = 19;
 
-/// Numbers kept per row and step of a block: what the sheet pulls at both runs of its fixed nodes.
-pub(crate) const PULL_REALS: usize = 6;
 /// Numbers kept per ply of a column of facing nodes.
 pub(crate) const COLUMN_REALS: usize = 14;
 /// Numbers kept per contact candidate of a stack besides.
@@ -52,11 +43,6 @@ pub fn frame_words(has: Features) -> usize {
     HEADER_WORDS + STATE_WORDS + has.words() + taken + 1
 }
 
-/// Whether segments have constants of their own.
-fn has_constants(has: Features) -> bool {
-    has.has(Feature::Drawn) || has.has(Feature::Grading)
-}
-
 /// Sizes of a scene's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
@@ -79,11 +65,13 @@ pub struct Layout {
     /// true if there is memory for steps in blocks: of a sheet that exceeds the caches, one ply without mirror planes and without what takes
     /// more than one pass or looks at the whole sheet between two steps.
     pub in_waves: bool,
+    /// Whether impulses on the supports are summed.
+    pub supports: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
     pub candidates: usize,
-    reals: usize,
-    words: usize,
-    image_words: usize,
+    pub(super) reals: usize,
+    pub(super) words: usize,
+    pub(super) image_words: usize,
 }
 
 impl Layout {
@@ -98,78 +86,15 @@ impl Layout {
         chunks: 0,
         has: Features::NONE,
         in_waves: false,
+        supports: false,
         candidates: 0,
         reals: 0,
         words: 0,
         image_words: 0,
     };
 
-    /// Sizes for a scene, which is checked first.
-    pub fn of(scene: &Scene) -> Result<Layout, Error> {
-        scene.check()?;
-        Layout::of_sound(scene)
-    }
-
-    /// Sizes for a scene that has been checked.
-    pub(crate) fn of_sound(scene: &Scene) -> Result<Layout, Error> {
-        // Nodes are numbered by u32 where contact and detachment note them.
-        let numbered = |layout: &Layout| u32::try_from(layout.nodes()).is_ok();
-        Layout::compute(scene).filter(numbered).ok_or(Error::new(
-            Code::TooManyNodes,
-            "sheet.nodes_x",
-            scene.sheet.nodes_x as f64 * scene.sheet.nodes_y as f64 * scene.stack.plies as f64,
-            u32::MAX.into(),
-        ))
-    }
-
-    #[inline(never)]
-    fn compute(scene: &Scene) -> Option<Layout> {
-        let [across, up] = scene.network();
-        let x = Line { nodes: across, mirrored: scene.symmetry.mirror_x };
-        let y = Line { nodes: up, mirrored: scene.symmetry.mirror_y };
-        let plies = scene.stack.plies as usize;
-        let (nodes_x, nodes_y) = (x.modelled(), y.modelled().checked_mul(plies)?);
-        let nodes = nodes_x.checked_mul(nodes_y)?;
-        let mut layout = Layout {
-            nodes_x,
-            nodes_y,
-            plies,
-            x,
-            y,
-            upper: 0,
-            chunks: x.stored().div_ceil(CHUNK),
-            has: Features::of(scene),
-            in_waves: false,
-            candidates: match scene.contact_capacity {
-                0 => nodes,
-                most => nodes.min(most as usize),
-            },
-            reals: 0,
-            words: 0,
-            image_words: 0,
-        };
-        layout.in_waves = layout.can_take_blocks()?;
-        layout.reals = layout.count_rows()?.checked_add(layout.count_scratch()?)?;
-        layout.words = layout.count_words()?;
-        layout.image_words = layout.count_image()?;
-        // No block may exceed what a slice can hold.
-        let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
-        for (count, bytes) in [(lines, size_of::<CacheLine>()), (layout.image_words, 8)] {
-            if count.checked_mul(bytes)? > isize::MAX as usize {
-                return None;
-            }
-        }
-        layout.upper = Places::of(scene, Axis::Vertical).upper();
-        Some(layout)
-    }
-
-    /// `count` if the scene has the feature, else 0.
-    fn where_it_has(&self, feature: Feature, count: usize) -> usize {
-        if self.has(feature) { count } else { 0 }
-    }
-
     /// Whether a plain sheet is too large for the caches, so that steps go in blocks.
-    fn can_take_blocks(&self) -> Option<bool> {
+    pub(super) fn can_take_blocks(&self) -> Option<bool> {
         use Feature::*;
         let options = [Theta, Halving, Toe, Viscosity, Rate, Grading].iter().any(|&feature| self.has(feature));
         let plain = self.plies == 1 && !(options || self.x.is_mirrored() || self.y.is_mirrored());
@@ -177,69 +102,16 @@ impl Layout {
         Some(Blocks.is_built() && plain && reals > CACHED_REALS)
     }
 
-    /// Numbers of the rows.
-    fn count_rows(&self) -> Option<usize> {
-        use Feature::*;
-        let iterate = self.where_it_has(Theta, ITERATE_PLANES);
-        let planes = HOT_PLANES + HISTORY_PLANES + if has_constants(self.has) { YARN_PLANES } else { 0 } + iterate;
-        let planes = planes + self.where_it_has(Toe, MARK_PLANES) + self.where_it_has(Strength, STRENGTH_PLANES);
-        let planes = planes + self.where_it_has(Viscosity, PUSH_PLANES) + self.where_it_has(Rate, RATE_PLANES);
-        let image_row = usize::from(self.y.is_mirrored()) * (HOT_PLANES + iterate);
-        self.nodes_y.checked_mul(planes)?.checked_add(image_row)?.checked_mul(self.chunks.checked_mul(CHUNK)?)
-    }
-
-    /// Numbers of the scratch.
-    fn count_scratch(&self) -> Option<usize> {
-        use Feature::*;
-        let row = self.chunks.checked_mul(CHUNK)?;
-        let taken = if self.takes_energy() { self.nodes_y } else { 0 };
-        let lines = (self.chunks + self.nodes_y.div_ceil(CHUNK)) * CHUNK * LINE_PLANES;
-        let candidate = CANDIDATE_REALS + self.where_it_has(Theta, 1) + self.where_it_has(Friction, TANGENTIAL_REALS);
-        let scratch = row
-            .checked_mul(CARRY_PLANES + self.where_it_has(Viscosity, VISCOUS_PLANES))?
-            .checked_add(self.nodes_x.checked_mul(3)?)?
-            .checked_add(taken)?
-            .checked_add(self.where_it_has(Grading, lines))?
-            .checked_add(self.candidates.checked_mul(candidate)?)?;
-        // Of each step of a block: carried forces, and the pulls of the fixed nodes of each row.
-        let waves = if self.in_waves { BLOCK_STEPS } else { 0 };
-        let scratch = scratch
-            .checked_add(waves.checked_mul(row.checked_mul(CARRY_PLANES)?)?)?
-            .checked_add(waves.checked_mul(self.nodes_y.checked_mul(PULL_REALS)?)?)?;
-        if self.plies <= 1 {
-            return Some(scratch);
-        }
-        // Of a stack: a velocity for every node, a column, and what the plies do to the candidates.
-        scratch
-            .checked_add(self.nodes_y.checked_mul(row)?)?
-            .checked_add(self.plies.checked_mul(COLUMN_REALS)?)?
-            .checked_add(self.candidates.checked_mul(TOUCH_REALS + self.where_it_has(Friction, PACE_REALS))?)
-    }
-
-    /// Integers.
-    fn count_words(&self) -> Option<usize> {
-        let nodes = self.nodes();
-        let watched = self.where_it_has(Feature::Detachment, nodes.checked_add(nodes.div_ceil(32))?);
-        let words = self.nodes_y.checked_mul(8)?.checked_add(watched)?.checked_add(self.candidates)?;
-        if self.plies <= 1 {
-            return Some(words);
-        }
-        words
-            .checked_add(self.plies.checked_mul(2)?)?
-            .checked_add(self.nodes_x.checked_mul(self.y.modelled())?)?
-            .checked_add(self.candidates.checked_mul(2)?)
-    }
-
     /// Words of an image. Node rows: u and v of every node, then the history, and the mark if there is a toe, of its horizontal and
     /// vertical segment where they exist.
-    fn count_image(&self) -> Option<usize> {
+    pub(super) fn count_image(&self) -> Option<usize> {
         let vertical = self.nodes_x.checked_mul(self.y.segments())?.checked_mul(self.plies)?;
         let segments = self.x.segments().checked_mul(self.nodes_y)?.checked_add(vertical)?;
         self.nodes()
             .checked_mul(6)?
             .checked_add(segments)?
-            .checked_add(self.where_it_has(Feature::Toe, segments))?
-            .checked_add(self.where_it_has(Feature::Detachment, self.nodes().div_ceil(32)))?
+            .checked_add(if self.has(Feature::Toe) { segments } else { 0 })?
+            .checked_add(if self.has(Feature::Detachment) { self.nodes().div_ceil(32) } else { 0 })?
             .checked_add(frame_words(self.has))
     }
 
@@ -265,14 +137,11 @@ impl Layout {
         if !(1..=MAX_BANDS).contains(&of) {
             return Err(Error::new(Code::OutOfRange, "of", f64::from(of), f64::from(MAX_BANDS)));
         }
-        // What compute() has found to fit bounds a band, some ten rows of the sheet, and not all bands.
-        let lines = (of as usize)
-            .checked_mul(self.reals_of_a_band())
-            .and_then(|reals| reals.checked_add(6 * self.nodes_y))
-            .map(|reals| reals.div_ceil(CacheLine::REALS))
-            .filter(|lines| {
-                lines.checked_mul(size_of::<CacheLine>()).is_some_and(|bytes| bytes <= isize::MAX as usize)
-            });
+        // What has been found to fit bounds a band, some ten rows of the sheet, and not all bands.
+        let lines =
+            (of as usize).checked_mul(self.reals_of_a_band()).map(|reals| reals.div_ceil(CacheLine::REALS)).filter(
+                |lines| lines.checked_mul(size_of::<CacheLine>()).is_some_and(|bytes| bytes <= isize::MAX as usize),
+            );
         lines.ok_or(Error::plain(Code::TooManyNodes, "of"))
     }
 
@@ -371,7 +240,7 @@ impl Layout {
 
     /// Whether segments have constants of their own: drawn ones, or those of a graded network.
     pub fn has_constants(&self) -> bool {
-        has_constants(self.has)
+        self.has(Feature::Drawn) || self.has(Feature::Grading)
     }
 
     /// How often node (i, j) appears in the whole sheet. Of a graded network `System::share` has its mass, too.
@@ -391,14 +260,22 @@ impl Layout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Scene;
+    use crate::ground::planes::{
+        HISTORY_PLANES, ITERATE_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES, YARN_PLANES,
+    };
 
     #[test]
     fn bytes_per_node_of_the_large_sheet() {
         let mut scene = Scene::sheet_10in_cylinder();
         let stochastic = Layout::of(&scene).unwrap();
         assert_eq!((stochastic.chunks, stochastic.nodes(), stochastic.segments()), (44, 122_500, 244_300));
+        scene.track_support = false;
         // Of these 116 are the places for every node as a candidate.
-        assert!(stochastic.bytes() as f64 / 122_500.0 <= 233.0);
+        let plain = Layout::of(&scene).unwrap();
+        // Six numbers a row, to the next line.
+        assert!((stochastic.bytes() - plain.bytes()).abs_diff(6 * 8 * 350) < 64);
+        assert!(plain.bytes() as f64 / 122_500.0 <= 233.0);
         scene.yarn.stochastic = false;
         assert!(Layout::of(&scene).unwrap().bytes() as f64 / 122_500.0 <= 201.0);
         // Room for what wraps the cylinder, and half as much again.
@@ -417,21 +294,22 @@ mod tests {
             let layout = Layout::of(&scene).unwrap();
             assert_eq!((layout.exceeds_caches(), layout.in_waves), (exceeds, exceeds));
         }
-        // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines, and six numbers a row.
-        let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344) + 6 * 447;
+        // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines.
+        let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344);
         assert_eq!(Layout::of(&scene).unwrap().band_lines(3).unwrap(), reals.div_ceil(8));
-        // For each of eight steps: carried forces of 56 chunks, six numbers a row. A step that may be halved is taken alone.
+        // For each of eight steps: carried forces of 56 chunks; for seven more six numbers a row. A step that may be halved is taken alone.
         let blocks = Layout::of(&scene).unwrap();
         scene.step_after_failure = crate::StepAfterFailure::Half;
         let single = Layout::of(&scene).unwrap();
-        assert_eq!((single.in_waves, blocks.reals - single.reals), (false, 8 * (56 * 8 * CARRY_PLANES + 6 * 447)));
+        assert_eq!((single.in_waves, blocks.reals - single.reals), (false, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447));
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.
     fn tiny() -> Scene {
         let mut scene = Scene::sheet_3in_sphere();
         (scene.sheet.nodes_x, scene.sheet.nodes_y) = (9, 5);
-        (scene.yarn.stochastic, scene.track_detachment, scene.contact_capacity) = (false, false, 10);
+        (scene.yarn.stochastic, scene.track_detachment, scene.track_support) = (false, false, false);
+        scene.contact_capacity = 10;
         scene
     }
 
@@ -448,8 +326,8 @@ mod tests {
         assert_eq!(layout.bytes(), 64 * layout.lines());
         let frame = frame_words(layout.has);
         assert_eq!(layout.snapshot_bytes(), 8 * (6 * 45 + 76 + frame));
-        // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines; six numbers a row.
-        let reals: usize = 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32) + 6 * 5;
+        // Three bands: for each a row above it, carried forces, its fixed nodes in whole cache lines.
+        let reals: usize = 3 * (16 * (HOT_PLANES + CARRY_PLANES) + 32);
         assert_eq!(layout.band_lines(3).unwrap(), reals.div_ceil(8));
     }
 
@@ -475,6 +353,7 @@ mod tests {
         };
         assert_eq!(with(&rate), (5 * 16 * RATE_PLANES + 5, 0, 2));
         // The tangential parts of 10 candidates; a word of the image.
+        assert_eq!(with(&|scene| scene.track_support = true), (6 * 5, 0, 0));
         let friction = |scene: &mut Scene| scene.contact.friction = 0.3;
         assert_eq!(with(&friction), (10 * TANGENTIAL_REALS, 0, 1));
         // A word for every node, and a bit for every node: 45 in two words.

@@ -106,20 +106,23 @@ pub(crate) struct Rows<'r> {
     /// Vertical forces from the row below the first.
     pub carry: &'r mut [Chunk<CARRY_PLANES>],
     pub kept: &'r mut [[f64; 3]],
+    /// What the sheet pulls at the two runs of fixed nodes of each row, in units of m h/dt; empty where nobody asks.
+    pub pulls: &'r mut [[[f64; 3]; 2]],
 }
 
 impl<'r> Rows<'r> {
     /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
-    /// a toe.
+    /// a toe; `in_block`: the step of a block.
     pub fn of(
         blocks: &'r mut Blocks<'_>,
         layout: &Layout,
         [first, end]: [usize; 2],
         ply: usize,
         marked: bool,
+        in_block: Option<usize>,
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
-        let behind = own.clone();
+        let noted = in_block.unwrap_or(0) * layout.nodes_y;
         let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
@@ -136,39 +139,37 @@ impl<'r> Rows<'r> {
             strength: if layout.has(Feature::Strength) { blocks.strength.get(own.clone())? } else { &[] },
             logarithms: if layout.has(Feature::Rate) { blocks.logarithms.get(own.clone())? } else { &[] },
             marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
-            pushes: if layout.has(Feature::Viscosity) { blocks.pushes.get(own)? } else { &[] },
+            pushes: if layout.has(Feature::Viscosity) { blocks.pushes.get(own.clone())? } else { &[] },
             taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
-            before: if layout.is_stack() { blocks.before.get_mut(behind)? } else { &mut [] },
+            before: if layout.is_stack() { blocks.before.get_mut(own)? } else { &mut [] },
             ranges: blocks.ranges.get_mut(first..end)?,
             runs: blocks.runs.get(first..end)?,
             net: Net { columns: blocks.columns, lines: blocks.lines },
-            carry: blocks.carry,
+            carry: match in_block {
+                None => blocks.carry,
+                Some(step) => planes::row_mut(blocks.carries, layout.chunks, step),
+            },
             kept: blocks.kept,
+            pulls: if layout.supports { blocks.pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
         })
     }
 }
 
 impl Rows<'_> {
-    /// The hot pass over these rows with fixed nodes put back. `book` gets every row's number and the pull of its two runs
-    /// of fixed nodes, in units of m h/dt, lowest row first.
-    #[inline]
-    pub fn sweep(&mut self, terms: &Terms<'_>, book: impl FnMut(usize, [Vector; 2])) -> Report {
+    /// The hot pass over these rows, with fixed nodes put back and their pulls noted.
+    pub fn sweep(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let rows_besides = layout.has(Feature::Strength) || layout.has(Feature::Toe) && !self.marks.is_empty();
         let optional = rows_besides || layout.has(Feature::Grading) || layout.takes_energy();
-        if optional { self.sweep_with::<true>(terms, book) } else { self.sweep_with::<false>(terms, book) }
+        if optional { self.sweep_with::<true>(terms) } else { self.sweep_with::<false>(terms) }
     }
 
     /// [`Rows::sweep`]. OPTIONS: whether there is drawn strength, rate, viscosity, toe or grading; otherwise no row is asked for them.
     #[inline]
-    fn sweep_with<const OPTIONS: bool>(
-        &mut self,
-        terms: &Terms<'_>,
-        mut book: impl FnMut(usize, [Vector; 2]),
-    ) -> Report {
+    fn sweep_with<const OPTIONS: bool>(&mut self, terms: &Terms<'_>) -> Report {
         let layout = terms.layout;
         let chunks = layout.chunks;
-        let Rows { hot, history, before, taken, ranges, carry, kept, .. } = self;
+        let Rows { hot, history, before, taken, ranges, carry, kept, pulls, .. } = self;
         let (first, ply, above, yarn, runs) = (self.first, self.ply, self.above, self.yarn, self.runs);
         // Empty but for a stack.
         if !before.is_empty() {
@@ -200,18 +201,20 @@ impl Rows<'_> {
             let (history, marks) = (planes::row_mut(history, chunks, k), planes::row(marks, chunks, k));
             let (met, reach) = Row { pass: &pass, j, row, history, above, carry, yarn: &yarn, marks }.step();
             report = report.merged(met);
-            let pulls = if weighed {
+            let pulled = if weighed {
                 restore_fixed(row, kept, run, |i| layout.node_weight(i, j) * net.share(i, j))
             } else {
                 restore_fixed(row, kept, run, |_| 1.0)
             };
+            if let Some(pulls) = pulls.get_mut(k) {
+                *pulls = pulled;
+            }
             let [low, high, left, right] = range;
             [*low, *high] = reach.map(end_of_range);
             if *left != NOT_KEPT {
                 // While the row is at hand.
                 [*left, *right] = spread(row, terms.instructions).map(end_of_range);
             }
-            book(j, pulls);
             if let Some(taken) = taken {
                 *taken += half_taken::<false>(row, pushes, terms, j);
             }
@@ -319,7 +322,7 @@ fn restore_fixed(
     kept: &[[f64; 3]],
     run: &[u32; 4],
     weight: impl Fn(usize) -> f64,
-) -> [Vector; 2] {
+) -> [[f64; 3]; 2] {
     let mut pulls = [Vector::zeros(); 2];
     for (pull, columns) in pulls.iter_mut().zip([run[0]..run[1], run[2]..run[3]]) {
         for i in columns.map(|i| i as usize) {
@@ -332,7 +335,7 @@ fn restore_fixed(
             }
         }
     }
-    pulls
+    pulls.map(|pull| pull.into())
 }
 
 /// The image column of one row, at rest: only displacements, the first three planes, are read.

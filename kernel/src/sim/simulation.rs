@@ -18,8 +18,8 @@ use crate::memory::system::{SegmentView, System};
 use crate::memory::watch::{FirstContact, Latch, OutcomeSet};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
-use crate::sim::snapshot;
 use crate::sim::start;
+use crate::sim::{restore, snapshot};
 use crate::step::bands::Bands;
 use crate::step::energy::{self, Energy, Ply};
 use crate::step::explicit;
@@ -567,14 +567,14 @@ impl<'a> Sim<'a> {
     /// On an error nothing has changed.
     pub fn load(&mut self, image: &[u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
-        snapshot::load(&mut self.system, image)
+        restore::load(&mut self.system, image)
     }
 
     /// [`Sim::load`] for an image that has not left this program since [`Sim::save`] wrote it: its checksum, which finds what
     /// happens to bytes on their way, is not looked at. Everything else is.
     pub fn load_kept(&mut self, image: &[u8]) -> Result<(), Error> {
         Feature::Snapshot.needed_by("image")?;
-        snapshot::load_kept(&mut self.system, image)
+        restore::load_kept(&mut self.system, image)
     }
 
     /// A hash of the whole state: equal digests mean equal bits. Row-major and unpadded, so independent of instruction set

@@ -15,13 +15,11 @@ use crate::contact::separate;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
-use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK};
-use crate::memory::layout::Layout;
+use crate::ground::planes::{Axis, CARRY_PLANES, CHUNK};
 use crate::memory::rows::{Rows, Terms};
-use crate::memory::state::Sums;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::scene::parts::{Scene, Symmetry};
+use crate::scene::parts::Symmetry;
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
 use crate::step::energy;
@@ -207,6 +205,7 @@ fn sweep_ply(system: &mut System<'_>, ply: usize) -> Report {
     begin_sweep(system, rows);
     let report = sweep_rows(system, ply, rows, None);
     book_taken(system, ply, rows);
+    book_pulls(system, ply, rows, 0);
     system.set_awake(ply, rows);
     report
 }
@@ -231,37 +230,18 @@ pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize;
 
 /// The hot pass over rows [first, end) of a ply. `in_block`: the step of a block.
 #[inline(never)]
-fn sweep_rows(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], in_block: Option<usize>) -> Report {
+fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
     let failed = system.failed_segments > 0;
-    let share = system.mass_share(ply);
-    let System { scene, layout, directions, model, state, blocks, fetches, instructions, .. } = &mut *system;
+    let System { layout, directions, model, blocks, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
     let terms = Terms { layout, directions, toe: model.toe, rates, fetches, instructions: *instructions };
-    let (sums, [bottom, _]) = (&mut state.sums, layout.rows_of(ply));
-    let (carries, noted) = (core::mem::take(&mut blocks.carries), core::mem::take(&mut blocks.pulls));
     // No mark before the first failure.
     let marked = layout.has(Feature::Toe) && failed;
-    let mut report = Report::LOST;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    if let Some(mut rows) = Rows::of(blocks, layout, [first, end], ply, marked) {
-        if let Some(step) = in_block {
-            rows.carry = planes::row_mut(carries, layout.chunks, step);
-        }
-        report = rows.sweep(&terms, |j, pulls| match in_block {
-            _ if !scene.track_support => {}
-            None => book_pulls(sums, scene, layout, j - bottom, &pulls, share),
-            Some(step) => {
-                let [a, b] = pulls;
-                if let Some(place) = noted.get_mut(step * layout.nodes_y + j) {
-                    *place = [a.x, a.y, a.z, b.x, b.y, b.z];
-                }
-            }
-        });
-    }
-    (blocks.carries, blocks.pulls) = (carries, noted);
-    report
+    let rows = Rows::of(blocks, layout, rows, ply, marked, in_block);
+    rows.map_or(Report::LOST, |mut rows| rows.sweep(&terms))
 }
 
 /// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
@@ -298,12 +278,17 @@ fn close_window(system: &mut System<'_>) {
     sums.window = Vector::zeros();
 }
 
-/// Books the pulls of the sheet on the two runs of fixed nodes of row j of a ply, in units of m h/dt. `share`: mass of
-/// its nodes over that of the front fabric's.
-pub(crate) fn book_pulls(sums: &mut Sums, scene: &Scene, layout: &Layout, j: usize, pulls: &[Vector; 2], share: f64) {
-    let (kind, symmetry) = (scene.attachment.kind, scene.symmetry);
-    for (side, pull) in pulls.iter().enumerate() {
-        let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, j, side);
-        sums.add_to_support(kind, at, &(pull * (symmetry.share() * share)), symmetry);
+/// Books what the sheet pulls at the fixed nodes of rows [first, end) of a ply in a step of a block, the first one otherwise, lowest row first.
+#[inline(never)]
+pub(crate) fn book_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
+    let share = system.scene.symmetry.share() * system.mass_share(ply);
+    let System { scene, layout, state, blocks, .. } = system;
+    let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
+    let pulls = blocks.pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
+    for (j, pulls) in pulls.into_iter().flatten().enumerate() {
+        for (side, pull) in pulls.iter().enumerate() {
+            let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, first - bottom + j, side);
+            state.sums.add_to_support(kind, at, &(Vector::from(*pull) * share), symmetry);
+        }
     }
 }

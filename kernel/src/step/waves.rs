@@ -16,7 +16,6 @@
 //! Reference: G. Wellein, G. Hager, T. Zeiser, M. Wittmann, H. Fehske, Proc. 33rd IEEE Int. Computer Software and Applications Conf. (2009)
 //! 579 (wavefront parallelization).
 
-use crate::body::pose::Vector;
 use crate::contact::search::{Gathered, Search};
 use crate::ground::error::Failure;
 use crate::ground::lanes::InstructionSet;
@@ -203,23 +202,8 @@ pub(crate) fn begin(system: &mut System<'_>) {
 /// Ends a block whose last step is swept.
 pub(crate) fn end(system: &mut System<'_>) -> Result<(), Failure> {
     system.set_awake(0, [0, system.layout.nodes_y]);
-    book_pulls(system);
+    (0..system.block_steps).for_each(|step| explicit::book_pulls(system, 0, [0, system.layout.nodes_y], step));
     explicit::end_step(system, 0)
-}
-
-/// Books the pulls on the supports, step by step.
-#[inline(never)]
-fn book_pulls(system: &mut System<'_>) {
-    if !system.scene.track_support {
-        return;
-    }
-    let System { scene, layout, state, blocks, block_steps, .. } = &mut *system;
-    for pulls in blocks.pulls.chunks(layout.nodes_y.max(1)).take(*block_steps) {
-        for (j, [ax, ay, az, bx, by, bz]) in pulls.iter().copied().enumerate() {
-            let pulls = [Vector::new(ax, ay, az), Vector::new(bx, by, bz)];
-            explicit::book_pulls(&mut state.sums, scene, layout, j, &pulls, 1.0);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -227,7 +211,7 @@ mod tests {
     use crate::ground::lanes::InstructionSet;
     use crate::ground::planes::{CARRY_PLANES, CHUNK};
     use crate::ground::random::splitmix64;
-    use crate::memory::layout::{BLOCK_STEPS, PULL_REALS};
+    use crate::memory::layout::BLOCK_STEPS;
     use crate::scene::parts::{AttachmentKind, Drive};
     use crate::{CacheLine, Failure, Layout, Outcome, Scene, Sim};
     use std::boxed::Box;
@@ -240,7 +224,7 @@ mod tests {
     fn allow_blocks(sim: &mut Sim<'_>) {
         let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
         let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
-        let pulls = vec![[0.0; PULL_REALS]; BLOCK_STEPS * rows];
+        let pulls = vec![[[0.0; 3]; 2]; BLOCK_STEPS * rows];
         (sim.system.blocks.carries, sim.system.blocks.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
         (sim.system.layout.in_waves, sim.system.block_steps) = (true, BLOCK_STEPS);
     }

@@ -5,7 +5,8 @@
 
 use crate::Result;
 use fabric::fields::{FIELDS, Place};
-use fabric::{Drive, Error, Scene, Sim, math};
+use fabric::outputs::{Get, OUTPUTS, Readings};
+use fabric::{Drive, Error, Scene, Sim};
 use fabric_fmu::table::VARIABLES;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -88,35 +89,13 @@ fn values(scene: &Scene) -> Option<Map<String, Value>> {
 
 /// What the FMU must show, by output name.
 fn outputs(sim: &mut Sim<'_>) -> Result<Map<String, Value>> {
-    let (motion, contact, fabric) = (sim.projectile()?, sim.contact()?, sim.fabric()?);
-    let (energy, counters, limits) = (sim.energy()?, sim.counters(), sim.step_limits());
-    let outputs = json!({
-        "contact.work": contact.work,
-        "contact.impulse": contact.impulse,
-        "contact.force_peak": contact.force_peak,
-        "contact.unconverged": counters.unconverged,
-        "contact.beyond_fine": counters.beyond_fine,
-        "support.impulse": sim.support()?.total,
-        "state.position": motion.position,
-        "state.velocity": motion.velocity,
-        "state.orientation": motion.orientation,
-        "state.angular_velocity": motion.angular_velocity,
-        "energy.kinetic": energy.fabric_kinetic,
-        "energy.strain": energy.strain,
-        "energy.dissipated": energy.dissipated,
-        "energy.viscous": energy.viscous,
-        "energy.friction": energy.friction,
-        "energy.ply_loss": energy.ply_loss,
-        "energy.support_work": energy.support_work,
-        "energy.residual": energy.residual,
-        "momentum.residual": math::length(sim.momentum_residual()?),
-        "step.fraction": limits.dt / limits.dt_crit,
-        "fabric.failed_segments": counters.failed_segments,
-        "fabric.max_stretch": fabric.max_stretch,
-        "fabric.worst_penetration": counters.worst_penetration,
-        "status": sim.outcomes().status as u32,
-    });
-    let Value::Object(outputs) = outputs else { return Err("the outputs are not an object".into()) };
+    let (mut outputs, mut readings) = (Map::new(), Readings::default());
+    for output in OUTPUTS.iter().filter(|output| output.fmi.1 > 0 && !matches!(output.get, Get::Ply(_))) {
+        let all = readings.read(sim, output)?;
+        let numbers = &all[..output.size()];
+        outputs.insert(output.fmi.0.into(), if output.shape.is_empty() { json!(numbers[0]) } else { json!(numbers) });
+    }
+    outputs.insert("status".into(), json!(sim.outcomes().status as u32));
     Ok(outputs)
 }
 

@@ -1,0 +1,261 @@
+//! The sweep cut into row bands, for threads that the caller lends. No thread is started here and nothing waits here.
+//!
+//! Method: a pass (a step, or half of one after `step_after_failure`; with viscosity two make one of these) is one call of
+//! [`Bands::pass`] for every band, in any order, on any threads. Each call sweeps its own rows. The last to arrive, told by one atomic word, also does what cannot be
+//! cut: contact, the body, the outcomes, and what the next pass needs to start: the candidates, and at every cut a copy of
+//! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
+//! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
+//! that none has changed yet, and the second one sweeps. If the caller says how many steps it wants, a sheet beyond the caches takes eight
+//! of them in a block of nine passes (`pieces.rs`). The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
+//! Reference: docs/model.md, "Row bands".
+//!
+//! ```
+//! use fabric::{CacheLine, Layout, Scene, Sim};
+//!
+//! let mut scene = Scene::sheet_3in_sphere();
+//! (scene.sheet.nodes_x, scene.sheet.nodes_y) = (41, 41);
+//! let layout = Layout::of(&scene)?;
+//! let mut memory = vec![CacheLine::ZERO; layout.lines()];
+//! let mut sim = Sim::new(&scene, &mut memory)?;
+//!
+//! let mut scratch = vec![CacheLine::ZERO; layout.band_lines(2)?];
+//! let bands = sim.bands(&mut scratch, 2, 100)?;
+//! std::thread::scope(|threads| {
+//!     for band in 0..2 {
+//!         let bands = &bands;
+//!         threads.spawn(move || {
+//!             while bands.steps() < 100 {
+//!                 let passes = bands.passes();
+//!                 if bands.pass(band).is_err() {
+//!                     break; // a failure; every band is told at its next call
+//!                 }
+//!                 while bands.passes() == passes {
+//!                     std::thread::yield_now(); // better: spin briefly, then park
+//!                 }
+//!             }
+//!         });
+//!     }
+//! });
+//! drop(bands);
+//! assert_eq!(sim.step_count(), 100);
+//! # Ok::<(), fabric::Error>(())
+//! ```
+//! With `lanes.rs` this folder is the only place of the kernel with unsafe code.
+#![allow(unsafe_code)]
+
+/// A band's part of a pass, and what is not cut.
+mod pass;
+/// What all bands know of a pass.
+mod plan;
+/// Into the simulation's blocks.
+mod pointers;
+/// The bands' own numbers.
+mod scratch;
+
+use crate::ground::error::{Code, Error, Failure};
+use crate::ground::lanes::CacheLine;
+use crate::memory::layout::MAX_BANDS;
+use crate::memory::system::System;
+use crate::memory::watch::OutcomeSet;
+use crate::scene::features::Feature;
+use crate::sheet::sweep::Report;
+use core::cell::UnsafeCell;
+use core::marker::PhantomData;
+use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};
+use plan::Plan;
+
+/// A simulation lent to be stepped in bands. Shared by reference between threads; made by [`Sim::bands`](crate::Sim::bands), which has the whole
+/// simulation until this is dropped. Dropping it does what is missing of a step that only some bands have taken.
+pub struct Bands<'s, 'a> {
+    system: *mut System<'a>,
+    of: u32,
+    /// Steps taken before these bands, and those that will have been taken at least.
+    first_step: u64,
+    until: u64,
+    /// Written by the last band to arrive, read by all bands between two meetings.
+    plan: UnsafeCell<Plan>,
+    /// Written by its own band, read by the last to arrive.
+    reports: [UnsafeCell<Report>; MAX_BANDS as usize],
+    /// One bit for every band that was called in this pass.
+    claimed: AtomicU32,
+    /// One bit for every band that has done its rows in this pass.
+    arrived: AtomicU32,
+    passes: AtomicUsize,
+    steps: AtomicUsize,
+    outcomes: AtomicU32,
+    /// Number of the failure's code, or 0.
+    failure: AtomicI32,
+    lent: PhantomData<(&'s mut System<'a>, &'s mut [f64])>,
+}
+
+// SAFETY: holds a `&mut System` and a `&mut [f64]`, both of which may go to another thread.
+unsafe impl Send for Bands<'_, '_> {}
+// SAFETY: everything behind the pointers and cells is reached through `pass` alone. A band's own rows, report and the first four parts
+// of its scratch are used only by the call that has set the band's bit in `claimed`; what is kept for the gaps of a block has one
+// writer in the first pass and is used by one band in the later ones; the simulation and the plan are changed only by the call
+// that finds all bits of `arrived` set, while every bit of `claimed` still keeps the others out.
+unsafe impl Sync for Bands<'_, '_> {}
+
+impl<'s, 'a> Bands<'s, 'a> {
+    /// Bands of a system, see `Sim::bands`.
+    pub(crate) fn of(
+        system: &'s mut System<'a>,
+        scratch: &'s mut [CacheLine],
+        of: u32,
+        steps: u64,
+    ) -> Result<Bands<'s, 'a>, Error> {
+        system.sound()?;
+        let needed = system.layout.band_lines(of)?;
+        let short = Error::new(Code::ShortBuffer, "scratch", scratch.len() as f64, needed as f64);
+        let scratch = CacheLine::reals(scratch.get_mut(..needed).ok_or(short)?).as_mut_ptr();
+        let first_step = system.state.step;
+        let until = first_step.saturating_add(steps);
+        let plan = Plan::of(system, scratch, None, of, until);
+        for band in 0..of {
+            // SAFETY: this call has the simulation to itself, so no band is being swept.
+            unsafe { plan.cut(of, band) };
+        }
+        let outcomes = system.state.watch.mask().bits();
+        Ok(Bands {
+            system,
+            of,
+            first_step,
+            until,
+            plan: UnsafeCell::new(plan),
+            reports: core::array::from_fn(|_| UnsafeCell::new(Report::default())),
+            claimed: AtomicU32::new(0),
+            arrived: AtomicU32::new(0),
+            passes: AtomicUsize::new(0),
+            steps: AtomicUsize::new(0),
+            outcomes: AtomicU32::new(outcomes),
+            failure: AtomicI32::new(0),
+            lent: PhantomData,
+        })
+    }
+}
+
+impl Bands<'_, '_> {
+    /// One band's part of the present pass: sweeps its rows; the last band to be done completes the pass for all. Returns
+    /// whether this was the last. Another call for this band is refused until the pass is complete, see [`Bands::passes`].
+    ///
+    /// # Errors
+    /// No such band, or one already called in this pass: nothing changed. A failure of the pass, to the band that completes
+    /// it, and to every band from then on.
+    pub fn pass(&self, band: u32) -> Result<bool, Error> {
+        if band >= self.of {
+            return Err(Error::new(Code::OutOfRange, "band", f64::from(band), f64::from(self.of - 1)));
+        }
+        if let Some(failure) = self.failure() {
+            return Err(failure.into());
+        }
+        let bit = 1 << band;
+        if self.claimed.fetch_or(bit, Ordering::AcqRel) & bit != 0 {
+            return Err(Error::new(Code::BandOutOfTurn, "band", f64::from(band), 0.0));
+        }
+        // SAFETY: this call has claimed the band, so no other has its rows, its own scratch and report; the claim has acquired what
+        // the completion of the pass before released, and nobody changes the plan before this band arrives.
+        unsafe {
+            let plan = &*self.plan.get();
+            let met = match &plan.course {
+                _ if plan.pushing => plan.push(self.of, band),
+                Some(course) if course.is_at_start() => plan.step_away(band, course),
+                Some(course) => plan.sweep(self.of, band).merged(plan.fill_cut(band, course)),
+                None => plan.sweep(self.of, band),
+            };
+            if let Some(report) = self.reports.get(band as usize) {
+                *report.get() = met;
+            }
+        }
+        let all = u32::MAX >> (32 - self.of);
+        if self.arrived.fetch_or(bit, Ordering::AcqRel) | bit != all {
+            return Ok(false);
+        }
+        // SAFETY: all bands have arrived and released what they wrote; every claim still stands, so that no call gets
+        // beyond it before this one has cleared them.
+        let result = unsafe { self.complete() };
+        self.arrived.store(0, Ordering::Relaxed);
+        self.claimed.store(0, Ordering::Release);
+        // Behind the claims: who sees the new count finds them cleared.
+        self.passes.fetch_add(1, Ordering::Release);
+        result?;
+        Ok(true)
+    }
+
+    /// Passes completed since [`Sim::bands`](crate::Sim::bands), one that failed included: a band's turn comes again when this has grown. Any
+    /// thread may look. With a band's call outstanding this and the two below cannot change.
+    pub fn passes(&self) -> u64 {
+        self.passes.load(Ordering::Acquire) as u64
+    }
+
+    /// Steps completed since [`Sim::bands`](crate::Sim::bands).
+    pub fn steps(&self) -> u64 {
+        self.steps.load(Ordering::Acquire) as u64
+    }
+
+    /// Bits of the outcomes latched so far.
+    pub fn outcomes(&self) -> OutcomeSet {
+        OutcomeSet::from_bits(self.outcomes.load(Ordering::Acquire))
+    }
+
+    /// The failure that ended the last pass, if one did.
+    pub fn failure(&self) -> Option<Failure> {
+        let number = self.failure.load(Ordering::Acquire);
+        [Failure::NonFinite, Failure::ContactCapacity, Failure::TooFast, Failure::NotConverged]
+            .into_iter()
+            .find(|failure| failure.code().number() == number)
+    }
+
+    /// Everything behind the sweep, then the plan of the next pass.
+    ///
+    /// # Safety
+    /// All bands have arrived and none can be claimed.
+    #[inline(never)]
+    unsafe fn complete(&self) -> Result<(), Failure> {
+        // SAFETY: the caller's promise; the bands' slices of rows and scratch are gone.
+        let (system, plan) = unsafe { (&mut *self.system, &mut *self.plan.get()) };
+        if plan.pushing {
+            plan.pushing = false;
+            return Ok(());
+        }
+        let mut report = Report::default();
+        for cell in self.reports.iter().take(self.of as usize) {
+            // SAFETY: the band has arrived.
+            report = report.merged(unsafe { *cell.get() });
+        }
+        // SAFETY: as above.
+        if let Err(failure) = unsafe { plan.close(system, report) } {
+            system.failure = Some(failure);
+            self.failure.store(failure.code().number(), Ordering::Release);
+            return Err(failure);
+        }
+        if plan.next_part().is_none() {
+            self.steps.store((system.state.step - self.first_step) as usize, Ordering::Release);
+        }
+        self.outcomes.store(system.state.watch.mask().bits(), Ordering::Release);
+        *plan = Plan::of(system, plan.memory.scratch, Some(plan), self.of, self.until);
+        for band in 0..self.of {
+            // SAFETY: the caller's promise.
+            unsafe { plan.cut(self.of, band) };
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Bands<'_, '_> {
+    /// Does what is missing of a begun step, or block of steps.
+    fn drop(&mut self) {
+        while self.failure().is_none() {
+            let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
+            let pushed = plan.layout.has(Feature::Viscosity) && plan.found.is_ok() && !plan.pushing;
+            let in_block = plan.course.is_some_and(|course| !course.is_at_start());
+            if called == 0 && !plan.second_half && !pushed && !in_block {
+                return;
+            }
+            // Only those that have not been called: the last of them completes the pass, and any after it would begin another.
+            (0..self.of).filter(|band| called >> band & 1 == 0).for_each(|band| {
+                let _ = self.pass(band);
+            });
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! What a band does in a pass: the copies that it needs of its neighbours before, the push of viscosity, the sweep of its rows, and its part of a
+//! block of steps; and behind the last band the part that is not cut.
+
+use super::plan::Plan;
+use super::pointers::{rows, rows_mut};
+use super::scratch::Scratch;
+use crate::ground::error::Failure;
+use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES};
+use crate::memory::rows::Rows;
+use crate::memory::system::System;
+use crate::scene::features::Feature;
+use crate::sheet::grading::Net;
+use crate::sheet::sweep::Report;
+use crate::step::explicit;
+use crate::step::pieces::{Course, Edge, Piece};
+use crate::step::viscosity;
+
+impl Plan {
+    /// Copies what a band needs of its neighbours' rows, before any row is swept.
+    ///
+    /// # Safety
+    /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
+    #[inline(never)]
+    pub(super) unsafe fn cut(&self, of: u32, band: u32) {
+        let [first, end] = self.rows_of(of, band);
+        if self.found.is_err() || first == end {
+            return;
+        }
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
+        unsafe {
+            let Scratch { above, carry, .. } = self.scratch(band);
+            // The plies that the band's first row and the row above it belong to, and their rows.
+            let [(lowest, low), (_, [_, top])] = [first, end - 1].map(|j| {
+                let (ply, _) = layout.ply_and_row(j);
+                (ply, self.rows_of_ply(ply))
+            });
+            if end < top {
+                copy_displacements(above, rows(memory.hot, chunks, end, 1));
+            }
+            if first > low[0] && first < low[1] {
+                self.lift(first, lowest, carry);
+            } else if let Some(step) = self.step_in_block() {
+                copy_row(carry, rows(memory.carries, chunks, step, 1));
+            }
+        }
+    }
+
+    /// The vertical forces on row j of a ply from the row below it.
+    ///
+    /// # Safety
+    /// Nothing changes the two rows.
+    #[inline(never)]
+    unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>]) {
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        // SAFETY: the rows lie inside the blocks; the caller's promise.
+        unsafe {
+            let yarn = if layout.has_constants() { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
+            let strength = if layout.has(Feature::Strength) { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
+            let logarithms = if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, j - 1, 1) } else { &[] };
+            let below = rows(memory.hot, chunks, j - 1, 1);
+            let history = rows(memory.history, chunks, j - 1, 1);
+            let here = rows(memory.hot, chunks, j, 1);
+            let marks = if self.marked { rows(memory.marks, chunks, j - 1, 1) } else { &[] };
+            let terms = self.terms(false);
+            let yarn = terms.yarn_row(yarn, strength, logarithms, 0, ply);
+            terms.pass(&self.net(), ply).lift(j - 1, below, history, here, carry, &yarn, marks);
+        }
+    }
+
+    /// Finds what viscosity changes of a band's rows; none is swept yet.
+    ///
+    /// # Safety
+    /// No other call works on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    #[inline(never)]
+    pub(super) unsafe fn push(&self, of: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(of, band);
+        if first == end {
+            return Report::default();
+        }
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's
+            // alone; hot rows and marks are only read by all bands.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
+                }
+                let pushing = viscosity::Pushing {
+                    layout,
+                    directions: self.directions().of_ply(ply),
+                    toe: &self.toe,
+                    instructions: self.instructions,
+                    all: [low, top],
+                    own: [start, stop],
+                    hot: rows(memory.hot, chunks, 0, layout.stored_rows()),
+                    marks: if self.marked { rows(memory.marks, chunks, 0, layout.nodes_y) } else { &[] },
+                    work: self.scratch(band).work,
+                    pushes: rows_mut(memory.pushes, chunks, start, stop - start),
+                };
+                pushing.find();
+            }
+        }
+        Report::default()
+    }
+
+    /// Sweeps a band's rows.
+    ///
+    /// # Safety
+    /// No other call is sweeping the same band, and nothing but sweeps of other bands uses the simulation and the scratch.
+    #[inline(never)]
+    pub(super) unsafe fn sweep(&self, of: u32, band: u32) -> Report {
+        let [first, end] = self.rows_of(of, band);
+        if self.found.is_err() || first == end {
+            return Report::default();
+        }
+        let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
+        let (from, to) = (layout.ply_and_row(first).0, layout.ply_and_row(end - 1).0);
+        let mut report = Report::default();
+        for ply in from..=to {
+            let [_, ply_end] = layout.rows_of(ply);
+            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
+            // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
+            unsafe {
+                let [low, top] = self.rows_of_ply(ply);
+                let (start, stop) = (first.max(low), end.min(top));
+                if start >= stop {
+                    continue;
+                }
+                let Scratch { above, carry, kept, .. } = self.scratch(band);
+                let above: &[_] = if stop < top {
+                    above
+                } else if let Some(step) = self.step_in_block().filter(|_| stop < ply_end) {
+                    self.above_gap(Edge::Body, step)
+                } else if stop == ply_end && layout.is_stack() {
+                    &[]
+                } else if stop < layout.stored_rows() {
+                    rows(memory.hot, chunks, stop, 1)
+                } else {
+                    &[]
+                };
+                if start == low && self.course.is_none() {
+                    carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+                }
+                let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept);
+                let fetches = self.fetches && self.step_in_block().is_none_or(|step| step == 0);
+                report = report.merged(rows.sweep(&self.terms(fetches)));
+            }
+        }
+        report
+    }
+
+    /// Takes all steps of a block that a band can take away from the body.
+    ///
+    /// # Safety
+    /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation and the scratch.
+    #[inline(never)]
+    pub(super) unsafe fn step_away(&self, band: u32, course: &Course) -> Report {
+        let mut report = Report::default();
+        for piece in &course.pieces(band as usize) {
+            for r in piece.numbers(course.steps()) {
+                for step in 0..course.steps() {
+                    if let Some(j) = piece.row(r, step) {
+                        // SAFETY: the pieces of all bands and the gaps between them have no row in common. What is read of a gap's row
+                        // is changed in later passes, and what is kept for a gap is of this piece alone.
+                        report = report.merged(unsafe { self.step_row_away(band, course, piece, step, j) });
+                    }
+                }
+            }
+        }
+        report
+    }
+
+    /// Takes a step of row j of a piece.
+    ///
+    /// # Safety
+    /// As for [`Plan::step_away`], which is at this piece.
+    unsafe fn step_row_away(&self, band: u32, course: &Course, piece: &Piece, step: usize, j: usize) -> Report {
+        let hot = self.memory.hot;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let carry = self.below_gap(piece.upper, step);
+            if j == 0 {
+                carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+            } else if piece.starts_at_gap(step, j) {
+                self.lift(j, 0, carry);
+                copy_displacements(self.above_gap(piece.lower, step), rows(hot, self.layout.chunks, j, 1));
+            }
+            self.step_row(band, course, step, j, self.row_above(j), carry)
+        }
+    }
+
+    /// Takes a step of the gap between a band and the one below it.
+    ///
+    /// # Safety
+    /// As for [`Plan::step_away`].
+    #[inline(never)]
+    pub(super) unsafe fn fill_cut(&self, band: u32, course: &Course) -> Report {
+        let [first, end] = course.rows_of_cut(band as usize);
+        let (edge, mut report) = (Edge::Cut(band as usize), Report::default());
+        let Some(step) = self.step_in_block().filter(|_| self.found.is_ok()) else { return report };
+        for j in first..end {
+            // SAFETY: the gaps have no row in common, with the body's neither.
+            unsafe {
+                let above = if j + 1 < end { self.row_above(j) } else { self.above_gap(edge, step) };
+                report = report.merged(self.step_row(band, course, step, j, above, self.below_gap(edge, step)));
+            }
+        }
+        report
+    }
+
+    /// Sweeps row j in a step of a block.
+    ///
+    /// # Safety
+    /// Nothing else uses the row and what belongs to it, and nothing changes the row above.
+    #[inline(never)]
+    unsafe fn step_row(
+        &self,
+        band: u32,
+        course: &Course,
+        step: usize,
+        j: usize,
+        above: &[Chunk<HOT_PLANES>],
+        carry: &mut [Chunk<CARRY_PLANES>],
+    ) -> Report {
+        let memory = &self.memory;
+        // SAFETY: the caller's promise; there are pulls of every step and row.
+        unsafe {
+            let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept);
+            // A row comes from memory in the first step alone.
+            let mut report = row.sweep(&self.terms(self.fetches && step == 0));
+            report.non_finite |= course.is_met(step, j, memory.ranges.add(j).read());
+            report
+        }
+    }
+
+    /// The row above row j, none above the top row.
+    ///
+    /// # Safety
+    /// Nothing changes it while it is held.
+    unsafe fn row_above<'r>(&self, j: usize) -> &'r [Chunk<HOT_PLANES>] {
+        // SAFETY: the caller's promise.
+        unsafe {
+            if j + 1 < self.layout.stored_rows() { rows(self.memory.hot, self.layout.chunks, j + 1, 1) } else { &[] }
+        }
+    }
+
+    /// Rows [first, end) of a ply with all that belongs to them, in a step of a block, the first one otherwise.
+    ///
+    /// # Safety
+    /// They lie inside the blocks, and nothing else uses them while they are held.
+    unsafe fn rows<'r>(
+        &self,
+        step: usize,
+        [first, end]: [usize; 2],
+        ply: usize,
+        above: &'r [Chunk<HOT_PLANES>],
+        carry: &'r mut [Chunk<CARRY_PLANES>],
+        kept: &'r mut [[f64; 3]],
+    ) -> Rows<'r> {
+        let (layout, memory, chunks, count) = (&self.layout, &self.memory, self.layout.chunks, end - first);
+        // SAFETY: the caller's promise.
+        unsafe {
+            Rows {
+                first,
+                ply,
+                hot: rows_mut(memory.hot, chunks, first, count),
+                above,
+                history: rows_mut(memory.history, chunks, first, count),
+                yarn: if layout.has_constants() { rows(memory.yarn, chunks, first, count) } else { &[] },
+                strength: if layout.has(Feature::Strength) { rows(memory.strength, chunks, first, count) } else { &[] },
+                logarithms: if layout.has(Feature::Rate) { rows(memory.logarithms, chunks, first, count) } else { &[] },
+                marks: if self.marked { rows(memory.marks, chunks, first, count) } else { &[] },
+                pushes: if layout.has(Feature::Viscosity) { rows(memory.pushes, chunks, first, count) } else { &[] },
+                taken: if layout.takes_energy() { rows_mut(memory.taken, 1, first, count) } else { &mut [] },
+                before: if layout.is_stack() { rows_mut(memory.before, chunks, first, count) } else { &mut [] },
+                ranges: rows_mut(memory.ranges, 1, first, count),
+                runs: rows(memory.runs, 1, first, count),
+                net: self.net(),
+                carry,
+                kept,
+                pulls: if layout.supports {
+                    rows_mut(memory.pulls, 1, step * layout.nodes_y + first, count)
+                } else {
+                    &mut []
+                },
+            }
+        }
+    }
+
+    /// Bars and widths of a graded network.
+    ///
+    /// # Safety
+    /// The simulation's blocks are there.
+    unsafe fn net<'r>(&self) -> Net<'r> {
+        let layout = &self.layout;
+        if !layout.has(Feature::Grading) {
+            return Net { columns: &[], lines: &[] };
+        }
+        // SAFETY: they are as long, and nothing changes them.
+        unsafe {
+            Net {
+                columns: rows(self.memory.columns, 1, 0, layout.chunks),
+                lines: rows(self.memory.lines, 1, 0, layout.nodes_y.div_ceil(CHUNK)),
+            }
+        }
+    }
+
+    /// The part of a pass that is not cut.
+    ///
+    /// # Safety
+    /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
+    pub(super) unsafe fn close(&self, system: &mut System<'_>, report: Report) -> Result<(), Failure> {
+        let gathered = self.found?;
+        if let Some(course) = &self.course {
+            return course.close(system, &gathered, report);
+        }
+        for ply in 0..system.layout.plies {
+            // SAFETY: no band is being swept.
+            let [first, end] = unsafe { self.rows_of_ply(ply) };
+            if first == end {
+                continue;
+            }
+            system.set_awake(ply, [first, end]);
+            explicit::book_taken(system, ply, [first, end]);
+            explicit::book_pulls(system, ply, [first, end], 0);
+        }
+        explicit::close_pass(system, self.end, &gathered, report)?;
+        if self.end == 1.0 {
+            explicit::end_step(system, self.failed_before)?;
+        }
+        Ok(())
+    }
+}
+
+/// Copies a row of chunks.
+fn copy_row<const P: usize>(copy: &mut [Chunk<P>], row: &[Chunk<P>]) {
+    copy.iter_mut().zip(row).for_each(|(copy, chunk)| *copy = *chunk);
+}
+
+/// Copies the displacements of a row, which are all that is read of a row above.
+#[inline(never)]
+fn copy_displacements(copy: &mut [Chunk<HOT_PLANES>], row: &[Chunk<HOT_PLANES>]) {
+    for (copy, chunk) in copy.iter_mut().zip(row) {
+        copy.iter_mut().zip(chunk).take(3).for_each(|(copy, plane)| *copy = *plane);
+    }
+}

@@ -1,0 +1,153 @@
+//! What all bands need to know for one pass: made before it by the call that completed the last one, and used up behind it.
+
+use super::pointers::Pointers;
+use crate::contact::search::Gathered;
+use crate::ground::error::Failure;
+use crate::ground::lanes::InstructionSet;
+use crate::memory::layout::Layout;
+use crate::memory::rows::Terms;
+use crate::memory::system::{self, System};
+use crate::scene::features::Feature;
+use crate::sheet::direction::Directions;
+use crate::step::explicit;
+use crate::step::pieces::Course;
+use crate::step::relaxation;
+use crate::step::viscosity;
+use crate::yarn::rate::Rates;
+use crate::yarn::toe::Toe;
+
+/// What all bands need to know for one pass.
+pub(super) struct Plan {
+    /// Where the pass ends, in parts of the step.
+    pub(super) end: f64,
+    /// Whether it is the second half of a step that is begun.
+    pub(super) second_half: bool,
+    /// Failed segments at the step's start.
+    pub(super) failed_before: u64,
+    /// What lies under the projectile, or why the pass cannot be made.
+    pub(super) found: Result<Gathered, Failure>,
+    /// Rows to sweep [first, end); of a stack from the first of the lowest ply to the last of the highest, and those between that
+    /// rest are left out.
+    pub(super) rows: [usize; 2],
+    /// Whether the bands find now what viscosity changes, and sweep afterwards.
+    pub(super) pushing: bool,
+    /// The block of steps that the pass is part of, if it is.
+    pub(super) course: Option<Course>,
+    /// Whether rows at rest are swept.
+    pub(super) all: bool,
+    pub(super) layout: Layout,
+    pub(super) toe: Toe,
+    pub(super) rates: Rates,
+    pub(super) fetches: bool,
+    pub(super) instructions: InstructionSet,
+    /// Whether segments may have a toe's mark.
+    pub(super) marked: bool,
+    pub(super) memory: Pointers,
+}
+
+/// Rows [first, end) of all plies that a pass steps; what it needs of rates and images is put there. `sound`: whether it will be taken.
+fn prepare_rows(system: &mut System<'_>, sound: bool) -> [usize; 2] {
+    let mut rows = [system.layout.nodes_y, 0];
+    for ply in 0..system.layout.plies {
+        let [first, end] = system.rows_to_step(ply);
+        if first == end {
+            continue;
+        }
+        rows = [rows[0].min(first), rows[1].max(end)];
+        explicit::place_images_above(system, end);
+        if system.layout.has(Feature::Rate) && sound {
+            relaxation::find_rates(system, [first, end]);
+        }
+        if system.layout.has(Feature::Viscosity) && sound {
+            viscosity::place_images(system, [first, end]);
+        }
+    }
+    [rows[0].min(rows[1]), rows[1]]
+}
+
+impl Plan {
+    /// Plans the pass that follows `last`, or the first one. Blocks end at step `until` at the latest.
+    pub(super) fn of(system: &mut System<'_>, scratch: *mut f64, last: Option<&Plan>, of: u32, until: u64) -> Plan {
+        let second_half = last.is_some_and(|last| last.end < 1.0);
+        let end = if system.state.halved && !second_half { 0.5 } else { 1.0 };
+        let failed_before = match last {
+            Some(last) if second_half => last.failed_before,
+            _ => system.failed_segments,
+        };
+        let course = last.and_then(Plan::next_part);
+        let course = course.or_else(|| Course::start(system, of as usize, until.saturating_sub(system.state.step)));
+        let found = match &course {
+            Some(course) => course.look_ahead(system),
+            None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
+        };
+        let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
+        let mut rows = prepare_rows(system, found.is_ok());
+        if let Some(course) = &course {
+            rows = course.rows_near();
+        }
+        let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
+        let memory = Pointers::of(system, scratch);
+        let all = system.steps_all();
+        Plan {
+            end,
+            second_half,
+            failed_before,
+            found,
+            rows,
+            pushing,
+            course,
+            all,
+            layout: system.layout,
+            toe: system.model.toe,
+            rates: explicit::rates(system),
+            fetches: system.fetches,
+            instructions: system.instructions,
+            marked,
+            memory,
+        }
+    }
+
+    /// What follows of the block that the pass is part of; None behind its last part and outside blocks.
+    pub(super) fn next_part(&self) -> Option<Course> {
+        self.course.and_then(Course::next)
+    }
+
+    /// The step of a block that the pass is, near the body.
+    pub(super) fn step_in_block(&self) -> Option<usize> {
+        self.course.and_then(|course| course.step())
+    }
+
+    /// Rows [first, end) of a band.
+    pub(super) fn rows_of(&self, of: u32, band: u32) -> [usize; 2] {
+        let [first, end] = self.rows;
+        // At least 1, so that no division by zero has to be compiled in.
+        let start = |band: u32| first + (end - first) * band as usize / of.max(1) as usize;
+        [start(band), start(band + 1)]
+    }
+
+    /// Rows of a ply that are swept.
+    ///
+    /// # Safety
+    /// Nothing changes the rows that are awake.
+    pub(super) unsafe fn rows_of_ply(&self, ply: usize) -> [usize; 2] {
+        let layout = &self.layout;
+        if !layout.is_stack() {
+            return self.rows;
+        }
+        // SAFETY: there is an entry for each ply; the caller's promise.
+        let awake = unsafe { self.memory.awake.add(ply).read() };
+        system::rows_to_step(layout.rows_of(ply), awake.map(|row| row as usize), self.all)
+    }
+
+    /// What the segments have in common. A copy would add to the stack.
+    pub(super) fn directions(&self) -> &Directions {
+        // SAFETY: those of the simulation, which is lent as long as there are bands; they change between plans only.
+        unsafe { &*self.memory.directions }
+    }
+
+    /// Constants of the sweep.
+    pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
+        let Plan { layout, toe, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, fetches, instructions: *instructions }
+    }
+}

@@ -1,0 +1,93 @@
+//! Where the bands' own numbers are in the scratch that the caller lends: band by band.
+
+use super::plan::Plan;
+use super::pointers::rows_mut;
+use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, VISCOUS_PLANES};
+use crate::memory::layout::BLOCK_STEPS;
+use crate::scene::features::Feature;
+use crate::step::pieces::Edge;
+use core::slice::from_raw_parts_mut;
+
+/// A band's own numbers.
+pub(super) struct Scratch<'r> {
+    /// The row above the band as it was at the pass's start.
+    pub(super) above: &'r mut [Chunk<HOT_PLANES>],
+    /// Vertical forces from the row below the band.
+    pub(super) carry: &'r mut [Chunk<CARRY_PLANES>],
+    /// Work row of viscosity.
+    pub(super) work: &'r mut [Chunk<VISCOUS_PLANES>],
+    pub(super) kept: &'r mut [[f64; 3]],
+}
+
+/// Where a band's own numbers begin: those of [`Scratch`]; and, of each step of a block, the row above the gap below the band, and the forces
+/// carried from below to that gap. The first band has no gap below it: its row above is that of the body's gap, its forces are those of the
+/// piece that reaches the top of the sheet.
+struct Places {
+    above: *mut f64,
+    carry: *mut f64,
+    work: *mut f64,
+    aboves: *mut f64,
+    carries: *mut f64,
+    kept: *mut f64,
+}
+
+impl Plan {
+    /// Where the displacements of the row above a gap are kept of a step of a block.
+    ///
+    /// # Safety
+    /// Nothing else uses them while they are held.
+    #[allow(clippy::mut_from_ref)] // It lies in the scratch.
+    pub(super) unsafe fn above_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<HOT_PLANES>] {
+        let Places { aboves, .. } = self.places(if let Edge::Cut(band) = edge { band as u32 } else { 0 });
+        // SAFETY: the caller's promise.
+        unsafe { rows_mut(aboves.cast(), self.layout.chunks, step, 1) }
+    }
+
+    /// Where the vertical forces of a step of a block are that a piece carries to its upper edge.
+    ///
+    /// # Safety
+    /// As for [`Plan::above_gap`].
+    #[allow(clippy::mut_from_ref)] // It lies in the scratch.
+    pub(super) unsafe fn below_gap<'r>(&self, edge: Edge, step: usize) -> &'r mut [Chunk<CARRY_PLANES>] {
+        let carries = match edge {
+            Edge::Body => self.memory.carries,
+            Edge::Cut(band) => self.places(band as u32).carries.cast(),
+            Edge::Sheet => self.places(0).carries.cast(),
+        };
+        // SAFETY: the caller's promise.
+        unsafe { rows_mut(carries, self.layout.chunks, step, 1) }
+    }
+
+    /// A band's own numbers.
+    ///
+    /// # Safety
+    /// Nothing else uses them while they are held.
+    pub(super) unsafe fn scratch<'r>(&self, band: u32) -> Scratch<'r> {
+        let chunks = self.layout.chunks;
+        let worked = if self.layout.has(Feature::Viscosity) { chunks } else { 0 };
+        let Places { above, carry, work, kept, .. } = self.places(band);
+        // SAFETY: Bands::of has found room for as many bands, one behind the other; the caller's promise.
+        unsafe {
+            Scratch {
+                above: from_raw_parts_mut(above.cast(), chunks),
+                carry: from_raw_parts_mut(carry.cast(), chunks),
+                work: from_raw_parts_mut(work.cast(), worked),
+                kept: from_raw_parts_mut(kept.cast(), self.layout.nodes_x),
+            }
+        }
+    }
+
+    /// Where a band's own numbers are.
+    #[inline(never)]
+    fn places(&self, band: u32) -> Places {
+        let layout = &self.layout;
+        let row = layout.chunks * CHUNK;
+        let steps = if layout.in_waves { BLOCK_STEPS } else { 0 };
+        let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
+        let carry = above.wrapping_add(HOT_PLANES * row);
+        let work = carry.wrapping_add(CARRY_PLANES * row);
+        let aboves = work.wrapping_add(if layout.has(Feature::Viscosity) { VISCOUS_PLANES * row } else { 0 });
+        let carries = aboves.wrapping_add(steps * HOT_PLANES * row);
+        Places { above, carry, work, aboves, carries, kept: carries.wrapping_add(steps * CARRY_PLANES * row) }
+    }
+}
