@@ -96,13 +96,6 @@ def groups(rows, *keys):
     return found
 
 
-def shown(found, digits):
-    """A value with its interval."""
-    if not math.isfinite(found.low):
-        return f"{found.value:.{digits}f}"
-    return f"{found.value:.{digits}f} [{found.low:.{digits}f}, {found.high:.{digits}f}]"
-
-
 def numbers(rows, key):
     return [row[key] for row in rows]
 
@@ -125,7 +118,7 @@ def verdicts(limits):
         for friction in (0.1, 0.2, 0.3):
             if friction in found:
                 value = change(found[friction], found[0.0], BISECTION)
-                lines.append([f"{case}: limit with {friction:g} over 0", shown(value, 1), "about +10 %, read as 5 to 15 %", value.verdict(PUBLISHED)])
+                lines.append([f"{case}: limit with {friction:g} over 0", value.text(1), "about +10 %, read as 5 to 15 %", value.verdict(PUBLISHED)])
     return page.markdown(["comparison", "change, % [95 %]", "published", "verdict"], lines)
 
 
@@ -135,7 +128,7 @@ def limit_table(rows):
     lines = []
     for (friction,), own in found.items():
         limits = numbers(own, "limit m/s")
-        lines.append([f"{friction:g}", shown(Estimate.mean(limits, BISECTION), 1), "" if friction == 0 else shown(change(limits, without, BISECTION), 1), len(limits)])
+        lines.append([f"{friction:g}", Estimate.mean(limits, BISECTION).text(1), "" if friction == 0 else change(limits, without, BISECTION).text(1), len(limits)])
     return page.markdown(["coefficient", "limit, m/s", "against 0, %", "runs"], lines)
 
 
@@ -146,9 +139,9 @@ def impact_table(rows):
         absorbed = numbers(own, "absorbed J")
         without = numbers(found[(velocity, 0.0)], "absorbed J")
         lines.append([
-            f"{velocity:.0f}", f"{own[0]['impact J']:.1f}", f"{friction:g}", shown(Estimate.mean(absorbed), 2),
-            "" if friction == 0 else shown(change(absorbed, without), 1), f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
-            shown(Estimate.mean(numbers(own, "velocity m/s")), 1),
+            f"{velocity:.0f}", f"{own[0]['impact J']:.1f}", f"{friction:g}", Estimate.mean(absorbed).text(2),
+            "" if friction == 0 else change(absorbed, without).text(1), f"{sum(numbers(own, 'rubbed J')) / len(own):.2f}",
+            Estimate.mean(numbers(own, "velocity m/s")).text(1),
             f"{max(map(abs, numbers(own, 'residual %'))):.2f}", f"{max(numbers(own, 'unconverged')):.0f}",
         ])  # fmt: skip
     return page.markdown(["velocity, m/s", "energy, J", "coefficient", "absorbed, J", "against 0, %", "rubbed, J", "velocity after, m/s", "residual, %", "unconverged"], lines)

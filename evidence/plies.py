@@ -138,7 +138,7 @@ def verdicts(parts):
         what = "plies turned against one another: absorbed energy +14 to +15 %"
         found.append(("every other ply turned: energy at the limit", what, friction.change(energies(turned), energies(alike), 2 * BISECTION), TURNED_MORE))
         found.append(("every other ply turned: absorbed", what, friction.change(friction.numbers(turned, "absorbed J"), friction.numbers(alike, "absorbed J")), TURNED_MORE))
-    lines = [[name, f"{friction.shown(value, 1)}", what, value.verdict(allowed) if allowed else ""] for name, what, value, allowed in found]
+    lines = [[name, value.text(1), what, value.verdict(allowed) if allowed else ""] for name, what, value, allowed in found]
     return page.markdown(["comparison", "change, % [95 %]", "published", "verdict"], lines) if lines else ""
 
 
@@ -151,8 +151,8 @@ def table(rows):
             limits, absorbed = Estimate.mean(friction.numbers(hits, "limit m/s"), BISECTION), Estimate.mean(friction.numbers(hits, "absorbed J"))
             deepest, unconverged = max(friction.numbers(hits, "ply penetration mm")), max(friction.numbers(hits, "unconverged"))
             lines.append([
-                form, f"{plies:.0f}", "" if form == "bonded" else f"{gap:g}", f"{density:.2f}", len(hits), friction.shown(limits, 1), f"{hits[0]['impact velocity m/s']:.0f}",
-                friction.shown(absorbed, 2), f"{sum(friction.numbers(hits, 'failed segments')) / len(hits):.0f}", f"{max(map(abs, friction.numbers(hits, 'residual %'))):.2f}",
+                form, f"{plies:.0f}", "" if form == "bonded" else f"{gap:g}", f"{density:.2f}", len(hits), limits.text(1), f"{hits[0]['impact velocity m/s']:.0f}",
+                absorbed.text(2), f"{sum(friction.numbers(hits, 'failed segments')) / len(hits):.0f}", f"{max(map(abs, friction.numbers(hits, 'residual %'))):.2f}",
                 "" if form == "bonded" else f"{deepest:.1e}", f"{unconverged:.0f}",
             ])  # fmt: skip
     lines.sort(key=lambda line: (float(line[1]), line[2]))
