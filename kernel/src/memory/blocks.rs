@@ -183,29 +183,31 @@ impl<'a> Blocks<'a> {
     }
 
     /// Cuts memory that has been found to be enough.
-    pub(crate) fn carve(memory: &'a mut [CacheLine], layout: &Layout) -> Result<Blocks<'a>, Error> {
+    #[inline(never)]
+    pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
         let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
         let Some((reals, words)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
         let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
-        Blocks::cut(&mut reals, &mut words, layout).ok_or(short)
+        self.cut(&mut reals, &mut words, layout).ok_or(short)
     }
 
     /// Numbers and words that they have.
+    #[inline(never)]
     fn count(layout: &Layout) -> Option<[usize; 2]> {
         let (mut reals, mut words) = (Carver::counting(), Carver::counting());
-        Blocks::cut(&mut reals, &mut words, layout)?;
+        Blocks::nothing().cut(&mut reals, &mut words, layout)?;
         Some([reals.taken, words.taken])
     }
 
     /// The list: of each block whether the scene needs it, and the factors of its length.
     #[inline(never)]
-    fn cut(reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<Blocks<'a>> {
+    fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
         use Feature::{Detachment, Friction, Grading, Rate, Strength, Theta, Toe, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
         let steps = if layout.in_waves { BLOCK_STEPS } else { 1 };
         let mut real = |needed, factors| reals.take(needed, factors);
-        Some(Blocks {
+        *self = Blocks {
             hot: chunked(real(true, [layout.stored_rows(), row, CHUNK * HOT_PLANES])?),
             history: chunked(real(true, [rows, row, CHUNK * HISTORY_PLANES])?),
             yarn: chunked(real(layout.has_constants(), [rows, row, CHUNK * YARN_PLANES])?),
@@ -237,7 +239,8 @@ impl<'a> Blocks<'a> {
             awake: words.take(layout.is_stack(), [1, layout.plies, 2])?.as_chunks_mut().0,
             last: words.take(layout.is_stack(), [1, nx, layout.y.modelled()])?,
             links: words.take(layout.is_stack(), [1, candidates, 2])?.as_chunks_mut().0,
-        })
+        };
+        Some(())
     }
 }
 

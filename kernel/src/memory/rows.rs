@@ -25,7 +25,7 @@ pub(crate) struct Terms<'t> {
     /// The toe of marked segments.
     pub toe: Toe,
     /// Dependence on the rate of strain.
-    pub rates: Rates,
+    pub rates: &'t Rates,
     /// Whether rows are fetched from memory ahead of their turn.
     pub fetches: bool,
     pub instructions: InstructionSet,
@@ -40,7 +40,7 @@ impl<'t> Terms<'t> {
             directions: self.directions.of_ply(ply),
             toe: self.toe,
             net,
-            rates: &self.rates,
+            rates: self.rates,
             fetches: self.fetches,
             instructions: self.instructions,
         }

@@ -204,7 +204,7 @@ impl<'a> Sim<'a> {
         system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
         system.block_steps = waves::block_steps(&system.layout, system.instructions);
-        system.blocks = Blocks::carve(memory, &system.layout)?;
+        system.blocks.carve(memory, &system.layout)?;
         system.fill_model()?;
         system.clear_state();
         explicit::start_forces(system);

@@ -236,12 +236,14 @@ fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: O
     let System { layout, directions, model, blocks, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, toe: model.toe, rates, fetches, instructions: *instructions };
+    let terms = Terms { layout, directions, toe: model.toe, rates: &rates, fetches, instructions: *instructions };
     // No mark before the first failure.
     let marked = layout.has(Feature::Toe) && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let rows = Rows::of(blocks, layout, rows, ply, marked, in_block);
-    rows.map_or(Report::LOST, |mut rows| rows.sweep(&terms))
+    match &mut Rows::of(blocks, layout, rows, ply, marked, in_block) {
+        Some(rows) => rows.sweep(&terms),
+        None => Report::LOST,
+    }
 }
 
 /// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
@@ -260,6 +262,7 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 }
 
 /// What a sweep needs of the dependence on the rate of strain.
+#[inline(never)]
 pub(crate) fn rates(system: &System<'_>) -> Rates {
     // Below it damage sees no strain beyond the critical one.
     let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);

@@ -39,9 +39,10 @@ pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usiz
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
 #[inline(never)]
 pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
-    let Some(block) = Block::plan(system, most) else { return Ok(0) };
-    block.take(system)?;
-    Ok(block.steps as u64)
+    match &Block::plan(system, most) {
+        Some(block) => block.take(system).map(|()| block.steps as u64),
+        None => Ok(0),
+    }
 }
 
 /// What lies where in a block.

@@ -148,6 +148,6 @@ impl Plan {
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
         let Plan { layout, toe, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, fetches, instructions: *instructions }
+        Terms { layout, directions: self.directions(), toe: *toe, rates, fetches, instructions: *instructions }
     }
 }
