@@ -592,7 +592,7 @@ typedef struct fk_scene {
 } fk_scene;
 
 // Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-#define FK_ABI_VERSION 6
+#define FK_ABI_VERSION 5
 
 // Success.
 #define FK_OK 0
@@ -785,8 +785,6 @@ typedef struct fk_energy {
     // Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
     // `contact_loss` and `friction` hold it.
     double support_work;
-    // Kinetic and strain energy of the fabric, J.
-    double recoverable;
 } fk_energy;
 
 // What one ply of a stack holds.

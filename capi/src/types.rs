@@ -16,7 +16,7 @@ pub use fabric::{
 };
 
 /// Version of this interface: goes up whenever a structure or a function is added. A host needs a library of at least its own.
-pub const FK_ABI_VERSION: u32 = 6;
+pub const FK_ABI_VERSION: u32 = 5;
 
 /// Success.
 pub const FK_OK: i32 = 0;

@@ -140,7 +140,6 @@ class Energy(TypedDict):
     ply_loss: float  # J: Kinetic energy lost where separate plies meet
     contact_work: float  # J: The same as contact.work
     support_work: float  # J: Work of the projectile on held nodes: the part of contact.work that the fabric did not get
-    recoverable: float  # J: Kinetic and strain energy of the fabric
     external_work: float  # J: Work of the external load on the projectile
     halving: float  # J: Change of the audited energy when the step was halved; 0 if it was not
     residual: float  # J: What the energy balance does not close by

@@ -176,7 +176,6 @@ pub const OUTPUTS: &[Output] = &[
     energy("energy.contact_work", NO_FMI, |energy| energy.contact_work, "The same as contact.work"),
     energy("energy.support_work", ("energy.support_work", 419), |energy| energy.support_work,
         "Work of the projectile on held nodes: the part of contact.work that the fabric did not get"),
-    energy("energy.recoverable", ("energy.recoverable", 440), |energy| energy.recoverable, "Kinetic and strain energy of the fabric"),
     energy("energy.external_work", NO_FMI, |energy| energy.external_work, "Work of the external load on the projectile"),
     energy("energy.halving", NO_FMI, |energy| energy.halving, "Change of the audited energy when the step was halved; 0 if it was not"),
     energy("energy.residual", ("energy.residual", 414), |energy| energy.residual, "What the energy balance does not close by"),

@@ -48,8 +48,6 @@ pub struct Energy {
     /// Work of the projectile on fixed nodes, J: the part of `contact_work` that the fabric did not get. Nothing of it is stored;
     /// `contact_loss` and `friction` hold it.
     pub support_work: f64,
-    /// Kinetic and strain energy of the fabric, J.
-    pub recoverable: f64,
 }
 
 /// (M15) The energies, with a full pass over the sheet. Commits nothing.
@@ -78,7 +76,6 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         viscous: sums.viscous,
         friction: sums.friction,
         ply_loss: sums.ply_loss,
-        recoverable: fabric_kinetic + strain,
         support_work: sums.support_work,
     })
 }
