@@ -493,8 +493,6 @@ typedef struct fk_scene_contact {
     // Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too.
     // Velocity Verlet only; not with a graded network. 0 to 10. Default 0.
     double friction;
-    // Drag of the projectile over its speed, kg/s; 0 = none. 0 to 10. Default 0.
-    double drag;
 } fk_scene_contact;
 
 // Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled: a part of fk_scene.

@@ -35,7 +35,6 @@ pub enum Feature {
     Bands,
     Blocks,
     Vectors,
-    Drag,
 }
 
 /// Whether a scene asks for something.
@@ -62,7 +61,7 @@ pub struct Record {
 use Feature::*;
 
 /// Every feature, in the order of [`Feature`], which is that of the refusals.
-pub const FEATURES: [Record; 23] = [
+pub const FEATURES: [Record; 22] = [
     Record {
         feature: Rate,
         name: "rate",
@@ -281,15 +280,6 @@ pub const FEATURES: [Record; 23] = [
         not_with: &[],
         words: 0,
         about: "AVX2 and AVX-512 on machines that have them",
-    },
-    Record {
-        feature: Drag,
-        name: "drag",
-        built: cfg!(feature = "drag"),
-        asked_by: &[("contact.drag", |s| s.contact.drag > 0.0)],
-        not_with: &[Prescribed],
-        words: 0,
-        about: "A drag on the projectile that grows with its speed",
     },
 ];
 

@@ -346,8 +346,6 @@ pub struct ContactLaw {
     /// Coefficient of Coulomb friction, in [0, 10]; 0 = none (velocity Verlet only). With friction a sphere feels
     /// torque, too. See docs/model.md, "Friction".
     pub friction: f64,
-    /// Drag of the projectile over its speed, kg/s, in [0, 10]; 0 = none.
-    pub drag: f64,
 }
 
 /// Who moves the projectile.

@@ -106,7 +106,7 @@ impl Scene {
                 orientation: [1.0, 0.0, 0.0, 0.0],
                 angular_velocity: [0.0; 3],
             },
-            contact: ContactLaw { friction: 0.0, drag: 0.0 },
+            contact: ContactLaw { friction: 0.0 },
             drive: Drive::Free,
             seed: 1,
             time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),

@@ -22,7 +22,6 @@ use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
 use crate::sheet::sweep::Report;
 use crate::sheet::weave;
-use crate::step::drag;
 use crate::step::energy;
 use crate::step::marks;
 use crate::step::motion;
@@ -168,9 +167,6 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
         system.failed_segments = system.count_failed([0, system.layout.nodes_y]);
     }
     motion::load_body(system, system.model.pass_dt);
-    if system.layout.has(Feature::Drag) {
-        drag::slow(system, system.model.pass_dt);
-    }
     if count > 0 {
         search::complete_candidates(system, count);
         let kept = edge::set_aside(system, count, gathered.deepest);

@@ -1,6 +1,5 @@
 pub mod bands;
 pub mod blocks;
-pub mod drag;
 pub mod energy;
 pub mod explicit;
 pub mod marks;

@@ -224,8 +224,6 @@ pub const FIELDS: &[Field] = &[
     real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
         "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with a graded network")
         .image(Image::Later(0x68_0000)),
-    real("contact.drag", |s| one(&mut s.contact.drag), &RATIO, Range::Within(0.0, 10.0), 899,
-        "Drag of the projectile over its speed, kg/s; 0 = none").image(Image::Later(0x69_0000)),
     // ---- Mirror planes
     flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
         "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit")
