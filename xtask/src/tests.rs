@@ -232,7 +232,7 @@ fn stability() -> Outcome {
     study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
-    let command = "fabric-study stability; python -m evidence stability --docs docs";
+    let command = "fabric stability; python -m evidence stability --docs docs";
     as_committed(command, &out.join("docs"), &["tables/stability.md", "images/stability_map.svg"])
 }
 
@@ -299,6 +299,6 @@ fn report(name: &str, folder: &str) -> Outcome {
 }
 
 fn study(arguments: &[&str]) -> Outcome {
-    let program = ["run", "--quiet", "--release", "--package", "fabric-study", "--"];
+    let program = ["run", "--quiet", "--release", "--package", "fabric", "--"];
     cargo(&[&program[..], arguments].concat())
 }

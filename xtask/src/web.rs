@@ -62,7 +62,7 @@ fn tools() -> Outcome {
 
 /// The program that runs scenes with the library of this machine.
 fn study() -> String {
-    target().join("release/fabric-study").to_string_lossy().into_owned()
+    target().join("release/fabric").to_string_lossy().into_owned()
 }
 
 /// Builds the page: its folder.
@@ -71,7 +71,7 @@ fn build() -> Result<PathBuf, String> {
     let out = make_folder(target().join("web"))?;
     let kernel = out.join("kernel.wasm");
     crate::digests::module(&kernel)?;
-    cargo(&["build", "--quiet", "--release", "--package", "fabric-study"])?;
+    cargo(&["build", "--quiet", "--release", "--package", "fabric"])?;
     packages()?;
     in_web("node", &["node_modules/typescript/bin/tsc"])?;
     node("build.mjs", &[&kernel.to_string_lossy(), &study(), &out.to_string_lossy()])?;
