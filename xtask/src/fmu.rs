@@ -143,7 +143,7 @@ fn archives(
         entries.push(of_model("documentation/index.html", "documentation/index.html"));
         entries.push(file("documentation/licenses/license.txt", "documentation/licenses/license.txt"));
         entries.extend(libraries.iter().map(|Library { platform, path }| {
-            let folder = if version == 2 { platform.fmi2 } else { platform.fmi3 };
+            let folder = platform.fmu[version - 2];
             (format!("binaries/{folder}/{}.{}", model.name, platform.extension), path.clone())
         }));
     }

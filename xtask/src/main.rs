@@ -22,6 +22,7 @@ mod rotorburst;
 mod sanitize;
 mod size;
 mod stack;
+mod targets;
 mod tests;
 mod tools;
 mod web;

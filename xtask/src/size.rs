@@ -43,7 +43,7 @@ pub fn run() -> Outcome {
 fn row(name: &str, features: &str) -> Result<String, String> {
     let library = gates::kernel(features)?;
     let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];
-    let others = [("thumbv7em-none-eabihf", digests::HARD), ("wasm32-unknown-unknown", "")];
+    let others = [(digests::BOARD_TRIPLE, digests::HARD), (digests::WASM, "")];
     let [arm, wasm] = others.map(|(triple, flags)| {
         let few = ["--no-default-features", "--features", &format!("bare,{}", gates::of_kernel(features))];
         code(&digests::library(Some(triple), flags, &few, &target().join("size").join(triple))?)
