@@ -27,6 +27,7 @@ mod tests;
 mod tools;
 mod web;
 mod wheel;
+mod xml;
 
 use clap::{Parser, Subcommand};
 
