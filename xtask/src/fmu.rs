@@ -102,9 +102,7 @@ fn files(model: &Model) -> Vec<(String, String)> {
 /// Writes files into a folder.
 fn write(folder: &Path, files: &[(String, String)]) -> Outcome {
     for (name, text) in files {
-        let path = folder.join(name);
-        tools::make_folder(path.parent().unwrap_or(folder).to_path_buf())?;
-        fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        tools::write(folder.join(name), text)?;
     }
     Ok(())
 }

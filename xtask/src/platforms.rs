@@ -237,20 +237,19 @@ fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target]
         }
         command.env(variable("RUSTFLAGS"), flags);
     }
-    let status = command.status().map_err(|error| format!("cannot start cargo: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("building fmu-lib failed ({status})")) }
+    tools::wait(&mut command)
 }
 
 /// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that the library may ask for.
 fn stub(target: &Path) -> Result<PathBuf, String> {
     let top = target.join("macos");
-    let file = tools::make_folder(top.join("usr").join("lib"))?.join("libSystem.tbd");
+    let file = top.join("usr/lib/libSystem.tbd");
     let names = FROM_LINUX.iter().chain(&FROM_MACOS).map(|name| format!("_{name}, ")).collect::<String>();
     let text = format!(
         "--- !tapi-tbd\ntbd-version: 4\ntargets: [ x86_64-macos, arm64-macos ]\ninstall-name: '{LIBSYSTEM}'\nexports:\n  \
          - targets: [ x86_64-macos, arm64-macos ]\n    symbols: [ {names}{BINDER} ]\n...\n"
     );
-    std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
+    tools::write(&file, text)?;
     Ok(top)
 }
 

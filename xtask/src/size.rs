@@ -1,6 +1,6 @@
 //! `cargo xtask size`: machine code, stack and memory of the library with few features, and the table of them in the documents.
 
-use crate::tools::{Outcome, target, top};
+use crate::tools::{Outcome, target, top, write};
 use crate::{digests, gates, stack};
 
 use fabric::{CacheLine, FEATURES, Layout, Scene, TimeStep};
@@ -34,7 +34,7 @@ pub fn run() -> Outcome {
         rows.concat()
     );
     let path = top().join("docs/tables/size.md");
-    std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+    write(&path, text)?;
     println!("written: {}", path.display());
     Ok(())
 }
