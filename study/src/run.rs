@@ -434,7 +434,7 @@ fn projectile(body: &fabric::Projectile) -> String {
 /// What the numbers alone do not say loudly enough.
 fn warnings(scene: &Scene, sim: &Sim<'_>, summary: &Summary) -> Vec<String> {
     let mut found = Vec::from_iter(notes::unlikely_body(scene));
-    if summary.ended_by == "TIMEOUT" && sim.contact().is_ok_and(|contact| contact.work == 0.0) {
+    if sim.step_count() > 0 && summary.ended_by == "TIMEOUT" && sim.contact().is_ok_and(|contact| contact.work == 0.0) {
         found.push("the projectile never touched the sheet: look at its position and velocity".to_string());
     }
     if scene.step_check == StepCheck::None {
@@ -509,6 +509,21 @@ mod tests {
         summary.unconverged = 40;
         let warned = warnings(&scene, &sim, &summary).concat();
         assert!(warned.contains("4.00 % of the steps") && warned.contains("half the step"), "{warned}");
+    }
+
+    #[test]
+    fn a_projectile_that_never_touched_the_sheet_is_named() {
+        let mut scene = Scene::sheet_3in_sphere();
+        (scene.sheet.nodes_x, scene.sheet.nodes_y) = (11, 11);
+        for (distance, contact) in [(0.0, true), (1.0, false)] {
+            scene.projectile.position[2] -= distance;
+            let mut buffers = Buffers::of(&scene).unwrap();
+            let mut sim = buffers.sim(&scene).unwrap();
+            sim.advance(200).unwrap();
+            let summary = Summary::of(&sim, fabric::OutcomeSet::NONE).unwrap();
+            let warned = warnings(&scene, &sim, &summary).concat();
+            assert_eq!(warned.contains("never touched"), !contact, "{distance}: {warned}");
+        }
     }
 
     #[test]

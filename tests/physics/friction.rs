@@ -2,7 +2,7 @@
 //! roll, and what friction must never do: add energy, momentum or turning, or depend on the order of the nodes.
 
 use fabric::Solid;
-use fabric::internals::candidate::Candidate;
+use fabric::internals::candidate::{Candidate, Given, Images};
 use fabric::internals::friction::Tangential;
 use fabric::internals::layout::CANDIDATE_REALS;
 use fabric::internals::solve::solve_with_friction;
@@ -386,7 +386,7 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
         Candidate {
             normal: n,
             arm: fabric::pose::into_body(&q, &r.cross(&n)),
-            weight: if node.held { -1.0 } else { 1.0 },
+            images: Images::of(1.0, node.held),
             approach: node.gap_over_dt + n.dot(&v),
             ..Candidate::read(slot)
         }
@@ -395,15 +395,14 @@ fn solved(crowd: &Crowd, coefficient: f64) -> Solution {
         Tangential::at(&r, &n, &v, &crowd.body).write(&mut place);
         tangential.push(place);
     }
-    let found = solve_with_friction(
-        &mut slots,
-        &mut tangential,
-        coefficient,
-        &crowd.body,
-        &crowd.inertia,
-        NODE_MASS,
-        Symmetry::default(),
-    );
+    let given = Given {
+        body: &crowd.body,
+        inertia: &crowd.inertia,
+        node_mass: NODE_MASS,
+        symmetry: Symmetry::default(),
+        friction: coefficient,
+    };
+    let found = solve_with_friction(&mut slots, &mut tangential, &given);
     Solution {
         converged: found.converged,
         velocity: found.velocity.into(),

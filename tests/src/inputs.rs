@@ -7,7 +7,8 @@
 use fabric::Code::{self, *};
 use fabric::Scene;
 use fabric::fields::{FIELDS, Field, Place, Range, field};
-use fabric::internals::parts::{MAX_NODES_PER_SIDE, PAPER_SPACING, STEP_WITH_TOE};
+use fabric::internals::parts::{MAX_NODES_PER_SIDE, STEP_WITH_TOE};
+use fabric::internals::presets::PAPER_SPACING;
 
 /// What is expected of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]

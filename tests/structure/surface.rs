@@ -44,9 +44,12 @@ fn what_a_host_may_use_is_listed() {
         let text = fs::read_to_string(&file).unwrap();
         let text = text.split("\n#[cfg(test)]").next().unwrap();
         let module = file.file_stem().unwrap().to_str().unwrap();
-        let room = file.parent().unwrap().file_name().unwrap().to_str().unwrap();
-        if names.iter().any(|(name, from)| name == module && from == room) {
-            surface.extend(text.lines().filter_map(declared).map(|name| format!("{module}::{name}")));
+        let folder = |above: usize| file.ancestors().nth(above).unwrap().file_name().unwrap().to_str().unwrap();
+        // A module is a file of a room, or a folder of files there.
+        for (module, room) in [(module, folder(1)), (folder(1), folder(2))] {
+            if names.iter().any(|(name, from)| name == module && from == room) {
+                surface.extend(text.lines().filter_map(declared).map(|name| format!("{module}::{name}")));
+            }
         }
         let mut owner = None;
         for line in text.lines() {

@@ -226,7 +226,7 @@ fn parameter_set(name: &str, mut scene: Scene) -> String {
 fn parameters() -> String {
     let mut out = String::from(
         "# The parameters of a scene\n\n\
-         Written by `cargo xtask fmu` from `kernel/src/scene/fields.rs`.\n\
+         Written by `cargo xtask fmu` from `kernel/src/scene/fields/table.rs`.\n\
          The names are those of Rust, of scene files and of the FMUs, where `projectile.position` and the other three numbers of the \
          motion are `projectile.start.position` and so on.\n\
          A vector has the same range and default for each element where one is given.\n\

@@ -51,11 +51,11 @@ const LOOPS: [&str; 8] = [
     "<fabric::memory::layout::Layout>::compute",
     "<fabric::scene::parts::Scene>::check",
     "fabric::scene::features::",
-    "fabric::scene::fields::check",
-    "fabric::scene::fields::fingerprint_words",
+    "fabric::scene::fields::lookup::check",
+    "fabric::scene::fields::lookup::fingerprint_words",
     "fabric_capi::sizes::put_scene",
     "fabric_capi::sizes::read_scene",
-    "<fabric::scene::fields::Field>::word",
+    "<fabric::scene::fields::row::Field>::word",
 ];
 
 /// The deepest chain of every exported `fk_*` function, deepest first.

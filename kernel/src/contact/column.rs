@@ -8,7 +8,7 @@
 //! adjacent violators; M. J. Best, N. Chakravarti, V. A. Ubhaya, SIAM J. Optim. 10 (2000) 658, of sums of convex functions.
 
 use crate::ground::math;
-use crate::ground::planes::CHUNK;
+use crate::ground::planes::{self, CHUNK, SPEED_Z};
 use crate::memory::blocks::Blocks;
 use crate::memory::layout::COLUMN_REALS;
 use crate::memory::system::System;
@@ -16,24 +16,42 @@ use crate::memory::system::System;
 /// Steps for the speed of a pool with candidates; in each at least one of them lets go or is met.
 const MAX_NEWTON: u32 = 60;
 
-// Numbers of a node in a column.
-/// Velocity along z, spacings a pass: before, then after.
-pub(super) const SPEED: usize = 0;
-/// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
-pub(super) const ROOM: usize = 1;
-/// Of a candidate: the velocity along z at which the projectile's impulse on it ends; after: that impulse along z, in masses of a node and
-/// spacings a pass. Of another node: its velocity before.
-pub(super) const RELEASE: usize = 2;
-/// Of a candidate: n_z^2 over what it gives way besides, over that of a node; with the sign of n_z. 0 of another node.
-pub(super) const GRIP: usize = 3;
-/// The rooms up to it, added up.
-pub(super) const OFFSET: usize = 4;
-/// Its mass.
-pub(super) const MASS: usize = 5;
-// From place 6 on: the numbers of the n-th pool, among them its velocity.
-pub(super) const MEAN: usize = 8;
+/// A node in a column, as it lies in the scratch block.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    /// Velocity along z before contact, spacings a pass.
+    pub before: f64,
+    /// Velocity along z, with what friction changes of it: before and then after the plies push on each other, spacings a pass.
+    pub speed: f64,
+    /// By how much it may come nearer to the node before it in this pass, spacings; infinite if they do not face each other.
+    pub room: f64,
+    /// The rooms up to it, added up.
+    offset: f64,
+    /// Its mass, over that of a node of the front fabric.
+    pub mass: f64,
+    /// Of a candidate: n_z^2 over what it gives way besides, over that of a node; with the sign of n_z. 0 of another node.
+    pub grip: f64,
+    /// Of a candidate: the velocity along z at which the projectile's impulse on it ends.
+    pub release: f64,
+    /// The projectile's impulse on it along z, in masses of a node and spacings a pass.
+    pub push: f64,
+}
+
+impl Node {
+    pub fn read(place: &[f64; COLUMN_REALS]) -> Node {
+        let [before, speed, room, offset, mass, grip, release, push, ..] = *place;
+        Node { before, speed, room, offset, mass, grip, release, push }
+    }
+
+    pub fn write(&self, place: &mut [f64; COLUMN_REALS]) {
+        let [before, speed, room, offset, mass, grip, release, push, ..] = place;
+        (*before, *speed, *room, *offset) = (self.before, self.speed, self.room, self.offset);
+        (*mass, *grip, *release, *push) = (self.mass, self.grip, self.release, self.push);
+    }
+}
 
 /// Facing nodes that press on each other and move on together, with what the projectile does to them: velocities with the rooms added up.
+/// The n-th pool lies behind the n-th node.
 #[derive(Clone, Copy)]
 struct Pool {
     /// Velocities of the nodes, each with its mass, and those at which pressed candidates are let go, each with its grip.
@@ -49,24 +67,23 @@ struct Pool {
 
 impl Pool {
     /// Of one node, which is alone.
-    fn of(node: &[f64; COLUMN_REALS]) -> Pool {
-        let speed = node[SPEED] + node[OFFSET];
+    fn of(node: &Node) -> Pool {
+        let speed = node.speed + node.offset;
         let mut pool = Pool { sum: 0.0, weight: 0.0, mean: speed, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
         pool.add(node, speed);
-        pool.mean = if node[GRIP] == 0.0 { speed } else { pool.sum / pool.weight };
+        pool.mean = if node.grip == 0.0 { speed } else { pool.sum / pool.weight };
         pool
     }
 
     /// Adds a node, whose candidate is pressed if it is at this velocity.
-    fn add(&mut self, node: &[f64; COLUMN_REALS], speed: f64) {
-        let mass = node[MASS];
+    fn add(&mut self, node: &Node, speed: f64) {
+        let Node { mass, grip, offset, .. } = *node;
         (self.sum, self.weight, self.nodes) =
-            (self.sum + mass * (node[SPEED] + node[OFFSET]), self.weight + mass, self.nodes + 1.0);
-        let grip = node[GRIP];
+            (self.sum + mass * (node.speed + offset), self.weight + mass, self.nodes + 1.0);
         if grip == 0.0 {
             return;
         }
-        let (release, [low, high]) = (node[RELEASE] + node[OFFSET], self.limits);
+        let (release, [low, high]) = (node.release + offset, self.limits);
         self.limits = if speed < release { [low, math::min(release, high)] } else { [math::max(release, low), high] };
         if is_pressed(grip, release - speed) {
             (self.sum, self.weight) = (self.sum + math::abs(grip) * release, self.weight + math::abs(grip));
@@ -94,7 +111,7 @@ impl Pool {
         let (mut pool, mut speed, [mut low, mut high]) = (*self, self.mean, [-f64::INFINITY, f64::INFINITY]);
         for _ in 0..MAX_NEWTON {
             pool = Pool { sum: 0.0, weight: 0.0, mean: 0.0, limits: [-f64::INFINITY, f64::INFINITY], nodes: 0.0 };
-            nodes.iter().for_each(|node| pool.add(node, speed));
+            nodes.iter().for_each(|place| pool.add(&Node::read(place), speed));
             pool.mean = pool.sum / pool.weight;
             if pool.is_settled() || pool.mean == speed {
                 break;
@@ -116,9 +133,9 @@ impl Pool {
     }
 }
 
-/// Whether a candidate of this grip is pressed that moves by so much less than at its release.
+/// Whether a node of this grip is a candidate and pressed, if it moves by so much less than at its release.
 fn is_pressed(grip: f64, less: f64) -> bool {
-    if grip > 0.0 { less > 0.0 } else { less < 0.0 }
+    if grip > 0.0 { less > 0.0 } else { grip < 0.0 && less < 0.0 }
 }
 
 /// Takes the velocities along z in a column apart, so that no two facing nodes come nearer than they may, and finds what the projectile gives
@@ -127,20 +144,22 @@ pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
     // Pool n stands at place n, which is never behind the nodes read so far.
     let (mut pools, mut first, mut offset) = (0, 0, 0.0);
     for k in 0..column.len() {
-        let Some(node) = column.get_mut(k) else { return };
-        if node[ROOM] == f64::INFINITY {
+        let Some(place) = column.get_mut(k) else { return };
+        let mut node = Node::read(place);
+        if node.room == f64::INFINITY {
             (first, offset) = (pools, 0.0);
         } else {
-            offset += node[ROOM];
+            offset += node.room;
         }
-        node[OFFSET] = offset;
-        let mut pool = Pool::of(node);
+        node.offset = offset;
+        node.write(place);
+        let mut pool = Pool::of(&node);
         while pools > first {
-            let Some(below) = column.get(pools - 1) else { return };
-            if below[MEAN] <= pool.mean {
+            let Some(below) = column.get(pools - 1).map(Pool::read) else { return };
+            if below.mean <= pool.mean {
                 break;
             }
-            pool = Pool::read(below).with(&pool);
+            pool = below.with(&pool);
             if !pool.is_settled() {
                 let start = (k + 1).saturating_sub(pool.nodes as usize);
                 pool = pool.settled(column.get(start..=k).unwrap_or(&[]));
@@ -153,8 +172,7 @@ pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
     }
     let mut start = 0;
     for pool in 0..pools {
-        let Some(place) = column.get(pool) else { return };
-        let pool = Pool::read(place);
+        let Some(pool) = column.get(pool).map(Pool::read) else { return };
         let end = start + pool.nodes as usize;
         let Some(nodes) = column.get_mut(start..end) else { return };
         move_together(nodes, &pool);
@@ -164,34 +182,33 @@ pub(super) fn project(column: &mut [[f64; COLUMN_REALS]]) {
 
 /// Moves the nodes of a pool.
 fn move_together(nodes: &mut [[f64; COLUMN_REALS]], pool: &Pool) {
-    if let [node] = nodes
-        && pool.weight == node[MASS]
+    if let [place] = nodes
+        && pool.weight == Node::read(place).mass
     {
         // Alone, and pressed by nothing.
-        if node[GRIP] != 0.0 {
-            node[RELEASE] = 0.0;
-        }
         return;
     }
     // What the rounding of the common velocity has left: the grips would make much of it.
     let mut rest = 0.0;
-    if nodes.iter().any(|node| node[GRIP] != 0.0) {
-        for node in nodes.iter() {
-            let speed = pool.mean - node[OFFSET];
-            let less = node[RELEASE] - speed;
-            rest += node[MASS] * (node[SPEED] - speed);
-            if is_pressed(node[GRIP], less) {
-                rest += math::abs(node[GRIP]) * less;
+    if nodes.iter().any(|place| Node::read(place).grip != 0.0) {
+        for node in nodes.iter().map(Node::read) {
+            let speed = pool.mean - node.offset;
+            let less = node.release - speed;
+            rest += node.mass * (node.speed - speed);
+            if is_pressed(node.grip, less) {
+                rest += math::abs(node.grip) * less;
             }
         }
         rest /= pool.weight;
     }
-    for node in nodes {
-        node[SPEED] = pool.mean - node[OFFSET];
-        if node[GRIP] != 0.0 {
-            let less = node[RELEASE] - node[SPEED];
-            node[RELEASE] = if is_pressed(node[GRIP], less) { math::abs(node[GRIP]) * (less - rest) } else { 0.0 };
+    for place in nodes {
+        let mut node = Node::read(place);
+        node.speed = pool.mean - node.offset;
+        let less = node.release - node.speed;
+        if is_pressed(node.grip, less) {
+            node.push = math::abs(node.grip) * (less - rest);
         }
+        node.write(place);
     }
 }
 
@@ -208,7 +225,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     for (ply, place) in column.iter_mut().enumerate() {
         let Some(chunk) = hot.get(at) else { break };
         at += next;
-        let [x, y, z, v] = [chunk[0][lane], chunk[1][lane], chunk[2][lane], chunk[5][lane]];
+        let ([x, y, z], v) = (planes::displacement(chunk, lane), chunk[SPEED_Z][lane]);
         let room = match below {
             Some([x_below, y_below, z_below, v_below])
                 if math::abs(x - x_below) <= 1.0 && math::abs(y - y_below) <= rise =>
@@ -224,8 +241,8 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
         let speed = v + offset;
         presses |= speed_below > speed;
         speed_below = speed;
-        (place[SPEED], place[ROOM], place[RELEASE], place[GRIP]) = (v, room, v, 0.0);
-        place[MASS] = shares[usize::from(directions.is_back(ply))];
+        let mass = shares[usize::from(directions.is_back(ply))];
+        Node { before: v, speed: v, room, offset, mass, grip: 0.0, release: v, push: 0.0 }.write(place);
         below = Some([x, y, z, v]);
     }
     (deepest, presses)
@@ -243,15 +260,19 @@ mod tests {
 
     fn column(nodes: &[[f64; 2]]) -> Vec<[f64; COLUMN_REALS]> {
         let place = |&[speed, room]: &[f64; 2]| {
-            let mut node = [0.0; COLUMN_REALS];
-            (node[SPEED], node[ROOM], node[MASS]) = (speed, room, 1.0);
-            node
+            let mut place = [0.0; COLUMN_REALS];
+            Node { speed, room, mass: 1.0, ..Node::read(&place) }.write(&mut place);
+            place
         };
         nodes.iter().map(place).collect()
     }
 
+    fn weigh(place: &mut [f64; COLUMN_REALS], mass: f64) {
+        Node { mass, ..Node::read(place) }.write(place);
+    }
+
     fn speeds(column: &[[f64; COLUMN_REALS]]) -> Vec<f64> {
-        column.iter().map(|node| node[SPEED]).collect()
+        column.iter().map(|place| Node::read(place).speed).collect()
     }
 
     #[test]
@@ -283,7 +304,7 @@ mod tests {
     fn unlike_plies_share_their_momentum_by_their_masses() {
         let weighed = |nodes: &[[f64; 2]], masses: &[f64]| {
             let mut nodes = column(nodes);
-            nodes.iter_mut().zip(masses).for_each(|(node, mass)| node[MASS] = *mass);
+            nodes.iter_mut().zip(masses).for_each(|(place, &mass)| weigh(place, mass));
             nodes
         };
         let far = f64::INFINITY;
@@ -322,21 +343,22 @@ mod tests {
                 .collect();
             let mut solved = column(&nodes);
             let (back, of_back) = (count / 2, if case % 2 == 0 { 1.0 } else { math::exp(4.6 * draw(999)) });
-            solved.iter_mut().skip(back as usize).for_each(|node| node[MASS] = of_back);
+            solved.iter_mut().skip(back as usize).for_each(|place| weigh(place, of_back));
             project(&mut solved);
             let mut impulse = 0.0;
             let (mut before, mut after) = (0.0, 0.0);
+            let solved: Vec<_> = solved.iter().map(Node::read).collect();
             for (k, (node, [speed, room])) in solved.iter().zip(&nodes).enumerate() {
                 // The impulse between this node and the one below it: what those below have lost.
                 if k > 0 {
-                    let nearer = solved[k - 1][SPEED] - node[SPEED];
+                    let nearer = solved[k - 1].speed - node.speed;
                     let rounding = 1e-12 * of_back.max(1.0);
                     assert!(nearer <= room + 1e-12 && impulse > -rounding, "{case} {k}");
                     assert!(impulse < rounding || (nearer - room).abs() < 1e-12, "{case} {k}");
                 }
-                impulse += node[MASS] * (speed - node[SPEED]);
-                let mass = node[MASS];
-                (before, after) = (before + mass * speed * speed, after + mass * node[SPEED] * node[SPEED]);
+                let mass = node.mass;
+                impulse += mass * (speed - node.speed);
+                (before, after) = (before + mass * speed * speed, after + mass * node.speed * node.speed);
             }
             assert!(impulse.abs() < 1e-12 * of_back.max(1.0) && after <= before * (1.0 + 1e-12), "{case}");
         }

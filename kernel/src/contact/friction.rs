@@ -144,8 +144,8 @@ pub(crate) fn limited(impulse: [f64; 2], most: f64) -> [f64; 2] {
     if size > most { impulse.map(|p| p * (most / size)) } else { impulse }
 }
 
-/// How much is left of impulses that were given up on, so that they add no energy. With the kinetic energy taken up by the relative speeds
-/// before, b, and half the work of the impulses on what they change, a/2, a part x of the impulses adds x b + x^2 a/2 and no more.
+/// How much is left of impulses that were given up on, so that they add no energy. A part x of them adds at most x b + x^2 a/2: b is all of
+/// them times the relative speeds before, a their work on what they change.
 pub(crate) fn part_without_gain(before: f64, change: f64) -> f64 {
     if before + 0.5 * change <= 0.0 {
         1.0

@@ -8,14 +8,14 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
-use crate::contact::candidate::{Candidate, Solved};
-use crate::contact::column::{GRIP, MASS, RELEASE, ROOM, SPEED, load, project};
+use crate::contact::candidate::{self, Candidate, Solved};
+use crate::contact::column::{Node, load, project};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::solve::MAX_SWEEPS;
+use crate::contact::touch::{self, Link, Pace, Touch};
 use crate::ground::math;
-use crate::ground::planes::CHUNK;
+use crate::ground::planes::{CHUNK, SPEED_Z};
 use crate::memory::blocks::Blocks;
-use crate::memory::layout::{CANDIDATE_REALS, TOUCH_REALS};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
@@ -41,34 +41,18 @@ const FAR_APART: f64 = 2.0;
 const MAX_SWEEPS_ON_SUPPORTS: u32 = 4000;
 /// Impulses found after which it is given up earlier.
 const UPDATES_ON_SUPPORTS: usize = 16_000_000;
-/// No candidate.
-const NONE: u32 = u32::MAX;
-
-// What the plies do to a candidate.
-/// Velocity along z that impulses give its node, m/s.
-const LIFT: usize = 0;
-// Place 1: what it gives way besides its column along z, 1/kg.
-/// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
-const STALE: usize = 2;
-/// Velocity along z without impulses, spacings a pass, while its column is solved.
-const FREE: usize = 3;
-/// In the same place, once its column is solved: its normal impulse before that, N s.
-const LAST: usize = 3;
-/// Softness of the contact, 1/kg; 0 if no other candidate shares the column.
-const SOFT: usize = 4;
-// Place 5: 1/m of its node, 1/kg.
 
 /// The impulses of the first `count` candidates of a stack: [`crate::contact::solve::solve_first`] together with the columns.
 #[inline(never)]
 pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
     let mut joint = Joint::at(system);
     let reach = joint.begin(count);
-    joint.take_up(count, reach);
+    joint.include(count, reach);
     let mut converged = joint.settle(count);
     if joint.moved() > 0.9 * reach {
         // Once more from the start, with all of them.
         joint.begin(count);
-        joint.take_up(count, f64::INFINITY);
+        joint.include(count, f64::INFINITY);
         converged = joint.settle(count);
     }
     let residual = if converged { 0.0 } else { joint.residual(count) };
@@ -84,19 +68,19 @@ fn link(system: &mut System<'_>, count: usize) {
     let places = (last.len() as u32).max(1);
     for &node in candidate_nodes.iter().take(count) {
         if let Some(last) = last.get_mut((node % places) as usize) {
-            *last = NONE;
+            *last = touch::NONE;
         }
     }
     for (c, (&node, slot)) in candidate_nodes.iter().zip(candidates.iter()).take(count).enumerate() {
-        let (ply, place) = (node / places, (node % places) as usize);
+        let (ply, place) = ((node / places) as usize, (node % places) as usize);
         let Some(last) = last.get_mut(place) else { return };
         let fixed = Candidate::read(slot).is_fixed();
-        let before = if fixed { NONE } else { core::mem::replace(last, c as u32) };
-        if let Some([_, ply_and_leads]) = links.get_mut(before as usize) {
-            *ply_and_leads &= !1;
+        let behind = if fixed { None } else { touch::number(core::mem::replace(last, c as u32)) };
+        if let Some(led) = behind.and_then(|before| links.get_mut(before)) {
+            Link { leads: false, ..Link::read(led) }.write(led);
         }
         if let Some(link) = links.get_mut(c) {
-            *link = [before, 2 * ply + 1];
+            Link { behind, ply, leads: true }.write(link);
         }
     }
 }
@@ -116,7 +100,7 @@ struct Joint<'s, 'a> {
     mass: f64,
     /// Longest arm of a candidate, m.
     arm: f64,
-    /// The most by which a node without a candidate that is taken up is moved along z, m/s.
+    /// The most by which a node without an included candidate is moved along z, m/s.
     widest: f64,
     /// Whether a fixed node has taken an impulse.
     supported: bool,
@@ -135,21 +119,8 @@ impl<'s, 'a> Joint<'s, 'a> {
         let scene = &system.scene;
         let mass = f64::from(scene.front_plies()) + f64::from(scene.back.plies) * system.model.back_share;
         let (velocity, rate) = (body.velocity, body.angular_velocity);
-        let [tolerance, arm, widest] = [0.0; 3];
-        Joint {
-            system,
-            inertia,
-            give,
-            tolerance,
-            turns,
-            mass,
-            arm,
-            widest,
-            supported: false,
-            sweeps: 0,
-            velocity,
-            rate,
-        }
+        let (tolerance, arm, widest, supported, sweeps) = (0.0, 0.0, 0.0, false, 0);
+        Joint { system, inertia, give, tolerance, turns, mass, arm, widest, supported, sweeps, velocity, rate }
     }
 
     /// Begins before any impulse. Returns the growth of a gap beyond which no impulse is to be expected, m/s.
@@ -181,15 +152,10 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// Begins with a candidate without impulse. Returns its gap rate or slip, whichever is faster, m/s, the square of its longest arm, m^2, and
     /// its gap rate, m/s.
     fn start(&mut self, c: usize) -> [f64; 3] {
-        if let Some([.., impulse]) = self.system.blocks.candidates.get_mut(c) {
-            *impulse = 0.0;
-        }
+        self.set_impulse(c, 0.0);
         let candidate = self.candidate(c);
         let rate = self.body_rate(&candidate);
         let (mut fastest, mut farthest) = (math::abs(rate), candidate.arm.dot(&candidate.arm));
-        if let Some(touch) = self.system.blocks.touches.get_mut(c) {
-            touch[FREE] = rate;
-        }
         if let Some(mut t) = self.tangential(c) {
             let own = if candidate.is_fixed() { 0.0 } else { self.own_give(c) };
             t.begin(&self.inertia, own, Symmetry::default(), 1.0);
@@ -199,7 +165,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             }
             self.set_tangential(c, &t);
             if let Some(pace) = self.system.blocks.paces.get_mut(c) {
-                *pace = [1.0, 0.0, 0.0];
+                Pace::FULL.write(pace);
             }
         }
         [fastest, farthest, rate]
@@ -211,15 +177,15 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
         let [at, next] = self.system.layout.stacked(i, row);
         for ply in 0..self.system.layout.plies {
-            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
+            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[SPEED_Z][i % CHUNK]);
             (low, high) = (math::min(speed, low), math::max(speed, high));
         }
         (high - low) * self.system.model.unit_speed
     }
 
-    /// Takes up the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
+    /// Includes the candidates whose gaps grow by no more than `reach`, m/s. The others are left out of their columns' lists, so that no sweep comes
     /// to them; but the first one of a column leads it as before.
-    fn take_up(&mut self, count: usize, reach: f64) {
+    fn include(&mut self, count: usize, reach: f64) {
         for c in 0..count {
             if !self.leads(c) {
                 continue;
@@ -229,28 +195,26 @@ impl<'s, 'a> Joint<'s, 'a> {
             while let Some(k) = next {
                 next = self.behind(k);
                 members += 1.0;
-                if self.touch(k)[FREE] > reach {
+                if self.body_rate(&self.candidate(k)) > reach {
                     continue;
                 }
                 near = true;
                 if k != last {
-                    self.set_behind(last, k as u32);
+                    self.set_link(last, Link { behind: Some(k), ..self.link(last) });
                     last = k;
                 }
             }
-            self.set_behind(last, NONE);
+            self.set_link(last, Link { behind: None, ..self.link(last) });
             if !near {
-                self.lead_no_more(c);
+                self.set_link(c, Link { leads: false, ..self.link(c) });
                 continue;
             }
             next = Some(c);
             while let Some(k) = next {
                 let own = self.own_give(k);
                 let give = self.give_besides(&self.candidate(k), own, &first, members);
-                if let Some(touch) = self.system.blocks.touches.get_mut(k) {
-                    let soft = if members > 1.0 && !first.is_fixed() { EVEN * own } else { 0.0 };
-                    *touch = [0.0, give, 1.0, 0.0, soft, own];
-                }
+                let soft = if members > 1.0 && !first.is_fixed() { EVEN * own } else { 0.0 };
+                self.set_touch(k, Touch { lift: 0.0, give, soft, own, last: 0.0, stale: true });
                 next = self.behind(k);
             }
         }
@@ -324,7 +288,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     fn candidate(&self, c: usize) -> Candidate {
-        self.system.blocks.candidates.get(c).map_or(Candidate::read(&NO_CANDIDATE), Candidate::read)
+        self.system.blocks.candidates.get(c).map(Candidate::read).unwrap_or_default()
     }
 
     fn tangential(&self, c: usize) -> Option<Tangential> {
@@ -337,36 +301,42 @@ impl<'s, 'a> Joint<'s, 'a> {
         }
     }
 
-    /// Whether a candidate leads its column.
+    fn set_impulse(&mut self, c: usize, impulse: f64) {
+        if let Some(slot) = self.system.blocks.candidates.get_mut(c) {
+            candidate::set_impulse(slot, impulse);
+        }
+    }
+
+    fn link(&self, c: usize) -> Link {
+        self.system.blocks.links.get(c).map(Link::read).unwrap_or_default()
+    }
+
+    fn set_link(&mut self, c: usize, link: Link) {
+        if let Some(slot) = self.system.blocks.links.get_mut(c) {
+            link.write(slot);
+        }
+    }
+
     fn leads(&self, c: usize) -> bool {
-        self.system.blocks.links.get(c).is_some_and(|link| link[1] % 2 != 0)
+        self.link(c).leads
     }
 
-    /// The ply of a candidate's node.
     fn ply(&self, c: usize) -> usize {
-        self.system.blocks.links.get(c).map_or(0, |link| (link[1] / 2) as usize)
+        self.link(c).ply
     }
 
-    /// The candidate of the same column that is linked behind one.
     fn behind(&self, c: usize) -> Option<usize> {
-        self.system.blocks.links.get(c).map(|link| link[0]).filter(|&next| next != NONE).map(|next| next as usize)
+        self.link(c).behind
     }
 
-    fn set_behind(&mut self, c: usize, next: u32) {
-        if let Some([behind, _]) = self.system.blocks.links.get_mut(c) {
-            *behind = next;
+    fn touch(&self, c: usize) -> Touch {
+        self.system.blocks.touches.get(c).map(Touch::read).unwrap_or_default()
+    }
+
+    fn set_touch(&mut self, c: usize, touch: Touch) {
+        if let Some(slot) = self.system.blocks.touches.get_mut(c) {
+            touch.write(slot);
         }
-    }
-
-    /// Takes the lead from a candidate: its column is not solved.
-    fn lead_no_more(&mut self, c: usize) {
-        if let Some([_, ply_and_leads]) = self.system.blocks.links.get_mut(c) {
-            *ply_and_leads &= !1;
-        }
-    }
-
-    fn touch(&self, c: usize) -> [f64; TOUCH_REALS] {
-        self.system.blocks.touches.get(c).copied().unwrap_or([0.0; TOUCH_REALS])
     }
 
     /// How fast a candidate's gap grows if its node feels no impulse, m/s.
@@ -391,15 +361,15 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     /// How fast its gap grows, but for what its node is moved along z, m/s.
-    fn rate_besides(&self, candidate: &Candidate, rubbing: Option<&Tangential>, [soft, own]: [f64; 2]) -> f64 {
-        let [x, y] = self.along(candidate, rubbing, own);
-        self.body_rate(candidate) + (candidate.normal.x * x + candidate.normal.y * y) + soft * candidate.impulse
+    fn rate_besides(&self, candidate: &Candidate, rubbing: Option<&Tangential>, touch: &Touch) -> f64 {
+        let [x, y] = self.along(candidate, rubbing, touch.own);
+        self.body_rate(candidate) + (candidate.normal.x * x + candidate.normal.y * y) + touch.soft * candidate.impulse
     }
 
-    /// The next impulses along the surface of a candidate whose node has this inverse mass and is moved by so much along z, m/s.
-    fn rubbed(&self, candidate: &Candidate, t: &Tangential, [lift, own]: [f64; 2]) -> [f64; 2] {
-        let [x, y] = self.along(candidate, Some(t), own);
-        let moved = t.along(&Vector::new(x, y, lift));
+    /// The next impulses along the surface of a candidate.
+    fn rubbed(&self, candidate: &Candidate, t: &Tangential, touch: &Touch) -> [f64; 2] {
+        let [x, y] = self.along(candidate, Some(t), touch.own);
+        let moved = t.along(&Vector::new(x, y, touch.lift));
         let [p, q] = t.slip(&self.velocity, &self.rate);
         t.next([p + moved[0], q + moved[1]], self.system.scene.contact.friction * candidate.impulse)
     }
@@ -412,19 +382,17 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (unit_speed, friction) = (self.system.model.unit_speed, self.system.layout.has(Feature::Friction));
         let unsettled = if friction { f64::INFINITY } else { math::max(HARMLESS * unit_speed, self.tolerance) };
         let error = self.error(c, unsettled);
-        if self.touch(c)[STALE] == 0.0 && error <= self.tolerance {
+        if !self.touch(c).stale && error <= self.tolerance {
             return true;
         }
         let lifted = if self.candidate(c).is_fixed() { self.push_fixed(c) } else { self.solve_column(c) };
         if error > unsettled {
             // Whatever has moved.
-            if let Some(touch) = self.system.blocks.touches.get_mut(c) {
-                touch[STALE] = 0.0;
-            }
+            self.set_touch(c, Touch { stale: false, ..self.touch(c) });
             return false;
         }
         let moved = self.rub(c);
-        let shared = self.touch(c)[SOFT] > 0.0;
+        let shared = self.touch(c).soft > 0.0;
         let [harmless, still] = if friction && shared {
             [ROUGH * unit_speed; 2]
         } else {
@@ -437,10 +405,10 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// By how much the candidates of a column fail to obey the laws of contact and friction, m/s. What comes behind more than `enough` is not
     /// looked at.
     fn error(&self, leader: usize, enough: f64) -> f64 {
-        let (mut error, mut next) = (0.0, Some(leader));
-        while let Some(c) = next {
-            let (candidate, rubbing, [lift, .., soft, own]) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]) + candidate.normal.z * lift;
+        let mut error = 0.0;
+        for c in core::iter::successors(Some(leader), |&c| self.behind(c)) {
+            let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch) + candidate.normal.z * touch.lift;
             error = math::max(if candidate.impulse > 0.0 { math::abs(rate) } else { -rate }, error);
             if error > enough {
                 break;
@@ -448,18 +416,17 @@ impl<'s, 'a> Joint<'s, 'a> {
             if let Some(t) = &rubbing
                 && t.effective_mass > 0.0
             {
-                let [p, q] = self.rubbed(&candidate, t, [lift, own]);
+                let [p, q] = self.rubbed(&candidate, t, &touch);
                 let change = math::max(math::abs(p - t.impulse[0]), math::abs(q - t.impulse[1]));
                 error = math::max(change / t.effective_mass, error);
             }
-            next = self.behind(c);
         }
         error
     }
 
     /// The impulse on a fixed node. Returns how much it changes of the gap rate, m/s.
     fn push_fixed(&mut self, c: usize) -> f64 {
-        let (candidate, [_, give, ..]) = (self.candidate(c), self.touch(c));
+        let (candidate, give) = (self.candidate(c), self.touch(c).give);
         if give == 0.0 {
             // A prescribed body: neither gives way.
             return 0.0;
@@ -472,9 +439,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         if self.turns {
             self.rate -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
         }
-        if let Some([.., place]) = self.system.blocks.candidates.get_mut(c) {
-            *place = impulse;
-        }
+        self.set_impulse(c, impulse);
         give * math::abs(change)
     }
 
@@ -485,53 +450,49 @@ impl<'s, 'a> Joint<'s, 'a> {
         load(self.system, i, row);
         let mut next = Some(leader);
         while let Some(c) = next {
-            let (candidate, rubbing, [_, give, .., soft, own]) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let rate = self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]);
+            let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch);
             let (up, ply) = (candidate.normal.z, self.ply(c));
-            let Blocks { column, touches, .. } = &mut self.system.blocks;
-            let (Some(node), Some(touch)) = (column.get_mut(ply), touches.get_mut(c)) else { break };
-            let free = node[SPEED];
-            touch[FREE] = free;
-            node[GRIP] = up * math::abs(up) * self.give / give;
+            let Some(place) = self.system.blocks.column.get_mut(ply) else { break };
+            let mut node = Node::read(place);
+            node.grip = up * math::abs(up) * self.give / touch.give;
             if up != 0.0 {
-                node[RELEASE] = free + (give * candidate.impulse - rate) / (up * unit_speed);
+                node.release = node.before + (touch.give * candidate.impulse - rate) / (up * unit_speed);
             }
             if let Some(t) = &rubbing {
-                node[SPEED] += t.push(t.impulse).z / (unit_impulse * node[MASS]);
+                node.speed += t.push(t.impulse).z / (unit_impulse * node.mass);
             }
+            node.write(place);
             next = self.behind(c);
         }
         project(self.system.blocks.column);
-        for node in self.system.blocks.column.iter().filter(|node| node[GRIP] == 0.0) {
-            self.widest = math::max(math::abs(node[SPEED] - node[RELEASE]) * unit_speed, self.widest);
+        for node in self.system.blocks.column.iter().map(Node::read).filter(|node| node.grip == 0.0) {
+            self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
         }
         // All answer to the body as it is now.
         let (mut velocity, mut rate_of_body, mut moved) = (self.velocity, self.rate, 0.0);
         next = Some(leader);
         while let Some(c) = next {
-            let (candidate, rubbing, [lift_before, give, _, free, soft, own]) =
-                (self.candidate(c), self.tangential(c), self.touch(c));
-            let (up, ply) = (candidate.normal.z, self.ply(c));
-            let Blocks { column, touches, .. } = &mut self.system.blocks;
-            let (Some(node), Some(touch)) = (column.get(ply), touches.get_mut(c)) else { break };
-            let lift = (node[SPEED] - free) * unit_speed;
-            (touch[LIFT], touch[LAST]) = (lift, candidate.impulse);
-            let impulse = if math::abs(node[GRIP]) > node[MASS] {
-                node[RELEASE] * unit_impulse / up
+            let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let Some(node) = self.system.blocks.column.get(self.ply(c)).map(Node::read) else { break };
+            let (up, lift) = (candidate.normal.z, (node.speed - node.before) * unit_speed);
+            let impulse = if math::abs(node.grip) > node.mass {
+                node.push * unit_impulse / up
             } else {
-                candidate.impulse - (self.rate_besides(&candidate, rubbing.as_ref(), [soft, own]) + up * lift) / give
+                let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch) + up * lift;
+                candidate.impulse - rate / touch.give
             };
             let impulse = math::max(impulse, 0.0);
-            moved = math::max(math::abs(lift - lift_before), moved);
+            moved = math::max(math::abs(lift - touch.lift), moved);
+            (touch.lift, touch.last) = (lift, candidate.impulse);
+            self.set_touch(c, touch);
             let change = impulse - candidate.impulse;
             if change != 0.0 {
                 velocity -= candidate.normal * (change * self.inertia.inverse_mass);
                 if self.turns {
                     rate_of_body -= candidate.arm.component_mul(&self.inertia.inverse_moments) * change;
                 }
-                if let Some([.., place]) = self.system.blocks.candidates.get_mut(c) {
-                    *place = impulse;
-                }
+                self.set_impulse(c, impulse);
             }
             next = self.behind(c);
         }
@@ -544,31 +505,29 @@ impl<'s, 'a> Joint<'s, 'a> {
     fn of_plies(&mut self, leader: usize) -> [f64; 2] {
         let (i, row) = place(self.system, leader);
         load(self.system, i, row);
-        self.system.blocks.column.iter_mut().for_each(|node| node[RELEASE] = 0.0);
         let mut next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
             let push = candidate.normal.z * candidate.impulse + rubbing.map_or(0.0, |t| t.push(t.impulse).z);
-            if let Some(node) = self.system.blocks.column.get_mut(ply) {
-                node[RELEASE] = push / self.system.model.unit_impulse;
-                node[SPEED] += node[RELEASE] / node[MASS];
+            if let Some(place) = self.system.blocks.column.get_mut(ply) {
+                let mut node = Node::read(place);
+                node.push = push / self.system.model.unit_impulse;
+                node.speed += node.push / node.mass;
+                node.write(place);
             }
             next = self.behind(c);
         }
         project(self.system.blocks.column);
-        let Blocks { hot, column, .. } = &self.system.blocks;
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
-        let [at, next] = self.system.layout.stacked(i, row);
-        for (ply, node) in column.iter().enumerate() {
-            let free = hot.get(at + ply * next).map_or(0.0, |chunk| chunk[5][i % CHUNK]);
-            let change = node[SPEED] - free;
-            if node[ROOM] != f64::INFINITY {
-                work += from_below * node[ROOM];
+        for node in self.system.blocks.column.iter().map(Node::read) {
+            let change = node.speed - node.before;
+            if node.room != f64::INFINITY {
+                work += from_below * node.room;
             }
-            let push = node[MASS] * change;
-            work += free * (push - node[RELEASE]);
-            moved += push * change;
-            from_below -= push - node[RELEASE];
+            let momentum = node.mass * change;
+            work += node.before * (momentum - node.push);
+            moved += momentum * change;
+            from_below -= momentum - node.push;
         }
         [work, moved]
     }
@@ -580,14 +539,14 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// turns back goes half as far, and farther again while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
     fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
         let way = [next[0] - p, next[1] - q];
-        let Some(pace) = self.system.blocks.paces.get_mut(c) else { return next };
-        let [part, last_p, last_q] = *pace;
+        let Some(slot) = self.system.blocks.paces.get_mut(c) else { return next };
+        let last = Pace::read(slot);
         let part = match self.sweeps {
-            0..PATIENCE => part,
-            _ if way[0] * last_p + way[1] * last_q < 0.0 => 0.5 * part,
-            _ => math::min(GROWTH * part, 1.0),
+            0..PATIENCE => last.part,
+            _ if way[0] * last.way[0] + way[1] * last.way[1] < 0.0 => 0.5 * last.part,
+            _ => math::min(GROWTH * last.part, 1.0),
         };
-        *pace = [part, way[0], way[1]];
+        Pace { part, way }.write(slot);
         if part == 1.0 {
             return next;
         }
@@ -601,12 +560,11 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut moved, mut next) = (0.0, Some(leader));
         let mut stale = false;
         while let Some(c) = next {
-            let (candidate, [lift, .., last, _, own]) = (self.candidate(c), self.touch(c));
-            let mut rubbing = self.tangential(c);
-            let before = self.along(&Candidate { impulse: last, ..candidate }, rubbing.as_ref(), own);
+            let (candidate, mut rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
+            let before = self.along(&Candidate { impulse: touch.last, ..candidate }, rubbing.as_ref(), touch.own);
             if let Some(t) = &mut rubbing {
                 let [p, q] = t.impulse;
-                let next = self.rubbed(&candidate, t, [lift, own]);
+                let next = self.rubbed(&candidate, t, &touch);
                 t.impulse = self.paced(c, &candidate, [p, q], next);
                 let change = [t.impulse[0] - p, t.impulse[1] - q];
                 self.velocity -= t.push(change) * self.inertia.inverse_mass;
@@ -618,14 +576,12 @@ impl<'s, 'a> Joint<'s, 'a> {
                     moved = math::max(size / t.effective_mass, moved);
                 }
             }
-            let after = self.along(&candidate, rubbing.as_ref(), own);
+            let after = self.along(&candidate, rubbing.as_ref(), touch.own);
             let change = math::max(math::abs(after[0] - before[0]), math::abs(after[1] - before[1]));
             moved = math::max(change, moved);
             next = self.behind(c);
         }
-        if let Some(touch) = self.system.blocks.touches.get_mut(leader) {
-            touch[STALE] = f64::from(u8::from(stale));
-        }
+        self.set_touch(leader, Touch { stale, ..self.touch(leader) });
         moved
     }
 }
@@ -637,11 +593,8 @@ fn place(system: &System<'_>, c: usize) -> (usize, usize) {
     (i, system.layout.ply_and_row(j).1)
 }
 
-/// A place without a candidate.
-const NO_CANDIDATE: [f64; CANDIDATE_REALS] = [0.0; CANDIDATE_REALS];
-
 /// Impulses with friction, scaled back if they would add energy, as those of a single sheet are that were given up on: a cone holds every part
-/// of what it holds. The impulses between the plies are scaled with them here; those that part the plies in the end leave no more energy than
+/// of what it holds. The impulses between the plies are scaled with them here; those that separate the plies in the end leave no more energy than
 /// these and what they would do against the gaps.
 #[inline(never)]
 fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved {

@@ -1,10 +1,11 @@
-pub mod book;
+pub mod apply;
 pub mod candidate;
 pub(crate) mod column;
+pub mod edge;
 pub mod friction;
 pub mod joint;
 pub(crate) mod newton;
-pub(crate) mod part;
-pub mod passage;
 pub mod search;
+pub(crate) mod separate;
 pub mod solve;
+pub(crate) mod touch;

@@ -6,19 +6,18 @@
 //! until none changes. The rates of each step solve six equations that are piecewise smooth: semismooth Newton, a way that does not bring the
 //! equations nearer to 0 is halved. So the work is some passes over the candidates, however they lie. Without friction each step is one of
 //! the convex dual problem and never adds energy; a step whose equations are not solved is not taken.
-//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then what is left over is told.
+//! Limits: with friction the equations need not be monotone, and Newton's method may find no way on; then what is left over is counted.
 //! Reference: L. Qi, J. Sun, Math. Program. 58 (1993) 353; P. Alart, A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353;
 //! R. T. Rockafellar, Math. Oper. Res. 1 (1976) 97.
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Inertia;
-use crate::contact::candidate::{Candidate, Solved};
+use crate::contact::candidate::{self, Candidate, Given, Solved};
 use crate::contact::friction::{self, Tangential};
 use crate::ground::math;
 use crate::memory::layout::{CANDIDATE_REALS, TANGENTIAL_REALS};
-use crate::scene::parts::Symmetry;
 
-/// Passes over the candidates after which no step is begun; one in hand takes up to five more.
+/// Passes over the candidates after which no step is begun; one begun takes at most five more.
 pub const MAX_PASSES: u32 = 95;
 /// rho of a fixed node over the mass by which the body gives way to it: at first, and at least.
 pub(crate) const STIFF: f64 = 1e4;
@@ -47,11 +46,7 @@ pub(crate) struct Newton<'c> {
     pub candidates: &'c mut [[f64; CANDIDATE_REALS]],
     /// One for each candidate; none without friction.
     pub tangential: &'c mut [[f64; TANGENTIAL_REALS]],
-    pub coefficient: f64,
-    pub inertia: &'c Inertia,
-    /// Mass of a free node, kg.
-    pub node_mass: f64,
-    pub symmetry: Symmetry,
+    pub given: &'c Given<'c>,
     /// rho of a fixed node over the mass by which the body gives way to it.
     pub stiff: f64,
 }
@@ -118,7 +113,7 @@ impl Newton<'_> {
             {
                 let [p, q] = t.impulse;
                 let [s0, s1] = t.slip(&solved.velocity, &solved.angular_velocity);
-                let next = t.next([s0 + p * own, s1 + q * own], self.coefficient * c.impulse);
+                let next = t.next([s0 + p * own, s1 + q * own], self.given.friction * c.impulse);
                 let change = math::length([next[0] - p, next[1] - q, 0.0]);
                 worst = math::max(change / t.effective_mass, worst);
             }
@@ -128,14 +123,16 @@ impl Newton<'_> {
 
     /// 1/m of a candidate's node, 1/kg, 0 if it is fixed, and how fast its gap grows, m/s.
     fn rate(&self, c: &Candidate, solved: &Solved) -> (f64, f64) {
-        let own = if c.is_fixed() { 0.0 } else { 1.0 / self.node_mass };
+        let own = if c.is_fixed() { 0.0 } else { 1.0 / self.given.node_mass };
         (own, c.gap_rate(&solved.velocity, &solved.angular_velocity) + c.impulse * own)
     }
 
     fn way(&self, direction: &Vector, arm: &Vector, images: f64) -> Way {
-        let push = direction.component_mul(&self.symmetry.force_mask()) * (images * self.inertia.inverse_mass);
+        let push =
+            direction.component_mul(&self.given.symmetry.force_mask()) * (images * self.given.inertia.inverse_mass);
         let twist =
-            arm.component_mul(&self.symmetry.torque_mask()).component_mul(&self.inertia.inverse_moments) * images;
+            arm.component_mul(&self.given.symmetry.torque_mask()).component_mul(&self.given.inertia.inverse_moments)
+                * images;
         let six = |v: &Vector, w: &Vector| [v.x, v.y, v.z, w.x, w.y, w.z];
         Way { of_body: six(direction, arm), to_body: six(&push, &twist) }
     }
@@ -150,7 +147,7 @@ impl Newton<'_> {
         let [solved_below, enough_below] = SOLVED.map(|part| part * part * first);
         // Rounding is left.
         let rounding = SLIGHT * settled;
-        let solved_below = math::max(solved_below, self.inertia.mass * (rounding * rounding));
+        let solved_below = math::max(solved_below, self.given.inertia.mass * (rounding * rounding));
         loop {
             let size = self.product(&at.left, &at.left);
             if size <= solved_below {
@@ -198,7 +195,7 @@ impl Newton<'_> {
 
     /// The product of two changes of the rates in which their squares are twice the kinetic energy, J.
     fn product(&self, one: &Six, other: &Six) -> f64 {
-        let Inertia { inverse_mass, inverse_moments, mass, moments, .. } = self.inertia;
+        let Inertia { inverse_mass, inverse_moments, mass, moments, .. } = self.given.inertia;
         let [a, b, c, d, e, f] = core::array::from_fn(|k| one[k] * other[k]);
         let mut sum = 0.0;
         if *inverse_mass > 0.0 {
@@ -231,12 +228,12 @@ impl Newton<'_> {
             let Some(slot) = &self.candidates.get(k).copied() else { return };
             let [normal, p, q] =
                 self.answer(k, slot, solved, frozen, change, |way, given, _| sum = combined(&sum, given, &way.to_body));
-            if let Some([.., impulse]) = self.candidates.get_mut(k) {
-                *impulse = normal;
+            if let Some(slot) = self.candidates.get_mut(k) {
+                candidate::set_impulse(slot, normal);
             }
             let Some(mut t) = self.tangential.get(k).map(Tangential::read) else { continue };
             // With frozen friction the normal impulse may now allow less.
-            t.impulse = friction::limited([p, q], self.coefficient * normal);
+            t.impulse = friction::limited([p, q], self.given.friction * normal);
             if frozen {
                 let images = Candidate::read(slot).images();
                 for (d, given) in [(0, t.impulse[0] - p), (1, t.impulse[1] - q)] {
@@ -252,7 +249,7 @@ impl Newton<'_> {
         solved.angular_velocity -= Vector::new(d, e, f);
     }
 
-    /// The impulses with which a candidate answers a change of the body's rates. `each` is told, for each of its directions, what more is given, and
+    /// The impulses with which a candidate answers a change of the body's rates. `each` gets, for each of its directions, what more is given, and
     /// the derivative of that by the rates.
     #[inline(always)]
     fn answer(
@@ -266,19 +263,19 @@ impl Newton<'_> {
     ) -> [f64; 3] {
         let c = Candidate::read(slot);
         let (own, rate) = self.rate(&c, solved);
-        let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.node_mass };
+        let rho = if c.is_fixed() { self.stiff * c.effective_mass } else { self.given.node_mass };
         let normal = self.way(&c.normal, &c.arm, c.images());
         let trial = c.impulse - rho * (rate - dot(&normal.of_body, change));
         let impulse = math::max(trial, 0.0);
         let slope = if trial > 0.0 { normal.of_body.map(|x| rho * x) } else { [0.0; 6] };
         each(&normal, impulse - c.impulse, &slope);
         let Some(t) = self.tangential.get(k).map(Tangential::read) else { return [impulse, 0.0, 0.0] };
-        let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.node_mass };
+        let rho = if c.is_fixed() { self.stiff * t.effective_mass } else { self.given.node_mass };
         let ways = [0, 1].map(|d| self.way(&t.tangents[d], &t.arms[d], c.images()));
         let slip = t.slip(&solved.velocity, &solved.angular_velocity);
         let trial = [0, 1].map(|d| t.impulse[d] - rho * (slip[d] + t.impulse[d] * own - dot(&ways[d].of_body, change)));
-        let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.coefficient) };
-        let (most, size) = (self.coefficient * most, math::length([trial[0], trial[1], 0.0]));
+        let (most, grows) = if frozen { (c.impulse, 0.0) } else { (impulse, self.given.friction) };
+        let (most, size) = (self.given.friction * most, math::length([trial[0], trial[1], 0.0]));
         let next = friction::limited(trial, most);
         // Of a node that slides: the disc grows with the normal impulse, and the direction turns.
         let slides = size > most;

@@ -5,7 +5,7 @@
 use crate::body::pose::{self, Vector};
 use crate::body::projectile::Body;
 use crate::body::shape::{self, Solid};
-use crate::contact::candidate::{Candidate, Found};
+use crate::contact::candidate::{Candidate, Found, Images};
 use crate::contact::friction::Tangential;
 use crate::ground::error::Failure;
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};
@@ -255,7 +255,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let h = system.scene.sheet.spacing;
     let margin = system.scene.largest_spacing();
     let search = Search::new(&system.solid, &system.state.body, margin, system.instructions);
-    let (rise, pile) = (system.directions.front.vertical.rest.spacing, system.model.gap);
+    let (rise, ply_gap) = (system.directions.front.vertical.rest.spacing, system.model.gap);
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (unit_speed, dt, layout) = (system.model.unit_speed, system.model.pass_dt, &system.layout);
     let (nodes_x, nodes_y) = (system.scene.sheet.nodes_x, system.scene.sheet.nodes_y);
@@ -278,7 +278,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
             *left = NOT_KEPT;
             continue;
         }
-        let z0 = ply as f64 * pile;
+        let z0 = ply as f64 * ply_gap;
         let run = runs.get(j).copied().unwrap_or([0; 4]);
         let row = planes::row(hot, chunks, j);
         let first = [x0, y0, z0];
@@ -307,14 +307,14 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
                     continue;
                 }
                 let Some((slot, node)) = slots.next() else { return Err(Failure::ContactCapacity) };
-                let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
-                let weight = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
+                let v = Vector::from(planes::velocity(chunk, lane));
+                let images = if stands_alone { 1.0 } else { layout.node_weight(i, j) * net.share(i, j) };
                 // With no velocity so far: see `Found`.
                 let found = Candidate {
-                    displacement: [chunk[0][lane], chunk[1][lane], chunk[2][lane]],
+                    displacement: planes::displacement(chunk, lane),
                     normal,
                     arm,
-                    weight: if fixed { -weight } else { weight },
+                    images: Images::of(images, fixed),
                     speed_before: normal.dot(&v) * unit_speed,
                     approach: math::max(gap, 0.0) / dt,
                     effective_mass: 0.0,
@@ -352,7 +352,7 @@ pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
         }
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
-        let v = Vector::new(chunk[3][lane], chunk[4][lane], chunk[5][lane]);
+        let v = Vector::from(planes::velocity(chunk, lane));
         Found::read(slot).with_velocity(&v, unit_speed).write(slot);
         if let Some(place) = places.next() {
             Tangential::read(place).with_velocity(&(v * unit_speed)).write(place);

@@ -5,7 +5,7 @@
 //! the gap rate phi/dt + n.(v - V' - w' x r) >= 0 at the end of the step (0 in place of phi/dt for a node already inside),
 //! solved together by projected Gauss-Seidel in node order from lambda = 0. The gap of a convex body is convex, so the node
 //! stays outside; no position is projected and no energy is put into the yarns.
-//! Who is a candidate: `search.rs`, and which of them the body gets past beside an edge: `passage.rs`.
+//! Who is a candidate: `search.rs`, and which of them the body gets past beside an edge: `edge.rs`.
 //! What sweeps do not settle goes on in `newton.rs`.
 //! Limits: penetration-free for converged solves (others are counted, with what is left over, and never add energy: impulses that
 //! would are all scaled back). A prescribed body passes through fixed nodes: neither gives way.
@@ -14,7 +14,7 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::{Body, Inertia};
-use crate::contact::candidate::{Candidate, Solved};
+use crate::contact::candidate::{self, Begun, Candidate, Given, Images, Solved};
 use crate::contact::friction::{self, Tangential};
 use crate::contact::newton::{Newton, STIFF};
 use crate::ground::math;
@@ -37,54 +37,40 @@ const ROUNDING: f64 = 1e-15;
 
 /// A candidate whose gap grows faster than this part of the speed of the body's surface takes no impulse, unless the body gives way
 /// to the others that far.
-const OUT_OF_REACH: f64 = 0.01;
+const LEFT_OUT_ABOVE: f64 = 0.01;
 
-/// (M8) Finds the impulses of all candidates. `body` carries the velocities before contact; `node_mass`: that of a free node, kg.
-/// A node of a graded network stands for several of this mass, which move alike: its impulse is that on one of them.
-/// `effective_mass` and `impulse` of the candidates are set here.
-/// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `weight`
+/// (M8) Finds the impulses of all candidates. A node of a graded network stands for several of the mass given, which move alike: its impulse
+/// is that on one of them. `effective_mass` and `impulse` of the candidates are set here.
+/// Behind mirror planes the images of a node get the images of its impulse: what they do together to the body is `images`
 /// times the part of one that the planes leave.
-pub fn solve(
-    candidates: &mut [[f64; CANDIDATE_REALS]],
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
-    symmetry: Symmetry,
-) -> Solved {
-    finished::<false>(candidates, &mut [], 0.0, body, inertia, node_mass, symmetry)
+pub fn solve(candidates: &mut [[f64; CANDIDATE_REALS]], given: &Given<'_>) -> Solved {
+    finished::<false>(candidates, &mut [], given)
 }
 
-/// The same with friction (M21) of this coefficient. `tangential`: one for each candidate.
+/// The same with friction (M21). `tangential`: one for each candidate.
 pub fn solve_with_friction(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
-    coefficient: f64,
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
-    symmetry: Symmetry,
+    given: &Given<'_>,
 ) -> Solved {
-    finished::<true>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry)
+    finished::<true>(candidates, tangential, given)
 }
 
 /// Sweeps, and where they do not settle, Newton's method from there.
 fn finished<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
-    coefficient: f64,
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
-    symmetry: Symmetry,
+    given: &Given<'_>,
 ) -> Solved {
-    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, coefficient, body, inertia, node_mass, symmetry);
+    let Given { body, inertia, node_mass, symmetry, friction } = *given;
+    let (solved, settled) = sweeps::<FRICTION>(candidates, tangential, friction, body, inertia, node_mass, symmetry);
     if solved.converged {
         return solved;
     }
-    let mut newton = Newton { candidates, tangential, coefficient, inertia, node_mass, symmetry, stiff: STIFF };
+    let mut newton = Newton { candidates, tangential, given, stiff: STIFF };
     let mut solved = newton.finish(solved, settled);
     if !solved.converged {
-        solved = scale_back(newton.candidates, newton.tangential, body, inertia, node_mass, solved);
+        solved = scale_back(newton.candidates, newton.tangential, given, solved);
         solved.residual = newton.residual(&solved);
     }
     solved
@@ -151,7 +137,7 @@ impl<'s> Pushed<'s> {
 
     #[inline(always)]
     fn is_alone(&self, c: &Candidate) -> bool {
-        self.whole && c.weight == 1.0
+        self.whole && c.images == Images::ITSELF
     }
 
     #[inline(always)]
@@ -190,7 +176,7 @@ impl<'s> Pushed<'s> {
         }
     }
 
-    /// Prepares all candidates. Until the solve begins, the place of the mass holds the gap rate.
+    /// Prepares all candidates but for their masses.
     #[inline(always)]
     fn begin<const FRICTION: bool>(
         &mut self,
@@ -217,18 +203,23 @@ impl<'s> Pushed<'s> {
                 }
                 t.write(place);
             }
-            let [.., kept, impulse] = slot;
-            (*kept, *impulse) = (gap_rate, 0.0);
+            Begun::begin(slot, gap_rate);
         }
         sizes
     }
 
-    /// The masses, in place of gap rates. Of what is out of reach the mass is 0, so that no sweep changes it.
-    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
+    /// The masses of candidates that begin. Of what is out of reach it is 0, so that no sweep changes it.
+    fn set_masses_in_reach(&self, candidates: &mut [[f64; CANDIDATE_REALS]], out_of_reach: f64) {
         for slot in candidates {
-            let c = Candidate::read(slot);
-            let [.., mass, _] = slot;
-            *mass = if c.effective_mass > out_of_reach { 0.0 } else { self.effective_mass(&c) };
+            let Begun { gap_rate, candidate } = Begun::read(slot);
+            candidate::set_mass(slot, if gap_rate > out_of_reach { 0.0 } else { self.effective_mass(&candidate) });
+        }
+    }
+
+    /// The masses of all.
+    fn set_masses(&self, candidates: &mut [[f64; CANDIDATE_REALS]]) {
+        for slot in candidates {
+            candidate::set_mass(slot, self.effective_mass(&Candidate::read(slot)));
         }
     }
 
@@ -263,8 +254,7 @@ impl<'s> Pushed<'s> {
                     let turned = self.twist(&c).component_mul(&self.inertia.inverse_moments);
                     rates.angular_velocity -= turned * change;
                 }
-                let [.., place] = slot;
-                *place = impulse;
+                candidate::set_impulse(slot, impulse);
                 let mut size = math::abs(change);
                 *changes += size;
                 if fixed {
@@ -303,7 +293,7 @@ impl<'s> Pushed<'s> {
 }
 
 /// The sweeps of both solves: without friction the compiler leaves out what belongs to it. Returns also the change of speed in a sweep below
-/// which a solve has settled, m/s.
+/// which a solve has settled, m/s. References that stand in a structure would be read again for every candidate: here each is an argument.
 #[inline(never)]
 fn sweeps<const FRICTION: bool>(
     candidates: &mut [[f64; CANDIDATE_REALS]],
@@ -324,8 +314,8 @@ fn sweeps<const FRICTION: bool>(
     // A node whose gap grows is left out, as long as what all changes of the impulses together can do to the body, however they
     // add up, changes the speed of its surface by less than that: it would take no impulse.
     let follows = sizes.most_images * (inertia.inverse_mass + sizes.farthest * inertia.inverse_moments.max());
-    let mut out_of_reach = if FRICTION { f64::INFINITY } else { OUT_OF_REACH * moving };
-    pushed.set_masses(candidates, out_of_reach);
+    let mut out_of_reach = if FRICTION { f64::INFINITY } else { LEFT_OUT_ABOVE * moving };
+    pushed.set_masses_in_reach(candidates, out_of_reach);
     let (mut sweeps, mut converged, mut changes) = (0, false, 0.0);
     let most = LEAST_SWEEPS.max(MAX_SWEEPS.min((MAX_UPDATES / candidates.len().max(1)) as u32));
     while sweeps < most && !converged {
@@ -336,13 +326,13 @@ fn sweeps<const FRICTION: bool>(
         if out_of_reach < f64::INFINITY && !followed {
             // Once more from the start, with all of them.
             (out_of_reach, sweeps, converged) = (f64::INFINITY, 0, false);
-            pushed.set_masses(candidates, out_of_reach);
             rates = Rates::of(body);
-            candidates.iter_mut().for_each(|[.., impulse]| *impulse = 0.0);
+            pushed.set_masses(candidates);
+            candidates.iter_mut().for_each(|slot| candidate::set_impulse(slot, 0.0));
         }
     }
     if !converged {
-        pushed.set_masses(candidates, f64::INFINITY);
+        pushed.set_masses(candidates);
     }
     let Rates { velocity, angular_velocity } = rates;
     (Solved { sweeps, converged, velocity, angular_velocity, residual: 0.0 }, tolerance / node_mass)
@@ -353,11 +343,10 @@ fn sweeps<const FRICTION: bool>(
 fn scale_back(
     candidates: &mut [[f64; CANDIDATE_REALS]],
     tangential: &mut [[f64; TANGENTIAL_REALS]],
-    body: &Body,
-    inertia: &Inertia,
-    node_mass: f64,
+    given: &Given<'_>,
     solved: Solved,
 ) -> Solved {
+    let Given { body, inertia, node_mass, .. } = *given;
     let (dv, dw) = (solved.velocity - body.velocity, solved.angular_velocity - body.angular_velocity);
     let (mut before, mut change) = (0.0, 0.0);
     if inertia.inverse_mass > 0.0 {
@@ -397,13 +386,17 @@ fn length(v: &Vector) -> f64 {
 /// The impulses of the first `count` candidates of a single sheet.
 pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
-    let (body, model, symmetry) = (&system.state.body, &system.model, system.scene.symmetry);
+    let given = Given {
+        body: &system.state.body,
+        inertia: &system.model.inertia,
+        node_mass: system.model.node_mass,
+        symmetry: system.scene.symmetry,
+        friction: system.scene.contact.friction,
+    };
     if !system.layout.has(Feature::Friction) {
-        return solve(slots, body, &model.inertia, model.node_mass, symmetry);
+        return solve(slots, &given);
     }
-    let tangential = system.blocks.tangential.get_mut(..count).unwrap_or(&mut []);
-    let coefficient = system.scene.contact.friction;
-    solve_with_friction(slots, tangential, coefficient, body, &model.inertia, model.node_mass, symmetry)
+    solve_with_friction(slots, system.blocks.tangential.get_mut(..count).unwrap_or(&mut []), &given)
 }
 
 #[cfg(test)]
@@ -427,9 +420,19 @@ mod tests {
         (solid, inertia, Body::of(&motion))
     }
 
+    fn solve(
+        slots: &mut [[f64; CANDIDATE_REALS]],
+        body: &Body,
+        inertia: &Inertia,
+        node_mass: f64,
+        symmetry: Symmetry,
+    ) -> Solved {
+        super::solve(slots, &Given { body, inertia, node_mass, symmetry, friction: 0.0 })
+    }
+
     fn slot(normal: Vector, approach: f64) -> [f64; CANDIDATE_REALS] {
         let mut slot = [0.0; CANDIDATE_REALS];
-        let candidate = Candidate { normal, approach, weight: 1.0, ..Candidate::read(&slot) };
+        let candidate = Candidate { normal, approach, images: Images::ITSELF, ..Candidate::read(&slot) };
         candidate.write(&mut slot);
         slot
     }
@@ -489,11 +492,18 @@ mod tests {
     }
     const NODE: f64 = 1e-3;
 
-    fn armed(normal: Vector, arm: Vector, weight: f64, approach: f64) -> [f64; CANDIDATE_REALS] {
+    fn armed(normal: Vector, arm: Vector, images: f64, approach: f64) -> [f64; CANDIDATE_REALS] {
         let mut slot = [0.0; CANDIDATE_REALS];
-        let candidate = Candidate { normal, arm, weight, approach, ..Candidate::read(&slot) };
+        let candidate =
+            Candidate { normal, arm, images: Images::of(images, false), approach, ..Candidate::read(&slot) };
         candidate.write(&mut slot);
         slot
+    }
+
+    fn fixed(slot: [f64; CANDIDATE_REALS]) -> [f64; CANDIDATE_REALS] {
+        let mut held = slot;
+        Candidate { images: Images::of(1.0, true), ..Candidate::read(&slot) }.write(&mut held);
+        held
     }
 
     fn close(value: f64, expected: f64, relative: f64) {
@@ -579,11 +589,6 @@ mod tests {
     #[test]
     fn a_fixed_node_does_not_give_way() {
         let (normal, arm) = (Vector::new(0.48, -0.6, 0.64), Vector::new(4e-3, -0.011, 7e-3));
-        let fixed = |slot: [f64; CANDIDATE_REALS]| {
-            let mut held = slot;
-            Candidate { weight: -1.0, ..Candidate::read(&slot) }.write(&mut held);
-            held
-        };
         for movable in [true, false] {
             let (inertia, body) = rod(5.0, movable);
             let mut slots = [fixed(armed(normal, arm, 1.0, 7.0)), armed(-normal, -arm, 1.0, 0.0)];
@@ -715,8 +720,8 @@ mod tests {
         for angle in [0.3, 1e-2, 1e-4] {
             let (inertia, mut body) = rod(5.0, true);
             (body.velocity, body.angular_velocity) = (Vector::new(2.0, -7.0, 40.0), Vector::zeros());
-            let held =
-                |angle: f64| armed(Vector::new(math::sin(angle), 0.0, math::cos(angle)), Vector::zeros(), -1.0, 0.0);
+            let normal = |angle: f64| Vector::new(math::sin(angle), 0.0, math::cos(angle));
+            let held = |angle: f64| fixed(armed(normal(angle), Vector::zeros(), 1.0, 0.0));
             // Between them the body is pressed from both sides along x.
             let mut slots = [held(angle), held(-angle)];
             let solved = solve(&mut slots, &body, &inertia, NODE, Symmetry::default());

@@ -40,6 +40,23 @@ pub const VISCOUS_PLANES: usize = 22;
 /// Eight columns of P planes.
 pub type Chunk<const P: usize> = [[f64; CHUNK]; P];
 
+/// Plane of the displacement along z in the hot rows, and of the velocity along z.
+pub const Z: usize = 2;
+/// See [`Z`].
+pub const SPEED_Z: usize = 5;
+
+/// Displacement of a node in its chunk of the hot rows, spacings.
+#[inline(always)]
+pub fn displacement([x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64; 3] {
+    [x[lane], y[lane], z[lane]]
+}
+
+/// Its velocity, spacings a pass.
+#[inline(always)]
+pub fn velocity([_, _, _, x, y, z, ..]: &Chunk<HOT_PLANES>, lane: usize) -> [f64; 3] {
+    [x[lane], y[lane], z[lane]]
+}
+
 /// A velocity below this, in h/dt, counts as rest: 2^-256, some 1e-73 m/s. Ahead of a wave velocities fall off faster than
 /// exponentially, and without a least one nearly every force there would be a subnormal number, which processors are slow
 /// with. Sums of numbers above it are multiples of 2^-308, so no product of three of them is subnormal.

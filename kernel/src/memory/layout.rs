@@ -12,7 +12,7 @@ pub const CANDIDATE_REALS: usize = 14;
 pub const TANGENTIAL_REALS: usize = 19;
 
 /// Numbers kept per ply of a column of facing nodes.
-pub(crate) const COLUMN_REALS: usize = 12;
+pub(crate) const COLUMN_REALS: usize = 14;
 /// Numbers kept per contact candidate of a stack besides.
 pub(crate) const TOUCH_REALS: usize = 6;
 /// And of one with friction.

@@ -1,3 +1,5 @@
 pub mod features;
 pub mod fields;
+pub mod measures;
 pub mod parts;
+pub mod presets;

@@ -1,13 +1,9 @@
-//! The scene: plain data that says what is simulated. Defaults come from functions.
-//! Each number has a row in `fields.rs`; what goes with what is checked in `check.rs`.
+//! The parts of a scene: plain data that says what is simulated, and how large some of its numbers may be.
+//! Each number has its default in `presets.rs` and a row in the table `fields/table.rs`; what goes with what is checked in `check.rs`.
 //!
 //! All numbers are SI. Vectors of the projectile and of the sheet's pose are in the host's frame; the sheet's own frame has
 //! its nodes in the plane z = 0, rows along x. Quaternions are scalar first and turn body vectors into world vectors.
 
-use crate::ground::planes::Axis;
-
-/// Rest length of a segment in the paper: 35 yarns per inch, m.
-pub const PAPER_SPACING: f64 = 0.0254 / 35.0;
 /// Largest number of nodes along one side.
 pub const MAX_NODES_PER_SIDE: u32 = 1 << 20;
 
@@ -103,28 +99,7 @@ pub struct Back {
     pub weibull_gauge_length: f64,
 }
 
-/// Mass of a node of the paper's sheet, kg, and cross-section of its yarn, m^2.
-const PAPER_NODE_MASS: f64 = 6.52e-8;
-const PAPER_YARN_AREA: f64 = 1.075e-7;
-
 impl Back {
-    /// No ply of it; the numbers of the paper's yarn.
-    pub const PAPER: Back = Back {
-        plies: 0,
-        node_mass: PAPER_NODE_MASS,
-        yarn_area: PAPER_YARN_AREA,
-        yarn_area_y: 0.0,
-        crimp: [0.0; 2],
-        modulus_mean: Yarn::PAPER.modulus_mean,
-        modulus_sd: Yarn::PAPER.modulus_sd,
-        damage_slope: Yarn::PAPER.damage_slope,
-        damage_intercept: Yarn::PAPER.damage_intercept,
-        damage_sd: Yarn::PAPER.damage_sd,
-        critical_stretch: Yarn::PAPER.critical_stretch,
-        weibull_shape: 0.0,
-        weibull_gauge_length: 0.0,
-    };
-
     /// Whether modulus and damage rate are drawn.
     pub fn is_drawn(&self) -> bool {
         self.modulus_sd != 0.0 || self.damage_sd != 0.0
@@ -211,34 +186,6 @@ pub struct Yarn {
     pub rate_reference: f64,
     /// Largest rate of strain measured, 1/s, at most 1e9; faster ones count as this (dependence on the rate only).
     pub rate_limit: f64,
-}
-
-impl Yarn {
-    /// The paper's yarn, with its scatter.
-    pub const PAPER: Yarn = Yarn {
-        modulus_mean: 140.21e9,
-        modulus_sd: 2.04e9,
-        damage_slope: 7.91e-9,
-        damage_intercept: -878.46,
-        damage_sd: 8.35,
-        critical_stretch: 1.03,
-        damage_a: 1.0,
-        damage_b: 0.0,
-        alpha_fail: 0.01,
-        stochastic: true,
-        draw: Draw::Segment,
-        strength_draw: StrengthDraw::None,
-        weibull_shape: 14.7,
-        weibull_gauge_length: 0.0,
-        weibull_correlation: 0.0,
-        viscosity_linear: 0.0,
-        viscosity_quadratic: 0.0,
-        viscosity_bending: 0.0,
-        rate_modulus: 0.0,
-        rate_stretch: 0.0,
-        rate_reference: 0.0,
-        rate_limit: 0.0,
-    };
 }
 
 /// What the critical stretch of a segment is.
@@ -595,215 +542,4 @@ pub struct StepLimits {
     pub dt_crit: f64,
     /// Largest accepted step: 0.5 dt_crit, with a toe 0.5 sqrt(3/4) dt_crit.
     pub step_max: f64,
-}
-
-impl Scene {
-    /// The paper's 3 in sheet: 105 x 105 nodes, four sides held, the 8.4 g steel sphere at its centre, 100 m/s along +z.
-    pub const fn sheet_3in_sphere() -> Scene {
-        let radius = 6.35e-3;
-        Scene {
-            sheet: Sheet {
-                nodes_x: 105,
-                nodes_y: 105,
-                spacing: PAPER_SPACING,
-                spacing_y: 0.0,
-                node_mass: PAPER_NODE_MASS,
-                yarn_area: PAPER_YARN_AREA,
-                yarn_area_y: 0.0,
-                crimp: [0.0; 2],
-                pre_strain: [0.0; 2],
-                plies: 1,
-                grading: Grading { largest: 0, run: 4, centre: [0.0; 2], half_width: [0.0; 2] },
-                position: [0.0; 3],
-                orientation: [1.0, 0.0, 0.0, 0.0],
-            },
-            stack: Stack { plies: 1, gap: 0.0, turned: false },
-            back: Back::PAPER,
-            symmetry: Symmetry { mirror_x: false, mirror_y: false },
-            attachment: Attachment { kind: AttachmentKind::FourSides, disc_inset: 7.62e-3, disc_radius: 5.715e-3 },
-            yarn: Yarn::PAPER,
-            weft: Weft::LIKE_WARP,
-            projectile: Projectile {
-                shape: Shape::Sphere,
-                radius,
-                length: 2.0 * radius,
-                size: [2.0 * radius; 3],
-                faces: Faces::NONE,
-                moments: [0.0; 3],
-                sector: Sector {
-                    inner_radius: 0.015,
-                    outer_radius: 0.04,
-                    angle: core::f64::consts::TAU / 3.0,
-                    thickness: 0.01,
-                },
-                mass: 8.4e-3,
-                position: [0.0, 0.0, -radius],
-                velocity: [0.0, 0.0, 100.0],
-                orientation: [1.0, 0.0, 0.0, 0.0],
-                angular_velocity: [0.0; 3],
-            },
-            contact: ContactLaw { friction: 0.0 },
-            drive: Drive::Free,
-            seed: 1,
-            time_step: TimeStep::fraction(STEP_DEFAULT_FRACTION),
-            step_check: StepCheck::Refuse,
-            integrator: Integrator::VERLET,
-            step_after_failure: StepAfterFailure::Keep,
-            slack_toe: 0.0,
-            rotation_rule: RotationRule::MIDPOINT,
-            force_window: 1e-6,
-            track_detachment: true,
-            track_support: true,
-            contact_capacity: 0,
-        }
-    }
-
-    /// The paper's 10 in sheet: 350 x 350 nodes, two sides held, the 37 g flat-ended cylinder at its centre, 100 m/s along +z.
-    pub const fn sheet_10in_cylinder() -> Scene {
-        let small = Scene::sheet_3in_sphere();
-        let length = 0.0381;
-        Scene {
-            sheet: Sheet { nodes_x: 350, nodes_y: 350, ..small.sheet },
-            attachment: Attachment { kind: AttachmentKind::TwoSides, disc_inset: 25.4e-3, disc_radius: 19.05e-3 },
-            projectile: Projectile {
-                shape: Shape::Cylinder,
-                length,
-                mass: 0.037,
-                position: [0.0, 0.0, -0.5 * length],
-                ..small.projectile
-            },
-            ..small
-        }
-    }
-
-    /// Whether contact can turn the projectile: every body with friction, without it all but a sphere.
-    pub fn projectile_turns(&self) -> bool {
-        self.projectile.shape != Shape::Sphere || self.contact.friction > 0.0
-    }
-
-    /// Linear, quadratic and bending viscosity.
-    pub fn viscosity(&self) -> [f64; 3] {
-        [self.yarn.viscosity_linear, self.yarn.viscosity_quadratic, self.yarn.viscosity_bending]
-    }
-
-    /// Plies of the front fabric: all without a second one.
-    pub fn front_plies(&self) -> u32 {
-        self.stack.plies.saturating_sub(self.back.plies)
-    }
-
-    /// The same scene with the back fabric in all plies, and no second one.
-    pub fn all_of_back(&self) -> Scene {
-        let mut scene = *self;
-        scene.become_back();
-        scene
-    }
-
-    /// Becomes [`Scene::all_of_back`], where it is: a copy would add a kilobyte to the stack.
-    pub(crate) fn become_back(&mut self) {
-        let Scene { sheet, weft, yarn, back, .. } = self;
-        (back.plies, *weft) = (0, Weft::LIKE_WARP);
-        (sheet.node_mass, sheet.crimp) = (back.node_mass, back.crimp);
-        (sheet.yarn_area, sheet.yarn_area_y) = (back.yarn_area, back.yarn_area_y);
-        (yarn.modulus_mean, yarn.modulus_sd) = (back.modulus_mean, back.modulus_sd);
-        (yarn.damage_slope, yarn.damage_intercept, yarn.damage_sd) =
-            (back.damage_slope, back.damage_intercept, back.damage_sd);
-        yarn.stochastic = back.is_drawn();
-        yarn.critical_stretch = back.critical_stretch;
-        yarn.strength_draw = if back.weibull_shape == 0.0 { StrengthDraw::None } else { StrengthDraw::Weibull };
-        (yarn.weibull_shape, yarn.weibull_gauge_length) = (back.weibull_shape, back.weibull_gauge_length);
-    }
-
-    /// Mass of one node of all bonded plies together, of the front fabric, kg.
-    pub fn lumped_mass(&self) -> f64 {
-        self.sheet.node_mass * self.sheet.plies as f64
-    }
-
-    /// Mass of the heaviest node, all bonded plies, kg.
-    pub fn largest_mass(&self) -> f64 {
-        let back = if self.back.plies > 0 { self.back.node_mass * self.sheet.plies as f64 } else { 0.0 };
-        let front = self.lumped_mass();
-        if back > front { back } else { front }
-    }
-
-    /// Node spacing along a direction, m.
-    pub fn spacing(&self, axis: Axis) -> f64 {
-        let own = axis == Axis::Vertical && self.sheet.spacing_y != 0.0;
-        if own { self.sheet.spacing_y } else { self.sheet.spacing }
-    }
-
-    /// Node spacings along x and y, m.
-    pub fn spacings(&self) -> [f64; 2] {
-        [self.spacing(Axis::Horizontal), self.spacing(Axis::Vertical)]
-    }
-
-    /// The larger node spacing, m: a projectile must be larger to be seen by nodes, and what is nearer to it is a candidate.
-    pub fn largest_spacing(&self) -> f64 {
-        let [x, y] = self.spacings();
-        if y > x { y } else { x }
-    }
-
-    /// Cross-section of one yarn of one ply along a direction, of the front fabric, m^2.
-    pub fn yarn_area(&self, axis: Axis) -> f64 {
-        self.area_of(axis, false)
-    }
-
-    /// The same of the front or of the back fabric.
-    pub(crate) fn area_of(&self, axis: Axis, back: bool) -> f64 {
-        let (x, y) = if back {
-            (self.back.yarn_area, self.back.yarn_area_y)
-        } else {
-            (self.sheet.yarn_area, self.sheet.yarn_area_y)
-        };
-        if axis == Axis::Vertical && y != 0.0 { y } else { x }
-    }
-
-    /// Mass of a node of one ply of the front or of the back fabric, kg.
-    pub(crate) fn node_mass(&self, back: bool) -> f64 {
-        if back { self.back.node_mass } else { self.sheet.node_mass }
-    }
-
-    /// Stretch of the segments of a direction in the flat sheet: below 1 with crimp, above 1 with pre-tension.
-    pub fn rest_stretch(&self, axis: Axis) -> f64 {
-        self.stretch_at_rest(axis, false)
-    }
-
-    /// The same of the front or of the back fabric.
-    pub(crate) fn stretch_at_rest(&self, axis: Axis, back: bool) -> f64 {
-        let [crimp_x, crimp_y] = if back { self.back.crimp } else { self.sheet.crimp };
-        let [strain_x, strain_y] = self.sheet.pre_strain;
-        let (crimp, strain) = match axis {
-            Axis::Horizontal => (crimp_x, strain_x),
-            Axis::Vertical => (crimp_y, strain_y),
-        };
-        (1.0 + strain) / (1.0 + crimp)
-    }
-
-    /// Cross-section of one yarn along x of all plies together, m^2.
-    pub fn lumped_area(&self) -> f64 {
-        self.sheet.yarn_area * self.sheet.plies as f64
-    }
-
-    /// Half edge lengths of the sheet along x and y, m.
-    pub fn half_size(&self) -> [f64; 2] {
-        [
-            0.5 * (self.sheet.nodes_x as f64 - 1.0) * self.sheet.spacing,
-            0.5 * (self.sheet.nodes_y as f64 - 1.0) * self.spacing(Axis::Vertical),
-        ]
-    }
-
-    /// Number of segments of one ply: (nx - 1) ny + nx (ny - 1).
-    pub fn segments_of_ply(&self) -> u64 {
-        let (nx, ny) = (self.sheet.nodes_x as u64, self.sheet.nodes_y as u64);
-        (nx - 1) * ny + nx * (ny - 1)
-    }
-
-    /// Number of segments of all separate plies.
-    pub fn segments(&self) -> u64 {
-        self.segments_of_ply() * self.stack.plies as u64
-    }
-
-    /// Distance of the last ply from the first where they rest, m.
-    pub fn stack_height(&self) -> f64 {
-        (self.stack.plies as f64 - 1.0) * self.stack.gap
-    }
 }

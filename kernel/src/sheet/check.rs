@@ -1,6 +1,6 @@
 //! What the numbers of a scene must be together, and the time step that they allow.
 //!
-//! Each number by itself is checked by its row in `fields.rs`, before anything here.
+//! Each number by itself is checked by its row in `fields/table.rs`, before anything here.
 
 use crate::body::shape;
 use crate::ground::error::{Code, Error, finite, positive};

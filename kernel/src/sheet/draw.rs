@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn the_weakest_of_a_length_has_the_strength_measured_at_that_length() {
         for (segments, shape) in [(8, 14.7), (100, 5.0)] {
-            let scene = drawn(shape, segments as f64 * crate::scene::parts::PAPER_SPACING, 0.0);
+            let scene = drawn(shape, segments as f64 * crate::scene::presets::PAPER_SPACING, 0.0);
             let chains = 0..160_400 / segments;
             let weakest = |chain: u64| {
                 let links = chain * segments..(chain + 1) * segments;

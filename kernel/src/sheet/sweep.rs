@@ -8,7 +8,7 @@
 //! Where there is a toe (`toe.rs`) or a dependence on the rate (`rate.rs`) the factor on kk has a path of its own, compiled apart; so
 //! has a fabric that is not plain (`direction.rs`): directions unlike each other, crimp or pre-tension; and a graded network
 //! (`grading.rs`), whose bars and nodes differ by column and row.
-//! Limits: dt <= 0.5 dt_crit (see `scene.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
+//! Limits: dt <= 0.5 dt_crit (see `parts.rs`). A q that is no number, or beyond any fabric's, is reported, never swallowed.
 //! Reference: Powell and Zohdi (2009), equation of motion of the nodes; L. Verlet, Phys. Rev. 159 (1967) 98.
 
 use crate::ground::lanes::{self, InstructionSet, Job, Lane};

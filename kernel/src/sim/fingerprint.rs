@@ -8,7 +8,7 @@ use crate::ground::hash::Hash;
 use crate::scene::fields;
 use crate::scene::parts::Scene;
 
-/// A hash of the scene and of the step in use: the words of the table (`fields.rs`), as each row says.
+/// A hash of the scene and of the step in use: the words of the table (`fields/table.rs`), as each row says.
 pub fn fingerprint(scene: &Scene, dt: f64) -> u64 {
     let mut hash = Hash::default();
     fields::fingerprint_words(scene, dt, &mut |word| hash.word(word));

@@ -4,7 +4,7 @@ use crate::body::path;
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
 use crate::body::shape::Solid;
-use crate::contact::passage::TOUCHING;
+use crate::contact::edge::TOUCHING;
 use crate::contact::search::Search;
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::InstructionSet;

@@ -7,11 +7,11 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
-use crate::contact::book;
+use crate::contact::apply;
+use crate::contact::edge;
 use crate::contact::joint;
-use crate::contact::part;
-use crate::contact::passage;
 use crate::contact::search::{self, Gathered};
+use crate::contact::separate;
 use crate::contact::solve;
 use crate::ground::error::Failure;
 use crate::ground::math;
@@ -169,19 +169,19 @@ fn after_sweep(system: &mut System<'_>, report: Report, gathered: &Gathered, bef
     motion::load_body(system, system.model.pass_dt);
     if count > 0 {
         search::complete_candidates(system, count);
-        let kept = passage::let_pass(system, count, gathered.deepest);
+        let kept = edge::set_aside(system, count, gathered.deepest);
         let (solved, _) = if system.layout.is_stack() {
-            passage::solve_contact(system, kept, count, joint::solve)
+            edge::solve_contact(system, kept, count, joint::solve)
         } else {
-            passage::solve_contact(system, kept, count, solve::solve_first)
+            edge::solve_contact(system, kept, count, solve::solve_first)
         };
-        book::set_rates(system, &solved);
-        book::book_contact(system, count, before);
+        apply::set_rates(system, &solved);
+        apply::apply_impulses(system, count, before);
     } else {
         system.state.sums.contacts = 0;
     }
     if system.layout.is_stack() {
-        part::part(system, count);
+        separate::separate(system, count);
     }
     motion::book_load(system, system.model.pass_dt, before);
     Ok(())

@@ -13,9 +13,9 @@
 
 use crate::body::pose::Vector;
 use crate::body::projectile::Body;
-use crate::contact::book;
+use crate::contact::apply;
 use crate::contact::candidate::{Candidate, Found};
-use crate::contact::passage;
+use crate::contact::edge;
 use crate::contact::search::Gathered;
 use crate::contact::solve;
 use crate::ground::error::Failure;
@@ -56,9 +56,9 @@ pub(crate) fn iterate(
         approach_with_forces(system, rule, count);
         // Who gets past the body is found once, and from then on only taken back: an iteration that changed its mind would
         // not end.
-        kept = if iteration == 1 { passage::let_pass(system, count, gathered.deepest) } else { kept };
+        kept = if iteration == 1 { edge::set_aside(system, count, gathered.deepest) } else { kept };
         let solved;
-        (solved, kept) = passage::solve_contact(system, kept, count, solve::solve_first);
+        (solved, kept) = edge::solve_contact(system, kept, count, solve::solve_first);
         push_candidates(system, count);
         let moved = guess(system, rule);
         let sound = forces_at_guess(system) && moved.is_finite();
@@ -66,9 +66,9 @@ pub(crate) fn iterate(
             break;
         }
         if moved <= rule.tolerance {
-            book::set_rates(system, &solved);
+            apply::set_rates(system, &solved);
             commit(system, rule);
-            book::book_contact(system, count, before);
+            apply::apply_impulses(system, count, before);
             motion::book_load(system, system.model.pass_dt, before);
             let sums = &mut system.state.sums;
             sums.iterations = (sums.iterations + iteration as u64).min(COUNT_MAX);

@@ -5,10 +5,10 @@
 //! the momentary rate is not, it is no matter of the oscillation of the network. With L = ln(r/r_0), held within 0 and ln(r_1/r_0):
 //!   S = alpha E e (1 + C_E L), and damage sees the strain e/(1 + C_U L).
 //! At a fixed strain the stress falls with the logarithm of the time: yarn relaxes. The strain energy W(e, t) is the integral of S
-//! over e; -dW/dt = alpha E C_E (c^2 - a^2)/(2t) is what relaxation takes, with c the strain held within a = e(r_0) and
+//! over e; -dW/dt = alpha E C_E (c^2 - a^2)/(2t) is what relaxation dissipates, with c the strain held within a = e(r_0) and
 //! b = e(r_1). It is never negative, so no way of loading gains energy. A segment breaks at a higher strain than damage sees, and
-//! what rupture dissipates beyond the law of the reference rate is taken too.
-//! Before a pass the logarithms of its rows are found (`relaxation.rs`), and what is taken in them; the sweep reads the logarithms.
+//! what rupture dissipates beyond the law of the reference rate is counted too.
+//! Before a pass the logarithms of its rows are found (`relaxation.rs`), and what is dissipated in them; the sweep reads the logarithms.
 //! Limits: one event that begins with the first contact. Velocity Verlet; no toe, no pre-tension.
 //! Reference: docs/model.md, "Rate of strain".
 

@@ -1,7 +1,7 @@
 //! Nodes that the body gets past beside an edge within a step.
 //!
 //! Method: the plane that a gap is linearised to goes on beyond an edge, and would press nodes that the body never meets. Such nodes are
-//! left out of the solve, and taken in again if the rates that it leaves the body make them meet ([`Passage`]); fixed ones that are before
+//! set aside, and come back into the solve if the rates that it leaves the body make them meet ([`EdgeTest`]); fixed ones that are before
 //! two faces wait for the impulses on the others.
 //! Limits: a node whose way takes more planes than a few counts as met; after some rounds all are, as if there were no edge.
 
@@ -12,7 +12,7 @@ use crate::contact::candidate::{Candidate, Solved};
 use crate::ground::math;
 use crate::memory::system::System;
 
-/// Solves of a step in which the body may meet more of the nodes that were let pass.
+/// Solves of a step in which the body may meet more of the nodes that were set aside.
 const MOST_ROUNDS: u32 = 8;
 
 /// Planes that are tried along the way of a node past a body; a way that needs more counts as a hit.
@@ -22,18 +22,18 @@ const MOST_PLANES: u32 = 8;
 pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// The body at both ends of a pass in which it keeps its rates, for nodes that may get past one of its edges.
-pub struct Passage<'s> {
+pub struct EdgeTest<'s> {
     solid: &'s Solid,
     start: Body,
     end: Body,
 }
 
-impl<'s> Passage<'s> {
-    /// The passage of a body with these rates, over `dt`, s.
-    pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> Passage<'s> {
+impl<'s> EdgeTest<'s> {
+    /// Of a body with these rates, over `dt`, s.
+    pub fn new(solid: &'s Solid, body: &Body, dt: f64) -> EdgeTest<'s> {
         let position = body.position + body.velocity * dt;
         let orientation = projectile::cayley_turn(&body.orientation, &body.angular_velocity, dt);
-        Passage { solid, start: *body, end: Body { position, orientation, ..*body } }
+        EdgeTest { solid, start: *body, end: Body { position, orientation, ..*body } }
     }
 
     /// Whether a node that goes straight from `x` to `y` gets past an edge, although the plane that its gap is linearised to at
@@ -90,7 +90,7 @@ fn at(body: &Body, x: &Vector) -> Vector {
 /// linearised to goes on beyond the edge, and would press nodes that the body never meets. Returns how many are left.
 /// `deepest`: what gathering found, m.
 #[inline(never)]
-pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
+pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> usize {
     if !system.solid.feels_torque() {
         // A sphere has no edge.
         return count;
@@ -98,15 +98,15 @@ pub(crate) fn let_pass(system: &mut System<'_>, count: usize, deepest: f64) -> u
     let body = &system.state.body;
     let touching = TOUCHING * system.scene.sheet.spacing;
     let held_touching = math::max(2.0 * deepest, touching);
-    let passage = Passage::new(&system.solid, body, system.model.pass_dt);
+    let test = EdgeTest::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
         let candidate = system.blocks.candidates.get(c).map(Candidate::read);
         let passes = candidate.is_some_and(|candidate| {
             let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
             let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
-            let waits = candidate.is_fixed() && passage.starts_before_an_edge(&x, held_touching);
-            waits || pressed && passage.is_past_an_edge(&x, &y, touching)
+            let waits = candidate.is_fixed() && test.starts_before_an_edge(&x, held_touching);
+            waits || pressed && test.is_past_an_edge(&x, &y, touching)
         });
         if passes {
             kept -= 1;
@@ -158,13 +158,13 @@ pub(crate) fn solve_contact(
 fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count: usize) -> usize {
     let body = Body { velocity: solved.velocity, angular_velocity: solved.angular_velocity, ..system.state.body };
     let touching = TOUCHING * system.scene.sheet.spacing;
-    let passage = Passage::new(&system.solid, &body, system.model.pass_dt);
-    let held_touching = math::max(2.0 * deepest_support(system, &passage, alone), touching);
+    let test = EdgeTest::new(&system.solid, &body, system.model.pass_dt);
+    let held_touching = math::max(2.0 * deepest_support(system, &test, alone), touching);
     let mut kept = alone;
     for c in alone..count {
         let [x, y] = free_way(system, c);
         let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
-        if !passage.stays_outside(&x, &y, if held { held_touching } else { touching }) {
+        if !test.stays_outside(&x, &y, if held { held_touching } else { touching }) {
             system.blocks.swap_candidates(c, kept);
             kept += 1;
         }
@@ -174,12 +174,12 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
 
 /// Depth at the pass's end of the deepest of the first `kept` candidates that is held, m; 0 if none is inside. Turning has brought the
 /// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
-fn deepest_support(system: &System<'_>, passage: &Passage<'_>, kept: usize) -> f64 {
+fn deepest_support(system: &System<'_>, test: &EdgeTest<'_>, kept: usize) -> f64 {
     let mut deepest = 0.0;
     for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
         if Candidate::read(slot).is_fixed() {
             let [_, y] = free_way(system, c);
-            let depth = passage.depth_at_end(&y);
+            let depth = test.depth_at_end(&y);
             deepest = math::max(depth, deepest);
         }
     }

@@ -12,7 +12,7 @@ use crate::scene::features::Feature;
 
 /// What rounding can leave of a gap, in parts of the places that it is the difference of: half a last place from each of node, body and their
 /// difference, three of the turn into the body's axes, and two of the distance from a face.
-const PLACES: f64 = 4.0 * f64::EPSILON;
+const PLACE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The body's rates after contact, and what the solve took.
 pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
@@ -26,14 +26,14 @@ pub(crate) fn set_rates(system: &mut System<'_>, solved: &Solved) {
         let places = math::length([place.x, place.y, place.z]) + system.model.reach;
         let sums = &mut system.state.sums;
         // Gaps are differences of places: what rounding of these can do to a speed is no lack of convergence.
-        sums.unconverged += u64::from(solved.residual > PLACES * places / system.model.pass_dt);
+        sums.unconverged += u64::from(solved.residual > PLACE_ROUNDING * places / system.model.pass_dt);
         sums.contact_residual = math::max(solved.residual, sums.contact_residual);
     }
 }
 
 /// What a step's impulses come to. Work is impulse times the mean of the rates before and after, for a free and a prescribed body
 /// alike: the two then agree to second order.
-struct Booked {
+struct Totals {
     /// Means of the body's rates before and after.
     velocity: Vector,
     rate: Vector,
@@ -47,9 +47,9 @@ struct Booked {
     touched: u64,
 }
 
-impl Booked {
-    fn between(before: &Body, after: &Body) -> Booked {
-        Booked {
+impl Totals {
+    fn between(before: &Body, after: &Body) -> Totals {
+        Totals {
             velocity: (before.velocity + after.velocity) * 0.5,
             rate: (before.angular_velocity + after.angular_velocity) * 0.5,
             impulse: Vector::zeros(),
@@ -118,8 +118,8 @@ impl Booked {
 
 /// Moves the touched nodes and sums impulse, angular impulse, work and loss. What a fixed node takes goes to its support.
 #[inline(never)]
-pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body) {
-    let mut booked = Booked::between(before, &system.state.body);
+pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Body) {
+    let mut totals = Totals::between(before, &system.state.body);
     let (nx, implicit) = (system.layout.nodes_x, system.layout.has(Feature::Theta));
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
@@ -127,17 +127,16 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
             break;
         };
-        let [.., impulse] = *slot;
-        if impulse <= 0.0 {
+        let candidate = Candidate::read(slot);
+        if candidate.impulse <= 0.0 {
             continue;
         }
-        let candidate = Candidate::read(slot);
         let mut i = (node as usize).wrapping_sub(start);
         if i >= nx {
             (i, j) = system.layout.column_and_row(node as usize);
             (start, share) = (node as usize - i, system.mass_share_of_row(j));
         }
-        let mut push = candidate.normal * (impulse / (system.model.unit_impulse * share));
+        let mut push = candidate.normal * (candidate.impulse / (system.model.unit_impulse * share));
         let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
         if let Some(t) = &rubbing {
             push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
@@ -145,10 +144,10 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
-        let given = booked.give(&candidate, rubbing.as_ref());
+        let given = totals.give(&candidate, rubbing.as_ref());
         if candidate.is_fixed() {
             system.load_support(i, j, &(push * share));
-            booked.hold(&candidate, rubbing.as_ref(), given);
+            totals.hold(&candidate, rubbing.as_ref(), given);
             continue;
         }
         let Some(v) = move_node(system, &candidate, [i, j], &push) else { break };
@@ -163,16 +162,16 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
         } else {
             candidate.normal.dot(&v) * unit_speed
         };
-        booked.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
+        totals.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
         if system.layout.has(Feature::Viscosity) {
-            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
+            // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
             let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
             let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
             let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
             system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
         }
     }
-    close(system, booked, before);
+    close(system, totals, before);
 }
 
 /// Gives a free node its velocity after a push, in spacings a step, and puts it where that leads. Returns the velocity.
@@ -180,41 +179,42 @@ pub(crate) fn book_contact(system: &mut System<'_>, count: usize, before: &Body)
 fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
     let lane = i % CHUNK;
     let chunk = planes::row_mut(system.blocks.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
-    let v = [chunk[3][lane] + push.x, chunk[4][lane] + push.y, chunk[5][lane] + push.z];
-    let mut u = [chunk[0][lane], chunk[1][lane], chunk[2][lane]];
+    let v = Vector::from(planes::velocity(chunk, lane)) + push;
+    let mut u = planes::displacement(chunk, lane);
     if !system.layout.has(Feature::Theta) {
         let from = candidate.displacement;
         u = [from[0] + v[0], from[1] + v[1], from[2] + v[2]];
     } // The theta rule has put the node in its place already.
-    (chunk[0][lane], chunk[1][lane], chunk[2][lane]) = (u[0], u[1], u[2]);
-    (chunk[3][lane], chunk[4][lane], chunk[5][lane]) = (v[0], v[1], v[2]);
+    for (plane, value) in chunk.iter_mut().zip(u.iter().chain(&v)) {
+        plane[lane] = *value;
+    }
     widen(system, j, u);
-    Some(Vector::from(v))
+    Some(v)
 }
 
 /// Adds a step's contact to the sums.
-fn close(system: &mut System<'_>, mut booked: Booked, before: &Body) {
-    system.state.sums.contacts = booked.touched;
-    if booked.touched == 0 {
+fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
+    system.state.sums.contacts = totals.touched;
+    if totals.touched == 0 {
         return;
     }
-    booked.impulse.component_mul_assign(&system.scene.symmetry.force_mask());
-    booked.arm.component_mul_assign(&system.scene.symmetry.torque_mask());
+    totals.impulse.component_mul_assign(&system.scene.symmetry.force_mask());
+    totals.arm.component_mul_assign(&system.scene.symmetry.torque_mask());
     if system.state.watch.first.is_none() {
         let energy = before.kinetic_energy(&system.model.inertia);
         system.state.watch.note_contact(system.state.step, before, energy);
     }
     let sums = &mut system.state.sums;
-    sums.impulses += booked.touched;
-    sums.impulse += booked.impulse;
-    sums.window += booked.impulse;
+    sums.impulses += totals.touched;
+    sums.impulse += totals.impulse;
+    sums.window += totals.impulse;
     if system.model.inertia.turns {
-        sums.angular_impulse += pose::out_of_body(&before.orientation, &booked.arm);
+        sums.angular_impulse += pose::out_of_body(&before.orientation, &totals.arm);
     }
-    sums.work += booked.work;
-    sums.loss += booked.loss;
-    sums.friction += booked.rubbed;
-    sums.support_work += booked.held;
+    sums.work += totals.work;
+    sums.loss += totals.loss;
+    sums.friction += totals.rubbed;
+    sums.support_work += totals.held;
 }
 
 /// Notes that a row holds a node with this displacement.

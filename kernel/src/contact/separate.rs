@@ -1,23 +1,23 @@
-//! Plies parted where they press on each other with no candidate among them: behind the sweep and the projectile's impulses.
+//! Plies separated where they press on each other with no candidate among them: behind the sweep and the projectile's impulses.
 
 use crate::contact::candidate::Candidate;
-use crate::contact::column::{MASS, SPEED, load, project};
+use crate::contact::column::{Node, load, project};
 use crate::contact::friction::Tangential;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
-use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES};
+use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_Z, Z};
 use crate::memory::blocks::Blocks;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 
-/// Parts the plies behind the sweep and the projectile's impulses. `count`: candidates.
+/// Separates the plies behind the sweep and the projectile's impulses. `count`: candidates.
 #[inline(never)]
-pub(crate) fn part(system: &mut System<'_>, count: usize) {
+pub(crate) fn separate(system: &mut System<'_>, count: usize) {
     // The balances of contact take the velocities that nodes have at the end of the pass.
     let [before, rubbed_before] = half_work(system, count);
     for row in 0..system.layout.y.modelled() {
         for ply in 1..system.layout.plies {
-            part_rows(system, ply, row);
+            separate_rows(system, ply, row);
         }
     }
     let [after, rubbed_after] = half_work(system, count);
@@ -45,8 +45,8 @@ fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
     [work, rubbed]
 }
 
-/// Parts the columns of one row in which this ply presses on the one before it.
-fn part_rows(system: &mut System<'_>, ply: usize, row: usize) {
+/// Separates the columns of one row in which this ply presses on the one before it.
+fn separate_rows(system: &mut System<'_>, ply: usize, row: usize) {
     let (rows, chunks) = (system.layout.y.modelled(), system.layout.chunks);
     let [below, above] = [ply - 1, ply].map(|ply| {
         let [first, end] = system.awake_of(ply);
@@ -68,7 +68,7 @@ fn part_rows(system: &mut System<'_>, ply: usize, row: usize) {
         from = chunk + 1;
         for i in chunk * CHUNK..(from * CHUNK).min(system.layout.nodes_x) {
             if !system.is_fixed(i, row) {
-                part_column(system, i, row);
+                separate_column(system, i, row);
             }
         }
     }
@@ -91,14 +91,14 @@ impl Job for Pressed<'_> {
         let [below, above] = [self.below, self.above].map(|row| row.get(self.from..).unwrap_or(&[]));
         for (c, (below, above)) in (self.from..).zip(below.iter().zip(above)) {
             let at = |chunk: &Chunk<HOT_PLANES>, plane: usize, g: usize| L::load(&L::groups(&chunk[plane])[g]);
-            let end = |g: usize| at(above, 2, g).sub(at(below, 2, g)).add(gap);
+            let end = |g: usize| at(above, Z, g).sub(at(below, Z, g)).add(gap);
             // One test for all of the chunk, and velocities are looked at only where it finds something.
             let lowest = (0..CHUNK / L::WIDTH).fold(zero, |lowest, g| end(g).min(lowest));
             if !zero.any_above(lowest) {
                 continue;
             }
             let least = (0..CHUNK / L::WIDTH)
-                .fold(zero, |least, g| end(g).max(at(above, 5, g).sub(at(below, 5, g))).min(least));
+                .fold(zero, |least, g| end(g).max(at(above, SPEED_Z, g).sub(at(below, SPEED_Z, g))).min(least));
             if zero.any_above(least) {
                 return Some(c);
             }
@@ -107,8 +107,8 @@ impl Job for Pressed<'_> {
     }
 }
 
-/// Parts one column of free nodes.
-fn part_column(system: &mut System<'_>, i: usize, row: usize) {
+/// Separates one column of free nodes.
+fn separate_column(system: &mut System<'_>, i: usize, row: usize) {
     let (rows, chunks, layout) = (system.layout.y.modelled(), system.layout.chunks, system.layout);
     let (deepest, presses) = load(system, i, row);
     let sums = &mut system.state.sums;
@@ -121,22 +121,23 @@ fn part_column(system: &mut System<'_>, i: usize, row: usize) {
     for ply in 0..layout.plies {
         let j = ply * rows + row;
         let Blocks { hot, column, before, pushes, .. } = &mut system.blocks;
-        let [speed, mass] = column.get(ply).map_or([0.0, 1.0], |place| [place[SPEED], place[MASS]]);
-        let (Some(chunk), Some(before)) =
-            (planes::row_mut(hot, chunks, j).get_mut(i / CHUNK), before.get(j * chunks + i / CHUNK))
-        else {
+        let (Some(Node { speed, mass, .. }), Some(chunk), Some(before)) = (
+            column.get(ply).map(Node::read),
+            planes::row_mut(hot, chunks, j).get_mut(i / CHUNK),
+            before.get(j * chunks + i / CHUNK),
+        ) else {
             return;
         };
         let lane = i % CHUNK;
-        let push = speed - chunk[5][lane];
+        let push = speed - chunk[SPEED_Z][lane];
         if push == 0.0 {
             continue;
         }
-        chunk[5][lane] = speed;
-        chunk[2][lane] += push;
+        chunk[SPEED_Z][lane] = speed;
+        chunk[Z][lane] += push;
         lost -= mass * (push * (0.5 * (before[lane] + speed)));
         if layout.has(Feature::Viscosity) {
-            // The sweep has booked the viscous push as if the node went on with the velocity before the impulse.
+            // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
             viscous -= mass * 0.5 * push * planes::get(planes::row(pushes, chunks, j), 2, i).unwrap_or(0.0);
         }
         system.wake(j);

@@ -1,0 +1,83 @@
+//! What is kept of a candidate in a stack besides, as it lies in the scratch block.
+
+use crate::memory::layout::{PACE_REALS, TOUCH_REALS};
+
+/// What the plies do to a candidate.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Touch {
+    /// Velocity along z that impulses give its node, m/s.
+    pub lift: f64,
+    /// What it gives way besides its column along z, 1/kg.
+    pub give: f64,
+    /// Softness of the contact, 1/kg; 0 if no other candidate shares the column.
+    pub soft: f64,
+    /// 1/m of its node, 1/kg.
+    pub own: f64,
+    /// Its normal impulse before the column was solved last, N s.
+    pub last: f64,
+    /// Of the candidate that leads a column: whether impulses along the surface have changed since the column was solved.
+    pub stale: bool,
+}
+
+impl Touch {
+    pub fn read(slot: &[f64; TOUCH_REALS]) -> Touch {
+        let [lift, give, soft, own, last, stale] = *slot;
+        Touch { lift, give, soft, own, last, stale: stale != 0.0 }
+    }
+
+    pub fn write(&self, slot: &mut [f64; TOUCH_REALS]) {
+        *slot = [self.lift, self.give, self.soft, self.own, self.last, f64::from(u8::from(self.stale))];
+    }
+}
+
+/// No candidate, among the numbers of candidates in the scratch block.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// The number of a candidate, unless it is [`NONE`].
+pub(super) fn number(c: u32) -> Option<usize> {
+    (c != NONE).then_some(c as usize)
+}
+
+/// Where a candidate stands among those of its column.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Link {
+    /// The candidate of the same column that comes next.
+    pub behind: Option<usize>,
+    /// The ply of its node.
+    pub ply: usize,
+    /// Whether it leads the column.
+    pub leads: bool,
+}
+
+impl Link {
+    pub fn read(&[behind, ply_and_leads]: &[u32; 2]) -> Link {
+        Link { behind: number(behind), ply: (ply_and_leads / 2) as usize, leads: ply_and_leads % 2 != 0 }
+    }
+
+    pub fn write(&self, slot: &mut [u32; 2]) {
+        *slot = [self.behind.map_or(NONE, |c| c as u32), 2 * self.ply as u32 + u32::from(self.leads)];
+    }
+}
+
+/// How far a candidate's impulse along the surface goes in a sweep.
+#[derive(Clone, Copy)]
+pub(super) struct Pace {
+    /// A part of the way that it wants to go.
+    pub part: f64,
+    /// The way that it wanted to go last, N s.
+    pub way: [f64; 2],
+}
+
+impl Pace {
+    /// All the way, before it has gone any.
+    pub const FULL: Pace = Pace { part: 1.0, way: [0.0; 2] };
+
+    pub fn read(&[part, p, q]: &[f64; PACE_REALS]) -> Pace {
+        Pace { part, way: [p, q] }
+    }
+
+    pub fn write(&self, slot: &mut [f64; PACE_REALS]) {
+        let [p, q] = self.way;
+        *slot = [self.part, p, q];
+    }
+}

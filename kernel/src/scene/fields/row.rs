@@ -1,0 +1,211 @@
+//! A row of the table: where a parameter stands in a scene, what it may be, and how it is read, set and checked by itself.
+
+use crate::ground::error::{Code, Error, finite, not_negative, positive};
+use crate::scene::fields::choices::Choice;
+use crate::scene::fields::quantities::Quantity;
+use crate::scene::parts::{MAX_NODES_PER_SIDE, Scene};
+
+/// Where a parameter stands in a scene, and its type.
+#[derive(Clone, Copy)]
+pub enum Place {
+    /// Real numbers of this shape; an empty shape is a single number.
+    Reals(fn(&mut Scene) -> &mut [f64], &'static [usize]),
+    /// A count, 0 ..= 2^32 - 1.
+    Count(fn(&mut Scene) -> &mut u32),
+    /// A seed, 0 ..= 2^64 - 1.
+    Seed(fn(&mut Scene) -> &mut u64),
+    /// A truth value, 0 or 1.
+    Flag(fn(&mut Scene) -> &mut bool),
+    /// A choice: its number, and how it is set (not, if there is no such number).
+    Choice(&'static Choice, fn(&Scene) -> u32, fn(&mut Scene, u32)),
+}
+
+/// What a number may be by itself. Every real number must be finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Range {
+    /// Anything.
+    Any,
+    /// > 0.
+    Positive,
+    /// >= 0.
+    NotNegative,
+    /// From the first to the second, both included.
+    Within(f64, f64),
+    /// Greater than the first, at most the second.
+    Above(f64, f64),
+    /// At least the first, less than the second.
+    Below(f64, f64),
+    /// Nodes along a side: 2 ..= [`MAX_NODES_PER_SIDE`].
+    Nodes,
+    /// Four numbers of unit length, to 1e-3.
+    UnitQuaternion,
+}
+
+/// How a parameter enters the fingerprint of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Image {
+    /// Always.
+    Always,
+    /// As far as the scene reads it.
+    WhereRead,
+    /// Only where it is not 0, behind all others: first this word, plus the value of a count or choice, then the bits of real numbers.
+    /// Rows with the same word share one. So a scene without the option has the fingerprint it had before there was one.
+    Later(u64),
+    /// As far as the scene reads it, behind all others.
+    LaterWhereRead,
+    /// Not itself, but the step in use.
+    StepInUse,
+    /// Not at all: an image holds the present motion, and fits whatever room there is and however the step was asked for.
+    Never,
+}
+
+/// One row of the table.
+#[derive(Clone, Copy)]
+pub struct Field {
+    /// Name: the path in [`Scene`], in C, in scene files and in the FMUs.
+    pub name: &'static str,
+    /// Place and type.
+    pub place: Place,
+    /// What kind of number a real parameter is.
+    pub quantity: Option<&'static Quantity>,
+    /// What it may be.
+    pub range: Range,
+    /// How many of its elements the scene reads.
+    pub read: fn(&Scene) -> usize,
+    /// How it enters the fingerprint.
+    pub image: Image,
+    /// Value reference in the FMUs, of its first element. Never changes once released.
+    pub fmi: u32,
+    /// Meaning, and what else holds.
+    pub about: &'static str,
+}
+
+impl Field {
+    /// Dimensions; empty for a single number.
+    pub const fn shape(&self) -> &'static [usize] {
+        match self.place {
+            Place::Reals(_, shape) => shape,
+            _ => &[],
+        }
+    }
+
+    /// Number of elements.
+    pub const fn size(&self) -> usize {
+        let (mut size, mut shape) = (1, self.shape());
+        while let [first, rest @ ..] = shape {
+            size *= *first;
+            shape = rest;
+        }
+        size
+    }
+
+    /// Whether its elements are real numbers; else they are whole.
+    pub const fn is_real(&self) -> bool {
+        matches!(self.place, Place::Reals(..))
+    }
+
+    /// An element as 64 bits: those of a real number, or a whole number. 0 for an element that there is not.
+    pub fn word(&self, scene: &mut Scene, element: usize) -> u64 {
+        match self.place {
+            Place::Reals(place, _) => place(scene).get(element).map_or(0, |x| x.to_bits()),
+            Place::Count(place) => u64::from(*place(scene)),
+            Place::Seed(place) => *place(scene),
+            Place::Flag(place) => u64::from(*place(scene)),
+            Place::Choice(_, get, _) => u64::from(get(scene)),
+        }
+    }
+
+    /// Sets an element from such bits.
+    ///
+    /// # Errors
+    /// [`Code::UnknownChoice`], or for a count beyond 32 bits the code of its range, [`Code::OutOfRange`] if it has none; nothing is
+    /// changed.
+    pub fn set_word(&self, scene: &mut Scene, element: usize, word: u64) -> Result<(), Error> {
+        let small = u32::try_from(word);
+        let known = match self.place {
+            Place::Choice(choice, ..) => word < choice.items.len() as u64,
+            Place::Flag(_) => word <= 1,
+            _ => true,
+        };
+        if !known {
+            return Err(Error::new(Code::UnknownChoice, self.name, word as f64, 0.0));
+        }
+        match (self.place, small) {
+            (Place::Reals(place, _), _) => {
+                if let Some(x) = place(scene).get_mut(element) {
+                    *x = f64::from_bits(word);
+                }
+            }
+            (Place::Seed(place), _) => *place(scene) = word,
+            (Place::Flag(place), _) => *place(scene) = word == 1,
+            (Place::Count(place), Ok(count)) => *place(scene) = count,
+            (Place::Choice(_, _, set), Ok(number)) => set(scene, number),
+            (_, Err(_)) => {
+                self.check_element(word as f64)?;
+                return Err(Error::new(Code::OutOfRange, self.name, word as f64, u32::MAX as f64));
+            }
+        }
+        Ok(())
+    }
+
+    /// The word of a number given as a real one. Whole parameters are cut to whole numbers.
+    pub fn word_of(&self, value: f64) -> u64 {
+        if self.is_real() { value.to_bits() } else { value as u64 }
+    }
+
+    /// The number that a word is.
+    pub fn value_of(&self, word: u64) -> f64 {
+        if self.is_real() { f64::from_bits(word) } else { word as f64 }
+    }
+
+    /// Refuses an element that cannot be, whatever the others are. A quaternion is checked as a whole.
+    pub(super) fn check_element(&self, value: f64) -> Result<(), Error> {
+        let beyond = |code, limit| Err(Error::new(code, self.name, value, limit));
+        finite(self.name, value)?;
+        match self.range {
+            Range::Any | Range::UnitQuaternion => Ok(()),
+            Range::Positive => positive(self.name, value),
+            Range::NotNegative => not_negative(self.name, value),
+            Range::Within(least, _) if value < least => beyond(Code::OutOfRange, least),
+            Range::Within(_, greatest) if value > greatest => beyond(Code::OutOfRange, greatest),
+            Range::Above(least, _) if value <= least => beyond(Code::OutOfRange, least),
+            Range::Above(_, greatest) if value > greatest => beyond(Code::OutOfRange, greatest),
+            Range::Below(least, _) if value < least => beyond(Code::OutOfRange, least),
+            Range::Below(_, greatest) if value >= greatest => beyond(Code::OutOfRange, greatest),
+            Range::Within(..) | Range::Above(..) | Range::Below(..) => Ok(()),
+            Range::Nodes if value < 2.0 => beyond(Code::OutOfRange, 2.0),
+            Range::Nodes if value > MAX_NODES_PER_SIDE as f64 => beyond(Code::TooManyNodes, MAX_NODES_PER_SIDE as f64),
+            Range::Nodes => Ok(()),
+        }
+    }
+
+    /// Least and greatest value that an element may have; infinite where there is none.
+    pub fn limits(&self) -> [f64; 2] {
+        let whole = |place| match place {
+            Place::Choice(choice, ..) => choice.items.len() as f64 - 1.0,
+            Place::Flag(_) => 1.0,
+            Place::Seed(_) => u64::MAX as f64,
+            _ => u32::MAX as f64,
+        };
+        match self.range {
+            // Only a polyhedron has moments of its own: else they stay at 0.
+            Range::Positive if self.name == "projectile.moments" => [0.0, f64::INFINITY],
+            Range::Positive => [0.0_f64.next_up(), f64::INFINITY],
+            Range::NotNegative => [0.0, f64::INFINITY],
+            Range::Within(least, greatest) => [least, greatest],
+            Range::Above(least, greatest) => [least.next_up(), greatest],
+            Range::Below(least, greatest) => [least, greatest.next_down()],
+            Range::Nodes => [2.0, MAX_NODES_PER_SIDE as f64],
+            Range::Any | Range::UnitQuaternion if self.is_real() => [f64::NEG_INFINITY, f64::INFINITY],
+            Range::Any | Range::UnitQuaternion => [0.0, whole(self.place)],
+        }
+    }
+
+    pub(super) const fn read(self, read: fn(&Scene) -> usize) -> Field {
+        Field { read, ..self }
+    }
+
+    pub(super) const fn image(self, image: Image) -> Field {
+        Field { image, ..self }
+    }
+}

@@ -1,0 +1,371 @@
+//! The rows: one for each number of [`Scene`].
+//!
+//! The order of the rows is the order in C and in the fingerprint. Rows of one group stand together.
+//! Once there is a release, a new parameter goes to the end of the table, with a group of its own or none, so that hosts compiled
+//! before it go on working; its [`Image`] is [`Image::Later`], so that images of scenes without it still fit.
+
+use crate::scene::fields::choices::*;
+use crate::scene::fields::quantities::*;
+use crate::scene::fields::row::{Field, Image, Place, Range};
+use crate::scene::parts::{
+    AttachmentKind, CRITICAL_STRETCH_MAX, GRADING_LARGEST, IntegratorKind, MAX_FACES, MAX_PLIES, RotationKind,
+    STRAIN_RATES, Scene, Shape, StrengthDraw, WEIBULL_SHAPES,
+};
+
+/// What a group of parameters is, by the first part of its name.
+pub const GROUPS: &[(&str, &str)] = &[
+    ("sheet", "Grid of nodes, its mass and its place"),
+    ("sheet.grading", "Graded network: bars that stand for several yarns, away from the hit"),
+    ("stack", "Separate plies one behind the other"),
+    (
+        "back",
+        "Another fabric of the last plies, in the same grid of nodes. The numbers are read if back.plies is not 0",
+    ),
+    ("attachment", "How the sheet is held"),
+    ("yarn", "The yarn law and its scatter"),
+    ("weft", "The yarn along y, where it is unlike that along x"),
+    ("projectile", "The rigid projectile and its motion at the start, in the host's frame"),
+    ("projectile.faces", "Faces of a polyhedron, in body axes"),
+    ("projectile.sector", "Dimensions of a disc sector"),
+    ("contact", "Contact of yarn and projectile"),
+    ("symmetry", "Mirror planes through the middle of the sheet; only the part at x <= 0, y <= 0 is modelled"),
+    ("integrator", "How the nodes are stepped"),
+    ("time_step", "The time step, constant for the life of a simulation"),
+    ("rotation_rule", "How the projectile turns between impulses"),
+];
+
+const INFINITE: f64 = f64::INFINITY;
+
+/// The table.
+#[rustfmt::skip]
+pub const FIELDS: &[Field] = &[
+    // ---- Sheet
+    count("sheet.nodes_x", |s| &mut s.sheet.nodes_x, Range::Nodes, 220, "Nodes along x"),
+    count("sheet.nodes_y", |s| &mut s.sheet.nodes_y, Range::Nodes, 221, "Nodes along y"),
+    count("sheet.plies", |s| &mut s.sheet.plies, Range::Within(1.0, 1000.0), 225,
+        "Layers bonded into one network: mass and area are multiplied. stack.plies has plies that move apart"),
+    real("sheet.spacing", |s| one(&mut s.sheet.spacing), &LENGTH, Range::Positive, 222,
+        "Node spacing h along x, the natural length of a segment (M1) without crimp and pre-tension"),
+    real("sheet.spacing_y", |s| one(&mut s.sheet.spacing_y), &LENGTH, Range::NotNegative, 620,
+        "Node spacing along y, 0.1 to 10 times that along x; 0: as along x. What must exceed sheet.spacing must exceed this, too")
+        .image(Image::Later(0x7_0000)),
+    real("sheet.node_mass", |s| one(&mut s.sheet.node_mass), &MASS, Range::Positive, 223,
+        "Mass of a node of one ply (M7), the same for edge nodes"),
+    real("sheet.yarn_area", |s| one(&mut s.sheet.yarn_area), &AREA, Range::Positive, 224,
+        "Cross-section A_0 of a yarn of one ply (M4)"),
+    real("sheet.yarn_area_y", |s| one(&mut s.sheet.yarn_area_y), &AREA, Range::NotNegative, 621,
+        "Cross-section of a yarn along y; 0: as along x").image(Image::Later(0x7_0001)),
+    shaped("sheet.crimp", Place::Reals(|s| &mut s.sheet.crimp, &[2]), &RATIO, Range::Within(0.0, 1.0), 622,
+        "Crimp of the yarns along x and along y: natural length of a segment over the node spacing, less 1. A segment pulls only once it is taken up")
+        .image(Image::Later(0x7_0002)),
+    shaped("sheet.pre_strain", Place::Reals(|s| &mut s.sheet.pre_strain, &[2]), &RATIO, Range::NotNegative, 624,
+        "Strain at which the sheet is held along x (two or four sides) and along y (four sides), below critical_stretch - 1 and without crimp: node spacing over the natural length of a segment, less 1. Not with a modulus drawn for every segment")
+        .image(Image::Later(0x7_0003)),
+    vector("sheet.position", |s| &mut s.sheet.position, &POSITION, Range::Any, 230, "Middle of the sheet in the host's frame"),
+    quaternion("sheet.orientation", |s| &mut s.sheet.orientation, 233,
+        "Unit quaternion, scalar first, that turns the sheet's axes (normal z) into the host's"),
+    count("sheet.grading.largest", |s| &mut s.sheet.grading.largest, Range::Within(0.0, GRADING_LARGEST as f64), 740,
+        "Most yarns that one bar stands for, and as many crossings: 2, 4, 8, 16, 32 or 64; 0 or 1 = no grading. Bars grow by factors of two away from the fine part. Not with viscosity, a dependence on the rate of strain, friction or separate plies")
+        .image(Image::Later(0x6a_0000)),
+    count("sheet.grading.run", |s| &mut s.sheet.grading.run, Range::Within(1.0, 1e6), 741,
+        "Bars of each size before the next. Read with grading only").read(graded).image(Image::LaterWhereRead),
+    shaped("sheet.grading.centre", Place::Reals(|s| &mut s.sheet.grading.centre, &[2]), &POSITION, Range::Any, 742,
+        "Middle of the fine part along x and along y in the sheet's frame, about the expected hit; 0 across a mirror plane. Read with grading only")
+        .read(graded).image(Image::LaterWhereRead),
+    shaped("sheet.grading.half_width", Place::Reals(|s| &mut s.sheet.grading.half_width, &[2]), &LENGTH, Range::NotNegative, 744,
+        "Half the width of the fine part along x and along y. Read with grading only")
+        .read(graded).image(Image::LaterWhereRead),
+    // ---- Separate plies
+    count("stack.plies", |s| &mut s.stack.plies, Range::Within(1.0, MAX_PLIES as f64), 720,
+        "Separate plies, each a network with draws of its own, held like the first, that push on each other. Velocity Verlet only; not with mirror planes, a dependence on the rate of strain or a graded network")
+        .read(|s| if_so(s.stack.plies != 1)).image(Image::Later(0x69_0000)),
+    real("stack.gap", |s| one(&mut s.stack.gap), &LENGTH, Range::NotNegative, 721,
+        "Distance of neighbouring plies where they rest, at most a million node spacings; 0: they lie on each other. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_1000)),
+    flag("stack.turned", |s| &mut s.stack.turned, 722,
+        "Every other ply is turned by 90 degrees, so that its warp runs along y; the node spacings must be alike. Read for more than one ply only")
+        .read(stacked).image(Image::Later(0x69_2000)),
+    // ---- The fabric of the last plies
+    count("back.plies", |s| &mut s.back.plies, Range::Within(0.0, MAX_PLIES as f64), 723,
+        "The last so many plies, less than stack.plies, are of this fabric; 0: none").image(Image::Later(0x69_3000)),
+    of_back("back.node_mass", |s| one(&mut s.back.node_mass), &MASS, Range::Positive, 724, "Mass of a node of a ply (M7)"),
+    of_back("back.yarn_area", |s| one(&mut s.back.yarn_area), &AREA, Range::Positive, 725, "Cross-section A_0 of a bar along x (M4)"),
+    of_back("back.yarn_area_y", |s| one(&mut s.back.yarn_area_y), &AREA, Range::NotNegative, 726,
+        "Cross-section of a bar along y; 0: as along x"),
+    Field { place: Place::Reals(|s| &mut s.back.crimp, &[2]), ..of_back("back.crimp", |s| &mut s.back.crimp, &RATIO, Range::Within(0.0, 1.0), 727,
+        "Crimp of the yarns along x and along y") },
+    of_back("back.modulus_mean", |s| one(&mut s.back.modulus_mean), &MODULUS, Range::Positive, 729, "Mean Young's modulus E of a segment (M3)"),
+    of_back("back.modulus_sd", |s| one(&mut s.back.modulus_sd), &MODULUS, Range::NotNegative, 730,
+        "Standard deviation of the modulus. Modulus and damage rate are drawn if this or back.damage_sd is not 0"),
+    of_back("back.damage_slope", |s| one(&mut s.back.damage_slope), &DAMAGE_SLOPE, Range::Any, 731, "Slope of the damage rate over the modulus (M6)"),
+    of_back("back.damage_intercept", |s| one(&mut s.back.damage_intercept), &RATIO, Range::Any, 732,
+        "Damage rate at zero modulus (M6); the mean rate must be at least 3"),
+    of_back("back.damage_sd", |s| one(&mut s.back.damage_sd), &RATIO, Range::NotNegative, 733,
+        "Standard deviation of the damage rate about the line"),
+    of_back("back.critical_stretch", |s| one(&mut s.back.critical_stretch), &RATIO, Range::Above(1.0, CRITICAL_STRETCH_MAX), 734,
+        "Critical stretch U_c at which damage begins (M5)"),
+    of_back("back.weibull_shape", |s| one(&mut s.back.weibull_shape), &RATIO, Range::Within(0.0, WEIBULL_SHAPES[1]), 735,
+        "Weibull shape m of the critical strain U_c - 1, at least 1; 0: it is not drawn"),
+    of_back("back.weibull_gauge_length", |s| one(&mut s.back.weibull_gauge_length), &LENGTH, Range::NotNegative, 736,
+        "Gauge length L at which back.critical_stretch - 1 is the Weibull scale; 0: L is the length of a segment. Counts for drawn strength only"),
+    // ---- Attachment
+    choice("attachment.kind", &ATTACHMENT, |s| s.attachment.kind as u32, |s, k| pick(&mut s.attachment.kind, &ATTACHMENTS, k), 240,
+        "Which nodes are held"),
+    real("attachment.disc_inset", |s| one(&mut s.attachment.disc_inset), &LENGTH, Range::NotNegative, 241,
+        "Distance of a corner disc's centre from both edges. Read for four corners only").read(four_corners),
+    real("attachment.disc_radius", |s| one(&mut s.attachment.disc_radius), &LENGTH, Range::Positive, 242,
+        "Radius of the corner discs. Each must hold a node; they may neither overlap nor reach under the projectile. Read for four corners only")
+        .read(four_corners),
+    // ---- Yarn
+    real("yarn.modulus_mean", |s| one(&mut s.yarn.modulus_mean), &MODULUS, Range::Positive, 250, "Mean Young's modulus E of a segment (M3)"),
+    real("yarn.modulus_sd", |s| one(&mut s.yarn.modulus_sd), &MODULUS, Range::NotNegative, 251,
+        "Standard deviation of the modulus. Counts for stochastic yarn only"),
+    real("yarn.damage_slope", |s| one(&mut s.yarn.damage_slope), &DAMAGE_SLOPE, Range::Any, 252,
+        "Slope of the damage rate over the modulus (M6)"),
+    real("yarn.damage_intercept", |s| one(&mut s.yarn.damage_intercept), &RATIO, Range::Any, 253,
+        "Damage rate at zero modulus on that line (M6); the mean rate must be at least 3"),
+    real("yarn.damage_sd", |s| one(&mut s.yarn.damage_sd), &RATIO, Range::NotNegative, 254,
+        "Standard deviation of the damage rate about the line. Counts for stochastic yarn only"),
+    real("yarn.critical_stretch", |s| one(&mut s.yarn.critical_stretch), &RATIO, Range::Above(1.0, CRITICAL_STRETCH_MAX), 255,
+        "Critical stretch U_c at which damage begins (M5)"),
+    real("yarn.damage_a", |s| one(&mut s.yarn.damage_a), &RATIO, Range::Positive, 258, "Factor A of the damage law (M5); A (1 - B) must lie in (0, 1]"),
+    real("yarn.damage_b", |s| one(&mut s.yarn.damage_b), &RATIO, Range::Below(-INFINITE, 1.0), 259, "Offset B of the damage law (M5)"),
+    real("yarn.alpha_fail", |s| one(&mut s.yarn.alpha_fail), &RATIO, Range::Below(0.0, 1.0), 256,
+        "Remaining part alpha of the stiffness (M5) at or below which a segment fails"),
+    flag("yarn.stochastic", |s| &mut s.yarn.stochastic, 257, "Modulus and damage rate are drawn; if not, every segment takes the means"),
+    choice("yarn.draw", &DRAW, |s| s.yarn.draw as u32, |s, k| pick(&mut s.yarn.draw, &DRAWS, k), 274,
+        "What gets a draw of its own. Read for stochastic yarn only")
+        .read(|s| if_so(s.yarn.stochastic)).image(Image::Later(0x1_0000)),
+    choice("yarn.strength_draw", &STRENGTH_DRAW, |s| s.yarn.strength_draw as u32,
+        |s, k| pick(&mut s.yarn.strength_draw, &STRENGTH_DRAWS, k), 660,
+        "Whether every segment has a critical stretch of its own, whether or not modulus and damage rate are drawn; not with mirror planes or a toe")
+        .image(Image::Later(0x66_0000)),
+    real("yarn.weibull_shape", |s| one(&mut s.yarn.weibull_shape), &RATIO, Range::Within(WEIBULL_SHAPES[0], WEIBULL_SHAPES[1]), 661,
+        "Weibull shape m of the critical strain U_c - 1. Read for drawn strength only").read(drawn_strength).image(Image::LaterWhereRead),
+    real("yarn.weibull_gauge_length", |s| one(&mut s.yarn.weibull_gauge_length), &LENGTH, Range::NotNegative, 662,
+        "Gauge length L at which yarn.critical_stretch - 1 is the Weibull scale: that of a segment of length h is larger by (L/h)^(1/m). 0: L is h. Read for drawn strength only")
+        .read(drawn_strength).image(Image::LaterWhereRead),
+    real("yarn.weibull_correlation", |s| one(&mut s.yarn.weibull_correlation), &RATIO, Range::Within(0.0, 1.0), 663,
+        "Correlation of the normal scores of two segments of one woven yarn; the size effect holds along a yarn for 0. Read for drawn strength only, that of the back fabric included")
+        .read(|s| drawn_strength(s).max(if_so(s.back.plies > 0 && s.back.weibull_shape != 0.0))).image(Image::LaterWhereRead),
+    real("yarn.viscosity_linear", |s| one(&mut s.yarn.viscosity_linear), &RATIO, Range::Within(0.0, 1.0), 640,
+        "Viscosity of taut yarn, linear in the rate of stretch, against oscillation behind a front; 0 = none. Velocity Verlet only")
+        .image(Image::Later(0x8_0000)),
+    real("yarn.viscosity_quadratic", |s| one(&mut s.yarn.viscosity_quadratic), &RATIO, Range::Within(0.0, 10.0), 641,
+        "Likewise, quadratic in the rate and only while the yarn is stretched").image(Image::Later(0x8_0001)),
+    real("yarn.viscosity_bending", |s| one(&mut s.yarn.viscosity_bending), &RATIO, Range::Within(0.0, 0.2), 642,
+        "Viscosity of taut yarn against bending, linear in the second difference of the velocities along it; 0 = none. Velocity Verlet only")
+        .image(Image::Later(0x8_0002)),
+    real("yarn.rate_modulus", |s| one(&mut s.yarn.rate_modulus), &RATIO, Range::Within(0.0, 1.0), 680,
+        "Growth C_E of the modulus by e-fold of the rate of strain above yarn.rate_reference (M19); 0 = none. Velocity Verlet only; not with a toe, pre-tension, separate plies or a graded network")
+        .image(Image::Later(0x67_0000)),
+    real("yarn.rate_stretch", |s| one(&mut s.yarn.rate_stretch), &RATIO, Range::Within(0.0, 1.0), 681,
+        "Growth C_U of the critical strain by e-fold of the rate of strain (M20); 0 = none").image(Image::Later(0x67_0001)),
+    real("yarn.rate_reference", |s| one(&mut s.yarn.rate_reference), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 682,
+        "Rate of strain at which modulus and critical stretch are as given, at least 1e-9/s; slower ones count as this. Read for yarn that depends on the rate only")
+        .read(on_rate).image(Image::LaterWhereRead),
+    real("yarn.rate_limit", |s| one(&mut s.yarn.rate_limit), &STRAIN_RATE, Range::Within(0.0, STRAIN_RATES[1]), 683,
+        "Largest rate of strain measured, at least yarn.rate_reference; faster ones count as this. Read for yarn that depends on the rate only")
+        .read(on_rate).image(Image::LaterWhereRead),
+    // ---- Yarn along y
+    real("weft.modulus_mean", |s| one(&mut s.weft.modulus_mean), &MODULUS, Range::NotNegative, 626,
+        "Mean Young's modulus of a segment along y; 0: modulus and damage rate as along x").image(Image::Later(0x7_0004)),
+    real("weft.modulus_sd", |s| one(&mut s.weft.modulus_sd), &MODULUS, Range::NotNegative, 627,
+        "Standard deviation of the modulus. Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.damage_slope", |s| one(&mut s.weft.damage_slope), &DAMAGE_SLOPE, Range::Any, 628,
+        "Slope of the damage rate over the modulus (M6). Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.damage_intercept", |s| one(&mut s.weft.damage_intercept), &RATIO, Range::Any, 629,
+        "Damage rate at zero modulus (M6); the mean rate must be at least 3. Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.damage_sd", |s| one(&mut s.weft.damage_sd), &RATIO, Range::NotNegative, 630,
+        "Standard deviation of the damage rate about the line. Read if weft.modulus_mean is not 0").read(own_weft).image(Image::LaterWhereRead),
+    real("weft.critical_stretch", |s| one(&mut s.weft.critical_stretch), &RATIO, Range::Within(0.0, 2.0), 631,
+        "Critical stretch U_c of a segment along y, greater than 1 (M5); 0: as along x").image(Image::Later(0x7_0005)),
+    // ---- Projectile
+    choice("projectile.shape", &SHAPE, |s| s.projectile.shape as u32, |s, k| pick(&mut s.projectile.shape, &SHAPES, k), 210,
+        "Form of the projectile (M12)"),
+    real("projectile.radius", |s| one(&mut s.projectile.radius), &LENGTH, Range::Positive, 211,
+        "Radius, at least sheet.spacing. Read for a sphere and the two cylinders only").read(round),
+    real("projectile.length", |s| one(&mut s.projectile.length), &LENGTH, Range::Positive, 212,
+        "Whole length along the axis, at least 2 sheet.spacing, and with a hemispherical end at least the radius. Read for the two cylinders only")
+        .read(|s| if_so(matches!(s.projectile.shape, Shape::Cylinder | Shape::HemisphericalCylinder))),
+    real("projectile.mass", |s| one(&mut s.projectile.mass), &MASS, Range::Any, 213,
+        "Mass, at least that of a node with all its plies. Prescribed projectile: 0 if it is not known"),
+    vector("projectile.size", |s| &mut s.projectile.size, &LENGTH, Range::Positive, 214,
+        "Edge lengths of a box along the body's axes, each at least 2 sheet.spacing. Read for a box only")
+        .read(|s| if_so(s.projectile.shape == Shape::Box)).image(Image::WhereRead),
+    count("projectile.faces.count", |s| &mut s.projectile.faces.count, Range::Within(0.0, 16.0), 264,
+        "Number of faces of a polyhedron, 4 to 16. Read for a polyhedron only")
+        .read(|s| if_so(s.projectile.shape == Shape::Polyhedron)).image(Image::WhereRead),
+    shaped("projectile.faces.planes", Place::Reals(|s| s.projectile.faces.planes.as_flattened_mut(), &[MAX_FACES, 4]), &RATIO, Range::Any, 500,
+        "Of each face the outward unit normal (to 1e-6) and its distance from the centre of mass in m, at least sheet.spacing. Beyond the count not read")
+        .read(|s| if s.projectile.shape == Shape::Polyhedron { 4 * s.projectile.faces.in_use().len() } else { 0 })
+        .image(Image::WhereRead),
+    vector("projectile.moments", |s| &mut s.projectile.moments, &INERTIA, Range::Positive, 265,
+        "Principal moments of inertia about the centre of mass along the body's axes, none greater than the other two together. Read for a polyhedron of known mass only; other shapes are homogeneous")
+        .read(|s| if_so(s.projectile.shape == Shape::Polyhedron && s.projectile.mass != 0.0)).image(Image::WhereRead),
+    vector("projectile.position", |s| &mut s.projectile.position, &POSITION, Range::Any, 600,
+        "Centre of mass at the start. No node may lie inside the projectile (a fixed one may in a prescribed one)").image(Image::Never),
+    vector("projectile.velocity", |s| &mut s.projectile.velocity, &VELOCITY, Range::Any, 603,
+        "Velocity of the centre of mass at the start. No point of the surface may cross sheet.spacing in a step").image(Image::Never),
+    quaternion("projectile.orientation", |s| &mut s.projectile.orientation, 606,
+        "Orientation at the start: unit quaternion, scalar first, that turns body vectors into the host's axes").image(Image::Never),
+    vector("projectile.angular_velocity", |s| &mut s.projectile.angular_velocity, &ANGULAR_VELOCITY, Range::Any, 610,
+        "Angular velocity at the start, host's axes").image(Image::Never),
+    real("projectile.sector.inner_radius", |s| one(&mut s.projectile.sector.inner_radius), &LENGTH, Range::NotNegative, 294,
+        "Radius of the bore, 0 or between 1e-6 and 1 - 1e-6 of that of the rim; filled up to its one chord. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    real("projectile.sector.outer_radius", |s| one(&mut s.projectile.sector.outer_radius), &LENGTH, Range::Positive, 295,
+        "Radius of the rim, which is made of eight chords; no face may be nearer to the centre of mass than sheet.spacing. Read for a disc sector only")
+        .read(sector).image(Image::WhereRead),
+    real("projectile.sector.angle", |s| one(&mut s.projectile.sector.angle), &ANGLE, Range::Below(1e-3, core::f64::consts::PI), 296,
+        "Angle of a disc sector. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    real("projectile.sector.thickness", |s| one(&mut s.projectile.sector.thickness), &LENGTH, Range::Positive, 297,
+        "Thickness along the disc's axis, at least 2 sheet.spacing. Read for a disc sector only").read(sector).image(Image::WhereRead),
+    // ---- Contact
+    real("contact.friction", |s| one(&mut s.contact.friction), &RATIO, Range::Within(0.0, 10.0), 700,
+        "Coefficient of Coulomb friction between yarn and projectile (M21); 0 = none. With it a sphere turns, too. Velocity Verlet only; not with a graded network")
+        .image(Image::Later(0x68_0000)),
+    // ---- Mirror planes
+    flag("symmetry.mirror_x", |s| &mut s.symmetry.mirror_x, 280,
+        "Mirror plane x = 0. Sums stay those of the whole sheet. For uniform yarn, a free projectile and a centred, untilted hit")
+        .image(Image::Later(0x2_0000)),
+    flag("symmetry.mirror_y", |s| &mut s.symmetry.mirror_y, 281, "Mirror plane y = 0, likewise").image(Image::Later(0x2_0000)),
+    // ---- Who moves the projectile, and how the nodes are stepped
+    choice("drive", &DRIVE, |s| s.drive as u32, |s, k| pick(&mut s.drive, &DRIVES, k), 200, "Who moves the projectile"),
+    choice("integrator.kind", &INTEGRATOR, |s| s.integrator.kind as u32, |s, k| pick(&mut s.integrator.kind, &INTEGRATORS, k), 282,
+        "Velocity Verlet (M7), or the paper's theta rule (M10)").image(Image::Later(0x2_FFFF)),
+    real("integrator.theta", |s| one(&mut s.integrator.theta), &RATIO, Range::Within(0.5, 1.0), 283,
+        "Theta rule: weight of the forces at the step's end (M10); 0.5 is of second order").read(theta_rule).image(Image::LaterWhereRead),
+    real("integrator.tolerance", |s| one(&mut s.integrator.tolerance), &RATIO, Range::Positive, 284,
+        "Theta rule: the iteration ends when no node moves by more than this, in node spacings").read(theta_rule).image(Image::LaterWhereRead),
+    count("integrator.max_iterations", |s| &mut s.integrator.max_iterations, Range::Within(1.0, u32::MAX as f64), 285,
+        "Theta rule: iterations after which a step fails").read(theta_rule).image(Image::LaterWhereRead),
+    row("seed", Place::Seed(|s| &mut s.seed), Range::Any, 260, "Seed of the draws"),
+    // ---- Time step
+    real("time_step.fraction", |s| one(&mut s.time_step.fraction), &RATIO, Range::Positive, 286,
+        "Time step as a fraction of dt_crit (M11), at most 0.5 (0.433 with a toe). Read if time_step.seconds is 0")
+        .read(|s| if_so(s.time_step.seconds == 0.0)).image(Image::Never),
+    real("time_step.seconds", |s| one(&mut s.time_step.seconds), &DURATION, Range::NotNegative, 261,
+        "Time step in seconds, at most 0.5 dt_crit (0.433 with a toe); 0: time_step.fraction says it").image(Image::StepInUse),
+    choice("step_check", &STEP_CHECK, |s| s.step_check as u32, |s, k| pick(&mut s.step_check, &STEP_CHECKS, k), 287,
+        "Whether the time step is checked against its limit").image(Image::Never),
+    choice("step_after_failure", &STEP_AFTER_FAILURE, |s| s.step_after_failure as u32,
+        |s, k| pick(&mut s.step_after_failure, &STEPS_AFTER_FAILURE, k), 288,
+        "The step from the first failed segment on (M9). Velocity Verlet only").image(Image::Later(0x5_0000)),
+    real("slack_toe", |s| one(&mut s.slack_toe), &RATIO, Range::NotNegative, 289,
+        "Toe: Green-Lagrange strain over which the stiffness of a segment sets in that has been slack after the first failure, in [0.005, 0.05] and not beyond that of U_c; 0 = none. Velocity Verlet only")
+        .image(Image::Later(0x6_0000)),
+    choice("rotation_rule.kind", &ROTATION, |s| s.rotation_rule.kind as u32, |s, k| pick(&mut s.rotation_rule.kind, &ROTATIONS, k), 290,
+        "The implicit midpoint rule, or the paper's theta rule").image(Image::Later(0x3_FFFF)),
+    real("rotation_rule.theta", |s| one(&mut s.rotation_rule.theta), &RATIO, Range::Within(0.5, 1.0), 291,
+        "Theta rule of the rotation: weight of the step's end")
+        .read(|s| if_so(s.rotation_rule.kind == RotationKind::Theta)).image(Image::LaterWhereRead),
+    // ---- What is watched, and room
+    real("force_window", |s| one(&mut s.force_window), &DURATION, Range::Positive, 262,
+        "Window of the peak force, rounded to whole steps, at least one. Until the first is full the peak force is the mean over the time elapsed"),
+    flag("track_detachment", |s| &mut s.track_detachment, 263,
+        "Watch whether the touched nodes are still held (4 bytes a node); without it a projectile that carries torn cloth never exits"),
+    flag("track_support", |s| &mut s.track_support, 292, "Sum the impulses on the supports; the momentum residual needs them"),
+    count("contact_capacity", |s| &mut s.contact_capacity, Range::Any, 293,
+        "Most nodes closer than sheet.spacing to the projectile at once, 116 bytes each (124 with the theta rule, 268 with friction); more are a failure. 0 = every node")
+        .image(Image::Never),
+];
+
+/// All elements, or none.
+const fn if_so(condition: bool) -> usize {
+    if condition { usize::MAX } else { 0 }
+}
+
+type Text = &'static str;
+type Reals = fn(&mut Scene) -> &mut [f64];
+type Of = &'static Quantity;
+
+const fn row(name: Text, place: Place, range: Range, fmi: u32, about: Text) -> Field {
+    Field { name, place, quantity: None, range, read: |_| usize::MAX, image: Image::Always, fmi, about }
+}
+
+const fn shaped(name: Text, place: Place, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    Field { quantity: Some(of), ..row(name, place, range, fmi, about) }
+}
+
+const fn real(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    shaped(name, Place::Reals(place, &[]), of, range, fmi, about)
+}
+
+/// Of the back fabric.
+const fn of_back(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    real(name, place, of, range, fmi, about).read(|s| if_so(s.back.plies != 0)).image(Image::LaterWhereRead)
+}
+
+const fn vector(name: Text, place: Reals, of: Of, range: Range, fmi: u32, about: Text) -> Field {
+    shaped(name, Place::Reals(place, &[3]), of, range, fmi, about)
+}
+
+const fn quaternion(name: Text, place: Reals, fmi: u32, about: Text) -> Field {
+    shaped(name, Place::Reals(place, &[4]), &QUATERNION, Range::UnitQuaternion, fmi, about)
+}
+
+const fn count(name: Text, place: fn(&mut Scene) -> &mut u32, range: Range, fmi: u32, about: Text) -> Field {
+    row(name, Place::Count(place), range, fmi, about)
+}
+
+const fn flag(name: Text, place: fn(&mut Scene) -> &mut bool, fmi: u32, about: Text) -> Field {
+    row(name, Place::Flag(place), Range::Any, fmi, about)
+}
+
+const fn choice(
+    name: Text,
+    of: &'static Choice,
+    get: fn(&Scene) -> u32,
+    set: fn(&mut Scene, u32),
+    fmi: u32,
+    about: Text,
+) -> Field {
+    row(name, Place::Choice(of, get, set), Range::Any, fmi, about)
+}
+
+/// Takes the choice of this number, if there is one.
+fn pick<T: Copy>(place: &mut T, all: &[T], number: u32) {
+    if let Some(chosen) = all.get(number as usize) {
+        *place = *chosen;
+    }
+}
+
+fn one(number: &mut f64) -> &mut [f64] {
+    core::slice::from_mut(number)
+}
+
+fn four_corners(scene: &Scene) -> usize {
+    if_so(scene.attachment.kind == AttachmentKind::FourCorners)
+}
+
+fn graded(scene: &Scene) -> usize {
+    if_so(scene.is_graded())
+}
+
+fn stacked(scene: &Scene) -> usize {
+    if_so(scene.stack.plies > 1)
+}
+
+fn own_weft(scene: &Scene) -> usize {
+    if_so(scene.weft.modulus_mean != 0.0)
+}
+
+fn round(scene: &Scene) -> usize {
+    if_so(matches!(scene.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder))
+}
+
+fn sector(scene: &Scene) -> usize {
+    if_so(scene.projectile.shape == Shape::DiscSector)
+}
+
+fn drawn_strength(scene: &Scene) -> usize {
+    if_so(scene.yarn.strength_draw != StrengthDraw::None)
+}
+
+fn on_rate(scene: &Scene) -> usize {
+    if_so(scene.depends_on_rate())
+}
+
+fn theta_rule(scene: &Scene) -> usize {
+    if_so(scene.integrator.kind == IntegratorKind::Theta)
+}
