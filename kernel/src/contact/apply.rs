@@ -124,7 +124,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, system.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
-        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+        let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
             break;
         };
         let candidate = Candidate::read(slot);
@@ -137,11 +137,11 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
             (start, share) = (node as usize - i, system.mass_share_of_row(j));
         }
         let mut push = candidate.normal * (candidate.impulse / (system.model.unit_impulse * share));
-        let rubbing = system.blocks.tangential.get(c).map(Tangential::read);
+        let rubbing = system.arrays.tangential.get(c).map(Tangential::read);
         if let Some(t) = &rubbing {
             push += t.push(t.impulse) * (1.0 / (system.model.unit_impulse * share));
         }
-        if let Some(flags) = system.blocks.flags.get_mut(node as usize / 32) {
+        if let Some(flags) = system.arrays.flags.get_mut(node as usize / 32) {
             *flags |= 1 << (node % 32);
         }
         let given = totals.give(&candidate, rubbing.as_ref());
@@ -165,7 +165,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
         totals.lose(&candidate, rubbing.as_ref(), given, speed_after, &(v * unit_speed));
         if system.layout.has(Feature::Viscosity) {
             // The sweep has counted the viscous push as if the node went on with the velocity before the impulse.
-            let pushes = planes::row(system.blocks.pushes, system.layout.chunks, j);
+            let pushes = planes::row(system.arrays.pushes, system.layout.chunks, j);
             let viscous = [0, 1, 2].map(|plane| planes::get(pushes, plane, i).unwrap_or(0.0));
             let crossed = 0.5 * push.dot(&Vector::from(viscous)) * system.layout.node_weight(i, j);
             system.state.sums.viscous -= crossed * (system.model.unit_energy * share);
@@ -178,7 +178,7 @@ pub(crate) fn apply_impulses(system: &mut System<'_>, count: usize, before: &Bod
 #[inline(always)]
 fn move_node(system: &mut System<'_>, candidate: &Candidate, [i, j]: [usize; 2], push: &Vector) -> Option<Vector> {
     let lane = i % CHUNK;
-    let chunk = planes::row_mut(system.blocks.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
+    let chunk = planes::row_mut(system.arrays.hot, system.layout.chunks, j).get_mut(i / CHUNK)?;
     let v = Vector::from(planes::velocity(chunk, lane)) + push;
     let mut u = planes::displacement(chunk, lane);
     if !system.layout.has(Feature::Theta) {
@@ -219,7 +219,7 @@ fn close(system: &mut System<'_>, mut totals: Totals, before: &Body) {
 
 /// Notes that a row holds a node with this displacement.
 fn widen(system: &mut System<'_>, j: usize, [x, y, _]: [f64; 3]) {
-    if let Some([low, high, left, right]) = system.blocks.ranges.get_mut(j) {
+    if let Some([low, high, left, right]) = system.arrays.ranges.get_mut(j) {
         widen_range([low, high], y);
         if *left != NOT_KEPT {
             widen_range([left, right], x);

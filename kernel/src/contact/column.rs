@@ -9,7 +9,7 @@
 
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, SPEED_Z};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::layout::COLUMN_REALS;
 use crate::memory::system::System;
 
@@ -219,7 +219,7 @@ pub(super) fn load(system: &mut System<'_>, i: usize, row: usize) -> (f64, bool)
     let rise = system.directions.front.vertical.rest.spacing;
     let shares = [1.0, system.model.back_share];
     let [mut at, next] = system.layout.stacked(i, row);
-    let System { directions, blocks: Blocks { hot, column, .. }, .. } = system;
+    let System { directions, arrays: Arrays { hot, column, .. }, .. } = system;
     let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
     let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
     for (ply, place) in column.iter_mut().enumerate() {

@@ -101,7 +101,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
     let test = EdgeTest::new(&system.solid, body, system.model.pass_dt);
     let (mut c, mut kept) = (0, count);
     while c < kept {
-        let candidate = system.blocks.candidates.get(c).map(Candidate::read);
+        let candidate = system.arrays.candidates.get(c).map(Candidate::read);
         let passes = candidate.is_some_and(|candidate| {
             let pressed = candidate.gap_rate(&body.velocity, &body.angular_velocity) < 0.0;
             let [x, y] = if pressed || candidate.is_fixed() { free_way(system, c) } else { [Vector::zeros(); 2] };
@@ -110,7 +110,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
         });
         if passes {
             kept -= 1;
-            system.blocks.swap_candidates(c, kept);
+            system.arrays.swap_candidates(c, kept);
         } else {
             c += 1;
         }
@@ -120,7 +120,7 @@ pub(crate) fn set_aside(system: &mut System<'_>, count: usize, deepest: f64) -> 
 
 /// Where a candidate's node is at the pass's start and, without an impulse, at its end, m.
 fn free_way(system: &System<'_>, c: usize) -> [Vector; 2] {
-    let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+    let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
         return [Vector::zeros(); 2];
     };
     let (i, j) = system.layout.column_and_row(node as usize);
@@ -163,9 +163,9 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
     let mut kept = alone;
     for c in alone..count {
         let [x, y] = free_way(system, c);
-        let held = system.blocks.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
+        let held = system.arrays.candidates.get(c).is_some_and(|slot| Candidate::read(slot).is_fixed());
         if !test.stays_outside(&x, &y, if held { held_touching } else { touching }) {
-            system.blocks.swap_candidates(c, kept);
+            system.arrays.swap_candidates(c, kept);
             kept += 1;
         }
     }
@@ -176,7 +176,7 @@ fn meets_after_all(system: &mut System<'_>, solved: &Solved, alone: usize, count
 /// nodes below a flat face so deep; one beside them, no farther away than they are from each other, at most twice as deep.
 fn deepest_support(system: &System<'_>, test: &EdgeTest<'_>, kept: usize) -> f64 {
     let mut deepest = 0.0;
-    for (c, slot) in system.blocks.candidates.iter().enumerate().take(kept) {
+    for (c, slot) in system.arrays.candidates.iter().enumerate().take(kept) {
         if Candidate::read(slot).is_fixed() {
             let [_, y] = free_way(system, c);
             let depth = test.depth_at_end(&y);

@@ -15,7 +15,7 @@ use crate::contact::solve::MAX_SWEEPS;
 use crate::contact::touch::{self, Link, Pace, Touch};
 use crate::ground::math;
 use crate::ground::planes::{CHUNK, SPEED_Z};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
@@ -63,7 +63,7 @@ pub(crate) fn solve(system: &mut System<'_>, count: usize) -> Solved {
 
 /// Links the candidates of each column of free nodes, the last one first; it leads the column. A fixed node is a column of its own.
 fn link(system: &mut System<'_>, count: usize) {
-    let Blocks { last, links, candidates, candidate_nodes, .. } = &mut system.blocks;
+    let Arrays { last, links, candidates, candidate_nodes, .. } = &mut system.arrays;
     // At least 1, so that no division by zero has to be compiled in.
     let places = (last.len() as u32).max(1);
     for &node in candidate_nodes.iter().take(count) {
@@ -164,7 +164,7 @@ impl<'s, 'a> Joint<'s, 'a> {
                 farthest = math::max(arm.dot(&arm), farthest);
             }
             self.set_tangential(c, &t);
-            if let Some(pace) = self.system.blocks.paces.get_mut(c) {
+            if let Some(pace) = self.system.arrays.paces.get_mut(c) {
                 Pace::FULL.write(pace);
             }
         }
@@ -177,7 +177,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         let (mut low, mut high) = (f64::INFINITY, -f64::INFINITY);
         let [at, next] = self.system.layout.stacked(i, row);
         for ply in 0..self.system.layout.plies {
-            let speed = self.system.blocks.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[SPEED_Z][i % CHUNK]);
+            let speed = self.system.arrays.hot.get(at + ply * next).map_or(0.0, |chunk| chunk[SPEED_Z][i % CHUNK]);
             (low, high) = (math::min(speed, low), math::max(speed, high));
         }
         (high - low) * self.system.model.unit_speed
@@ -288,31 +288,31 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     fn candidate(&self, c: usize) -> Candidate {
-        self.system.blocks.candidates.get(c).map(Candidate::read).unwrap_or_default()
+        self.system.arrays.candidates.get(c).map(Candidate::read).unwrap_or_default()
     }
 
     fn tangential(&self, c: usize) -> Option<Tangential> {
-        self.system.blocks.tangential.get(c).map(Tangential::read)
+        self.system.arrays.tangential.get(c).map(Tangential::read)
     }
 
     fn set_tangential(&mut self, c: usize, t: &Tangential) {
-        if let Some(place) = self.system.blocks.tangential.get_mut(c) {
+        if let Some(place) = self.system.arrays.tangential.get_mut(c) {
             t.write(place);
         }
     }
 
     fn set_impulse(&mut self, c: usize, impulse: f64) {
-        if let Some(slot) = self.system.blocks.candidates.get_mut(c) {
+        if let Some(slot) = self.system.arrays.candidates.get_mut(c) {
             candidate::set_impulse(slot, impulse);
         }
     }
 
     fn link(&self, c: usize) -> Link {
-        self.system.blocks.links.get(c).map(Link::read).unwrap_or_default()
+        self.system.arrays.links.get(c).map(Link::read).unwrap_or_default()
     }
 
     fn set_link(&mut self, c: usize, link: Link) {
-        if let Some(slot) = self.system.blocks.links.get_mut(c) {
+        if let Some(slot) = self.system.arrays.links.get_mut(c) {
             link.write(slot);
         }
     }
@@ -330,11 +330,11 @@ impl<'s, 'a> Joint<'s, 'a> {
     }
 
     fn touch(&self, c: usize) -> Touch {
-        self.system.blocks.touches.get(c).map(Touch::read).unwrap_or_default()
+        self.system.arrays.touches.get(c).map(Touch::read).unwrap_or_default()
     }
 
     fn set_touch(&mut self, c: usize, touch: Touch) {
-        if let Some(slot) = self.system.blocks.touches.get_mut(c) {
+        if let Some(slot) = self.system.arrays.touches.get_mut(c) {
             touch.write(slot);
         }
     }
@@ -453,7 +453,7 @@ impl<'s, 'a> Joint<'s, 'a> {
             let (candidate, rubbing, touch) = (self.candidate(c), self.tangential(c), self.touch(c));
             let rate = self.rate_besides(&candidate, rubbing.as_ref(), &touch);
             let (up, ply) = (candidate.normal.z, self.ply(c));
-            let Some(place) = self.system.blocks.column.get_mut(ply) else { break };
+            let Some(place) = self.system.arrays.column.get_mut(ply) else { break };
             let mut node = Node::read(place);
             node.grip = up * math::abs(up) * self.give / touch.give;
             if up != 0.0 {
@@ -465,8 +465,8 @@ impl<'s, 'a> Joint<'s, 'a> {
             node.write(place);
             next = self.behind(c);
         }
-        project(self.system.blocks.column);
-        for node in self.system.blocks.column.iter().map(Node::read).filter(|node| node.grip == 0.0) {
+        project(self.system.arrays.column);
+        for node in self.system.arrays.column.iter().map(Node::read).filter(|node| node.grip == 0.0) {
             self.widest = math::max(math::abs(node.speed - node.before) * unit_speed, self.widest);
         }
         // All answer to the body as it is now.
@@ -474,7 +474,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         next = Some(leader);
         while let Some(c) = next {
             let (candidate, rubbing, mut touch) = (self.candidate(c), self.tangential(c), self.touch(c));
-            let Some(node) = self.system.blocks.column.get(self.ply(c)).map(Node::read) else { break };
+            let Some(node) = self.system.arrays.column.get(self.ply(c)).map(Node::read) else { break };
             let (up, lift) = (candidate.normal.z, (node.speed - node.before) * unit_speed);
             let impulse = if math::abs(node.grip) > node.mass {
                 node.push * unit_impulse / up
@@ -509,7 +509,7 @@ impl<'s, 'a> Joint<'s, 'a> {
         while let Some(c) = next {
             let (candidate, rubbing, ply) = (self.candidate(c), self.tangential(c), self.ply(c));
             let push = candidate.normal.z * candidate.impulse + rubbing.map_or(0.0, |t| t.push(t.impulse).z);
-            if let Some(place) = self.system.blocks.column.get_mut(ply) {
+            if let Some(place) = self.system.arrays.column.get_mut(ply) {
                 let mut node = Node::read(place);
                 node.push = push / self.system.model.unit_impulse;
                 node.speed += node.push / node.mass;
@@ -517,9 +517,9 @@ impl<'s, 'a> Joint<'s, 'a> {
             }
             next = self.behind(c);
         }
-        project(self.system.blocks.column);
+        project(self.system.arrays.column);
         let (mut work, mut moved, mut from_below) = (0.0, 0.0, 0.0);
-        for node in self.system.blocks.column.iter().map(Node::read) {
+        for node in self.system.arrays.column.iter().map(Node::read) {
             let change = node.speed - node.before;
             if node.room != f64::INFINITY {
                 work += from_below * node.room;
@@ -539,7 +539,7 @@ impl<'s, 'a> Joint<'s, 'a> {
     /// turns back goes half as far, and farther again while it does not turn. The impulses stay in the cone, and what is left to go counts in full.
     fn paced(&mut self, c: usize, candidate: &Candidate, [p, q]: [f64; 2], next: [f64; 2]) -> [f64; 2] {
         let way = [next[0] - p, next[1] - q];
-        let Some(slot) = self.system.blocks.paces.get_mut(c) else { return next };
+        let Some(slot) = self.system.arrays.paces.get_mut(c) else { return next };
         let last = Pace::read(slot);
         let part = match self.sweeps {
             0..PATIENCE => last.part,
@@ -588,7 +588,7 @@ impl<'s, 'a> Joint<'s, 'a> {
 
 /// The column and the row of a candidate's node in the sheet.
 fn place(system: &System<'_>, c: usize) -> (usize, usize) {
-    let node = system.blocks.candidate_nodes.get(c).copied().unwrap_or(0);
+    let node = system.arrays.candidate_nodes.get(c).copied().unwrap_or(0);
     let (i, j) = system.layout.column_and_row(node as usize);
     (i, system.layout.ply_and_row(j).1)
 }
@@ -627,7 +627,7 @@ fn without_gain(system: &mut System<'_>, count: usize, solved: Solved) -> Solved
     if part == 1.0 {
         return solved;
     }
-    for (slot, place) in system.blocks.candidates.iter_mut().zip(system.blocks.tangential.iter_mut()).take(count) {
+    for (slot, place) in system.arrays.candidates.iter_mut().zip(system.arrays.tangential.iter_mut()).take(count) {
         friction::scale(slot, Some(place), part);
     }
     Solved { velocity: body.velocity + dv * part, angular_velocity: body.angular_velocity + dw * part, ..solved }

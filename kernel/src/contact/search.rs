@@ -12,7 +12,7 @@ use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk, HOT_PLANES};
 use crate::ground::ranges::{NOT_KEPT, end_of_range, range_of, spread};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
@@ -262,7 +262,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
     let free_body = system.scene.is_free();
     let stands_alone = !layout.has(Feature::Grading) && system.scene.symmetry == Symmetry::default();
     let body = &system.state.body;
-    let Blocks { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.blocks;
+    let Arrays { hot, ranges, candidates, tangential, candidate_nodes, runs, columns, lines, .. } = &mut system.arrays;
     let net = Net { columns, lines };
     let near = search.neighbourhood(h);
     let mut slots = candidates.iter_mut().zip(candidate_nodes.iter_mut());
@@ -338,7 +338,7 @@ pub(crate) fn gather(system: &mut System<'_>, [first_row, end_row]: [usize; 2]) 
 #[inline(never)]
 pub(crate) fn complete_candidates(system: &mut System<'_>, count: usize) {
     let (nx, chunks, unit_speed) = (system.layout.nodes_x, system.layout.chunks, system.model.unit_speed);
-    let Blocks { hot, candidates, candidate_nodes, tangential, .. } = &mut system.blocks;
+    let Arrays { hot, candidates, candidate_nodes, tangential, .. } = &mut system.arrays;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
     let slots = candidates.get_mut(..count).unwrap_or(&mut []);

@@ -6,7 +6,7 @@ use crate::contact::friction::Tangential;
 use crate::ground::lanes::{self, Job, Lane};
 use crate::ground::math;
 use crate::ground::planes::{self, CHUNK, Chunk, HOT_PLANES, SPEED_Z, Z};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 
@@ -29,7 +29,7 @@ pub(crate) fn separate(system: &mut System<'_>, count: usize) {
 fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
     let (mut work, mut rubbed) = (0.0, 0.0);
     for c in 0..count {
-        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+        let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
             break;
         };
         let candidate = Candidate::read(slot);
@@ -37,7 +37,7 @@ fn half_work(system: &System<'_>, count: usize) -> [f64; 2] {
             let (i, j) = system.layout.column_and_row(node as usize);
             let velocity = system.velocity(i, j);
             work += 0.5 * candidate.impulse * candidate.normal.dot(&velocity);
-            if let Some(t) = system.blocks.tangential.get(c).map(Tangential::read) {
+            if let Some(t) = system.arrays.tangential.get(c).map(Tangential::read) {
                 rubbed += 0.5 * t.work(t.along(&velocity));
             }
         }
@@ -59,8 +59,8 @@ fn separate_rows(system: &mut System<'_>, ply: usize, row: usize) {
     let mut from = 0;
     loop {
         let pressed = Pressed {
-            below: planes::row(system.blocks.hot, chunks, below.0),
-            above: planes::row(system.blocks.hot, chunks, above.0),
+            below: planes::row(system.arrays.hot, chunks, below.0),
+            above: planes::row(system.arrays.hot, chunks, above.0),
             gap: system.model.gap,
             from,
         };
@@ -116,11 +116,11 @@ fn separate_column(system: &mut System<'_>, i: usize, row: usize) {
     if !presses {
         return;
     }
-    project(system.blocks.column);
+    project(system.arrays.column);
     let (mut lost, mut viscous) = (0.0, 0.0);
     for ply in 0..layout.plies {
         let j = ply * rows + row;
-        let Blocks { hot, column, before, pushes, .. } = &mut system.blocks;
+        let Arrays { hot, column, before, pushes, .. } = &mut system.arrays;
         let (Some(Node { speed, mass, .. }), Some(chunk), Some(before)) = (
             column.get(ply).map(Node::read),
             planes::row_mut(hot, chunks, j).get_mut(i / CHUNK),

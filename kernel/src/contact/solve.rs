@@ -385,7 +385,7 @@ fn length(v: &Vector) -> f64 {
 
 /// The impulses of the first `count` candidates of a single sheet.
 pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
-    let slots = system.blocks.candidates.get_mut(..count).unwrap_or(&mut []);
+    let slots = system.arrays.candidates.get_mut(..count).unwrap_or(&mut []);
     let given = Given {
         body: &system.state.body,
         inertia: &system.model.inertia,
@@ -396,7 +396,7 @@ pub(crate) fn solve_first(system: &mut System<'_>, count: usize) -> Solved {
     if !system.layout.has(Feature::Friction) {
         return solve(slots, &given);
     }
-    solve_with_friction(slots, system.blocks.tangential.get_mut(..count).unwrap_or(&mut []), &given)
+    solve_with_friction(slots, system.arrays.tangential.get_mut(..count).unwrap_or(&mut []), &given)
 }
 
 #[cfg(test)]

@@ -304,7 +304,7 @@ impl core::fmt::Display for Error {
 impl core::error::Error for Error {}
 
 /// The computation cannot go on. Latched: every call but reset, load and the counters repeats it. Of a sheet that is stepped in blocks
-/// (`waves.rs`) some rows are then ahead of the step's start.
+/// (`step/blocks.rs`) some rows are then ahead of the step's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// A non-finite number appeared; the state is lost. Load a snapshot or reset.

@@ -1,4 +1,4 @@
-//! Sizes of a scene: nodes, rows, plies, segments, candidates, and what has to be kept of them. `blocks.rs` counts the memory.
+//! Sizes of a scene: nodes, rows, plies, segments, candidates, and what has to be kept of them. `arrays.rs` counts the memory.
 
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::CacheLine;
@@ -22,7 +22,7 @@ pub(crate) const PACE_REALS: usize = 3;
 /// what the cores of a server share in their third level.
 const CACHED_REALS: usize = (12 << 20) / 8;
 
-/// Steps that a sheet beyond the caches takes in one block (`waves.rs`); a divisor of the steps between two tests of outcomes.
+/// Steps that a sheet beyond the caches takes in one block (`step/blocks.rs`); a divisor of the steps between two tests of outcomes.
 pub(crate) const BLOCK_STEPS: usize = 8;
 
 /// Most bands a sheet can be cut into.
@@ -64,7 +64,7 @@ pub struct Layout {
     pub has: Features,
     /// true if there is memory for steps in blocks: of a sheet that exceeds the caches, one ply without mirror planes and without what takes
     /// more than one pass or looks at the whole sheet between two steps.
-    pub in_waves: bool,
+    pub in_blocks: bool,
     /// Whether impulses on the supports are summed.
     pub supports: bool,
     /// Greatest number of contact candidates: every node, if the scene does not ask for fewer.
@@ -85,7 +85,7 @@ impl Layout {
         upper: 0,
         chunks: 0,
         has: Features::NONE,
-        in_waves: false,
+        in_blocks: false,
         supports: false,
         candidates: 0,
         reals: 0,
@@ -149,7 +149,7 @@ impl Layout {
     /// fixed nodes; whole cache lines.
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let viscous = if self.has(Feature::Viscosity) { VISCOUS_PLANES } else { 0 };
-        let rows = if self.in_waves { 1 + BLOCK_STEPS } else { 1 };
+        let rows = if self.in_blocks { 1 + BLOCK_STEPS } else { 1 };
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + viscous)
             + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
@@ -292,7 +292,7 @@ mod tests {
         for (nodes, exceeds) in [(350, false), (439, false), (447, true)] {
             (scene.sheet.nodes_x, scene.sheet.nodes_y) = (nodes, nodes);
             let layout = Layout::of(&scene).unwrap();
-            assert_eq!((layout.exceeds_caches(), layout.in_waves), (exceeds, exceeds));
+            assert_eq!((layout.exceeds_caches(), layout.in_blocks), (exceeds, exceeds));
         }
         // Three bands keep a row and its forces, and both of eight steps; then the fixed nodes in whole cache lines.
         let reals: usize = 3 * (9 * 56 * 8 * (HOT_PLANES + CARRY_PLANES) + 1344);
@@ -301,7 +301,7 @@ mod tests {
         let blocks = Layout::of(&scene).unwrap();
         scene.step_after_failure = crate::StepAfterFailure::Half;
         let single = Layout::of(&scene).unwrap();
-        assert_eq!((single.in_waves, blocks.reals - single.reals), (false, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447));
+        assert_eq!((single.in_blocks, blocks.reals - single.reals), (false, 8 * 56 * 8 * CARRY_PLANES + 7 * 6 * 447));
     }
 
     /// 9 x 5 nodes, uniform yarn, at most 10 candidates: two chunks, 16 columns, a row.

@@ -1,4 +1,4 @@
-pub mod blocks;
+pub mod arrays;
 pub mod layout;
 pub mod model;
 pub mod rows;

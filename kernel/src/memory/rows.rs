@@ -7,7 +7,7 @@ use crate::ground::planes::{
     STRENGTH_PLANES, YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range, spread};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
@@ -25,7 +25,7 @@ pub(crate) struct Terms<'t> {
     /// The toe of marked segments.
     pub toe: Toe,
     /// Dependence on the rate of strain.
-    pub rates: Rates,
+    pub rates: &'t Rates,
     /// Whether rows are fetched from memory ahead of their turn.
     pub fetches: bool,
     pub instructions: InstructionSet,
@@ -40,7 +40,7 @@ impl<'t> Terms<'t> {
             directions: self.directions.of_ply(ply),
             toe: self.toe,
             net,
-            rates: &self.rates,
+            rates: self.rates,
             fetches: self.fetches,
             instructions: self.instructions,
         }
@@ -114,7 +114,7 @@ impl<'r> Rows<'r> {
     /// Rows [first, end) of the whole sheet; None if a block is shorter than the layout says. `marked`: whether segments may have
     /// a toe; `in_block`: the step of a block.
     pub fn of(
-        blocks: &'r mut Blocks<'_>,
+        arrays: &'r mut Arrays<'_>,
         layout: &Layout,
         [first, end]: [usize; 2],
         ply: usize,
@@ -123,7 +123,7 @@ impl<'r> Rows<'r> {
     ) -> Option<Rows<'r>> {
         let own = first * layout.chunks..end * layout.chunks;
         let noted = in_block.unwrap_or(0) * layout.nodes_y;
-        let (swept, rest) = blocks.hot.split_at_mut_checked(own.end)?;
+        let (swept, rest) = arrays.hot.split_at_mut_checked(own.end)?;
         Some(Rows {
             first,
             ply,
@@ -134,23 +134,23 @@ impl<'r> Rows<'r> {
             } else {
                 planes::row(rest, layout.chunks, 0)
             },
-            history: blocks.history.get_mut(own.clone())?,
-            yarn: if layout.has_constants() { blocks.yarn.get(own.clone())? } else { &[] },
-            strength: if layout.has(Feature::Strength) { blocks.strength.get(own.clone())? } else { &[] },
-            logarithms: if layout.has(Feature::Rate) { blocks.logarithms.get(own.clone())? } else { &[] },
-            marks: if marked { blocks.marks.get(own.clone())? } else { &[] },
-            pushes: if layout.has(Feature::Viscosity) { blocks.pushes.get(own.clone())? } else { &[] },
-            taken: if layout.takes_energy() { blocks.taken.get_mut(first..end)? } else { &mut [] },
-            before: if layout.is_stack() { blocks.before.get_mut(own)? } else { &mut [] },
-            ranges: blocks.ranges.get_mut(first..end)?,
-            runs: blocks.runs.get(first..end)?,
-            net: Net { columns: blocks.columns, lines: blocks.lines },
+            history: arrays.history.get_mut(own.clone())?,
+            yarn: if layout.has_constants() { arrays.yarn.get(own.clone())? } else { &[] },
+            strength: if layout.has(Feature::Strength) { arrays.strength.get(own.clone())? } else { &[] },
+            logarithms: if layout.has(Feature::Rate) { arrays.logarithms.get(own.clone())? } else { &[] },
+            marks: if marked { arrays.marks.get(own.clone())? } else { &[] },
+            pushes: if layout.has(Feature::Viscosity) { arrays.pushes.get(own.clone())? } else { &[] },
+            taken: if layout.takes_energy() { arrays.taken.get_mut(first..end)? } else { &mut [] },
+            before: if layout.is_stack() { arrays.before.get_mut(own)? } else { &mut [] },
+            ranges: arrays.ranges.get_mut(first..end)?,
+            runs: arrays.runs.get(first..end)?,
+            net: Net { columns: arrays.columns, lines: arrays.lines },
             carry: match in_block {
-                None => blocks.carry,
-                Some(step) => planes::row_mut(blocks.carries, layout.chunks, step),
+                None => arrays.carry,
+                Some(step) => planes::row_mut(arrays.carries, layout.chunks, step),
             },
-            kept: blocks.kept,
-            pulls: if layout.supports { blocks.pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
+            kept: arrays.kept,
+            pulls: if layout.supports { arrays.pulls.get_mut(noted + first..noted + end)? } else { &mut [] },
         })
     }
 }
@@ -382,7 +382,7 @@ mod tests {
         let mut sim = Sim::new(&scene, &mut memory).unwrap();
         sim.step_every_row();
         sim.step().unwrap();
-        sim.system.blocks.history = &mut [];
+        sim.system.arrays.history = &mut [];
         assert_eq!(sim.step(), Err(Failure::NonFinite));
     }
 

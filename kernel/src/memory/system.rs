@@ -12,7 +12,7 @@ use crate::ground::planes::{
     YARN_PLANES,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::memory::model::Model;
 use crate::memory::rows;
@@ -36,7 +36,7 @@ pub(crate) struct System<'a> {
     pub solid: Solid,
     pub directions: Directions,
     pub state: State,
-    pub blocks: Blocks<'a>,
+    pub arrays: Arrays<'a>,
     pub failed_segments: u64,
     pub failure: Option<Failure>,
     /// Of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in its place.
@@ -58,7 +58,7 @@ impl<'a> System<'a> {
         solid: Solid::NOTHING,
         directions: Directions::NOTHING,
         state: State::at_start(Body::AT_REST),
-        blocks: Blocks::nothing(),
+        arrays: Arrays::nothing(),
         failed_segments: 0,
         failure: None,
         awake: [0, 0],
@@ -128,7 +128,7 @@ impl SegmentView {
 impl System<'_> {
     /// Rest place of a node in spacings h.
     pub fn rest(&self, i: usize, j: usize) -> [f64; 3] {
-        let Blocks { columns, lines, .. } = &self.blocks;
+        let Arrays { columns, lines, .. } = &self.arrays;
         if let (Some(x), Some(y)) = (planes::get(columns, PLACE, i), planes::get(lines, PLACE, j)) {
             return [x, y, 0.0];
         }
@@ -139,7 +139,7 @@ impl System<'_> {
 
     /// Bars and widths of a graded network.
     pub fn net(&self) -> Net<'_> {
-        Net { columns: self.blocks.columns, lines: self.blocks.lines }
+        Net { columns: self.arrays.columns, lines: self.arrays.lines }
     }
 
     /// How many nodes of the whole fabric node (i, j) stands for: by its images, and by its mass.
@@ -184,7 +184,7 @@ impl System<'_> {
     #[inline]
     pub fn node(&self, i: usize, j: usize) -> ([f64; 3], [f64; 3]) {
         let ((i, turn_x), (j, turn_y)) = (self.layout.x.node(i), self.layout.y.node(j));
-        let chunk = planes::row(self.blocks.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
+        let chunk = planes::row(self.arrays.hot, self.layout.chunks, j).get(i / CHUNK).unwrap_or(&sweep::NOTHING);
         let at = |plane: usize, turn: bool| {
             let value = chunk[plane][i % CHUNK];
             if turn { -value } else { value }
@@ -193,7 +193,7 @@ impl System<'_> {
     }
 
     pub fn set_node(&mut self, i: usize, j: usize, u: [f64; 3], v: [f64; 3]) {
-        let row = planes::row_mut(self.blocks.hot, self.layout.chunks, j);
+        let row = planes::row_mut(self.arrays.hot, self.layout.chunks, j);
         let Some(chunk) = row.get_mut(i / CHUNK) else { return };
         let lane = i % CHUNK;
         for k in 0..3 {
@@ -203,7 +203,7 @@ impl System<'_> {
     }
 
     pub fn is_fixed(&self, i: usize, j: usize) -> bool {
-        self.blocks.runs.get(j).is_some_and(|run| in_runs(run, i))
+        self.arrays.runs.get(j).is_some_and(|run| in_runs(run, i))
     }
 
     /// The segment that starts at node (i, j), if there is one.
@@ -222,21 +222,21 @@ impl System<'_> {
         let (ply, _) = self.layout.ply_and_row(j);
         let direction = self.directions.of_ply(ply).along(axis);
         let bar = self.net().bar(axis, i, j);
-        let yarn = planes::row(self.blocks.yarn, chunks, j);
+        let yarn = planes::row(self.arrays.yarn, chunks, j);
         let drawn = |plane: usize| planes::get(yarn, axis as usize + plane, i).unwrap_or(0.0);
         let stochastic = self.layout.has_constants();
-        let strength = planes::row(self.blocks.strength, chunks, j);
+        let strength = planes::row(self.arrays.strength, chunks, j);
         Some(SegmentView {
             axis,
             ply,
             rest: bar.map_or(direction.rest, |[segments, _]| direction.rest.in_series(segments)),
             bar: bar.unwrap_or([1.0; 2]),
-            stiffness: planes::get(planes::row(self.blocks.hot, chunks, j), 6 + axis as usize, i)?,
+            stiffness: planes::get(planes::row(self.arrays.hot, chunks, j), 6 + axis as usize, i)?,
             undamaged: if stochastic { drawn(0) } else { direction.stiffness },
             damage_rate: if stochastic { drawn(2) } else { direction.damage_rate },
             critical_stretch: planes::get(strength, axis as usize, i).unwrap_or(direction.law.critical_stretch),
-            history: planes::get(planes::row(self.blocks.history, chunks, j), axis as usize, i)?,
-            mark: planes::get(planes::row(self.blocks.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
+            history: planes::get(planes::row(self.arrays.history, chunks, j), axis as usize, i)?,
+            mark: planes::get(planes::row(self.arrays.marks, chunks, j), axis as usize, i).unwrap_or(NO_TOE),
             d,
             // The theta rule's state is synchronous: its audit looks at t_n alone.
             d_before: if self.layout.has(Feature::Theta) { d } else { [d[0] - dv[0], d[1] - dv[1], d[2] - dv[2]] },
@@ -297,7 +297,7 @@ impl System<'_> {
     /// Yarn constants and fixed runs. Of drawn strength the law becomes that of the weakest segment.
     pub fn fill_model(&mut self) -> Result<(), Error> {
         let (layout, places) = (self.layout, Places::both(&self.scene));
-        for (j, run) in self.blocks.runs.iter_mut().enumerate() {
+        for (j, run) in self.arrays.runs.iter_mut().enumerate() {
             let [[a, b], [c, d]] = weave::runs_among(&self.scene, &places, layout.ply_and_row(j).1);
             *run = [a, b, c, d].map(|column| column.min(self.layout.nodes_x as u32));
         }
@@ -306,19 +306,19 @@ impl System<'_> {
             return Ok(());
         }
         if self.layout.has(Feature::Grading) {
-            grading::fill(self.blocks.columns, &places[0], &self.directions.front.horizontal.rest);
-            grading::fill(self.blocks.lines, &places[1], &self.directions.front.vertical.rest);
+            grading::fill(self.arrays.columns, &places[0], &self.directions.front.horizontal.rest);
+            grading::fill(self.arrays.lines, &places[1], &self.directions.front.vertical.rest);
         }
         // Of the front and of the back fabric.
         let mut weakest = [CRITICAL_STRETCH_MAX; 2];
-        self.blocks.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
-        self.blocks.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
+        self.arrays.yarn.fill([[0.0; CHUNK]; YARN_PLANES]);
+        self.arrays.strength.fill([[CRITICAL_STRETCH_MAX; CHUNK]; STRENGTH_PLANES]);
         for j in 0..ny {
             let (ply, row_of_ply) = layout.ply_and_row(j);
             let before = ply as u64 * self.scene.segments_of_ply();
             let (along, back) = (self.directions.of_ply(ply), usize::from(self.directions.is_back(ply)));
-            let row = planes::row_mut(self.blocks.yarn, chunks, j);
-            let strengths = planes::row_mut(self.blocks.strength, chunks, j);
+            let row = planes::row_mut(self.arrays.yarn, chunks, j);
+            let strengths = planes::row_mut(self.arrays.strength, chunks, j);
             let verticals = layout.has_verticals(j);
             for i in 0..nx {
                 let exists = [(Axis::Horizontal, i < layout.x.segments()), (Axis::Vertical, verticals)];
@@ -349,12 +349,12 @@ impl System<'_> {
 
     /// Sheet flat, at rest and whole.
     pub fn clear_state(&mut self) {
-        self.blocks.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
-        self.blocks.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
-        for (history, strength) in self.blocks.history.iter_mut().zip(self.blocks.strength.iter()) {
+        self.arrays.hot.fill([[0.0; CHUNK]; HOT_PLANES]);
+        self.arrays.history.fill([[0.0; CHUNK]; HISTORY_PLANES]);
+        for (history, strength) in self.arrays.history.iter_mut().zip(self.arrays.strength.iter()) {
             *history = strength.map(|plane| plane.map(law::twice_strain_at));
         }
-        self.blocks.flags.fill(0);
+        self.arrays.flags.fill(0);
         self.clear_marks();
         self.rebuild_derived();
     }
@@ -370,9 +370,9 @@ impl System<'_> {
     pub fn refill(&mut self, mut fill: impl FnMut(&mut Self, usize) -> bool) {
         self.failure = None;
         // Rows at rest have none until they are swept, and contact reads them.
-        self.blocks.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
-        self.blocks.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
-        self.blocks.before.fill([0.0; CHUNK]);
+        self.arrays.pushes.fill([[0.0; CHUNK]; PUSH_PLANES]);
+        self.arrays.logarithms.fill([[0.0; CHUNK]; RATE_PLANES]);
+        self.arrays.before.fill([0.0; CHUNK]);
         (0..self.layout.plies).for_each(|ply| self.set_awake(ply, [0, 0]));
         for j in 0..self.layout.nodes_y {
             if fill(self, j) {
@@ -392,10 +392,10 @@ impl System<'_> {
         let uniform = [h.stiffness, v.stiffness, h.damage_rate, v.damage_rate];
         let uniform = uniform.map(|constant| [constant; CHUNK]);
         let shared = [h, v].map(|direction| [direction.law.critical_stretch; CHUNK]);
-        let row = planes::row_mut(self.blocks.hot, chunks, j);
-        let history = planes::row(self.blocks.history, chunks, j);
-        let yarn = planes::row(self.blocks.yarn, chunks, j);
-        let strength = planes::row(self.blocks.strength, chunks, j);
+        let row = planes::row_mut(self.arrays.hot, chunks, j);
+        let history = planes::row(self.arrays.history, chunks, j);
+        let yarn = planes::row(self.arrays.yarn, chunks, j);
+        let strength = planes::row(self.arrays.strength, chunks, j);
         for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
             let yarn = yarn.get(c).unwrap_or(&uniform);
             let strength = strength.get(c).unwrap_or(&shared);
@@ -421,7 +421,7 @@ impl System<'_> {
 
     /// Least and greatest y displacement of row j. Returns whether a node of it is not exactly at rest in its place.
     fn rebuild_range(&mut self, j: usize) -> bool {
-        let row = planes::row(self.blocks.hot, self.layout.chunks, j);
+        let row = planes::row(self.arrays.hot, self.layout.chunks, j);
         let (mut low, mut high, mut moved) = ([0.0; CHUNK], [0.0; CHUNK], false);
         let mut take = |chunk: &Chunk<HOT_PLANES>| {
             for ((low, high), &y) in low.iter_mut().zip(&mut high).zip(&chunk[1]) {
@@ -439,7 +439,7 @@ impl System<'_> {
             }
             take(&last);
         }
-        if let Some(range) = self.blocks.ranges.get_mut(j) {
+        if let Some(range) = self.arrays.ranges.get_mut(j) {
             let least = low.iter().fold(0.0, |least, &y| math::min(y, least));
             let greatest = high.iter().fold(0.0, |greatest, &y| math::max(y, greatest));
             *range = [end_of_range(least), end_of_range(greatest), NOT_KEPT, NOT_KEPT];
@@ -452,7 +452,7 @@ impl System<'_> {
         let mut failed = 0.0;
         for j in first..end {
             let ends = self.ends_of_segments(j);
-            for (c, hot) in planes::row(self.blocks.hot, self.layout.chunks, j).iter().enumerate() {
+            for (c, hot) in planes::row(self.arrays.hot, self.layout.chunks, j).iter().enumerate() {
                 for axis in [Axis::Horizontal, Axis::Vertical] {
                     let (stiffness, first) = (&hot[6 + axis as usize], c * CHUNK);
                     if stiffness.iter().fold(true, |live, &k| live & (k != 0.0)) {
@@ -470,7 +470,7 @@ impl System<'_> {
 
     /// Puts the row of images behind the plane y = 0 in its place.
     pub fn place_image_row(&mut self) {
-        rows::place_image_row(self.blocks.hot, self.layout.chunks, self.layout.y);
+        rows::place_image_row(self.arrays.hot, self.layout.chunks, self.layout.y);
     }
 
     /// Adds to the sums of its support what the fixed node (i, j) takes of the projectile: an impulse in units of m h and a pass, with
@@ -480,7 +480,7 @@ impl System<'_> {
             return;
         }
         let (kind, symmetry) = (self.scene.attachment.kind, self.scene.symmetry);
-        let side = usize::from(self.blocks.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
+        let side = usize::from(self.arrays.runs.get(j).is_some_and(|run| i as u32 >= run[1]));
         let (_, row) = self.layout.ply_and_row(j);
         let at = weave::attachment_of(kind, self.layout.y.nodes, self.layout.upper, row, side);
         let pull = impulse * (self.share(i, j) * symmetry.share());
@@ -495,10 +495,10 @@ impl System<'_> {
         self.model.use_half_steps(halves);
         self.directions.use_half_steps(halves);
         let factor = if halves { 0.25 } else { 4.0 };
-        for chunk in self.blocks.hot.iter_mut() {
+        for chunk in self.arrays.hot.iter_mut() {
             chunk[6..].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
         }
-        for chunk in self.blocks.yarn.iter_mut() {
+        for chunk in self.arrays.yarn.iter_mut() {
             chunk[..2].iter_mut().flatten().for_each(|stiffness| *stiffness *= factor);
         }
     }
@@ -518,14 +518,14 @@ impl System<'_> {
         if !self.layout.is_stack() {
             return self.awake;
         }
-        self.blocks.awake.get(ply).map_or([0, 0], |rows| rows.map(|row| row as usize))
+        self.arrays.awake.get(ply).map_or([0, 0], |rows| rows.map(|row| row as usize))
     }
 
     /// Sets the awake rows of a ply.
     pub fn set_awake(&mut self, ply: usize, rows: [usize; 2]) {
         if !self.layout.is_stack() {
             self.awake = rows;
-        } else if let Some(place) = self.blocks.awake.get_mut(ply) {
+        } else if let Some(place) = self.arrays.awake.get_mut(ply) {
             *place = rows.map(|row| row as u32);
         }
     }
@@ -547,7 +547,7 @@ impl System<'_> {
 
     /// No segment has a toe.
     pub fn clear_marks(&mut self) {
-        self.blocks.marks.fill([[NO_TOE; CHUNK]; MARK_PLANES]);
+        self.arrays.marks.fill([[NO_TOE; CHUNK]; MARK_PLANES]);
     }
 
     /// v_n + g of a node. A fixed one stays where it is, whatever pulls at it.
@@ -556,7 +556,7 @@ impl System<'_> {
             return Vector::zeros();
         }
         let (_, v) = self.node(i, j);
-        let iterate = planes::row(self.blocks.iterate, self.layout.chunks, j);
+        let iterate = planes::row(self.arrays.iterate, self.layout.chunks, j);
         let g = [0, 1, 2].map(|axis| {
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             mean_acceleration(theta, at(planes::AT_START + axis), at(planes::AT_GUESS + axis))

@@ -192,7 +192,7 @@ impl Row<'_> {
 impl Pass<'_> {
     /// The vertical forces of row j, `row`, on the row `above`, as [`Row::step`] would leave them in `carry`; nothing is stepped and
     /// no damage is committed. For a band that starts at `above`.
-    #[allow(clippy::too_many_arguments)] // What the row's blocks are.
+    #[allow(clippy::too_many_arguments)] // What a row has.
     pub fn lift(
         &self,
         j: usize,

@@ -119,7 +119,7 @@ fn restore(system: &mut System<'_>, body: &[[u8; 8]]) -> Result<(), Error> {
     let failed = system.failure.is_some();
     system.refill(|system, j| read_row(system, j, &mut words) | failed);
     explicit::start_forces(system);
-    for (flags, &word) in system.blocks.flags.iter_mut().zip(words) {
+    for (flags, &word) in system.arrays.flags.iter_mut().zip(words) {
         *flags = u64::from_le_bytes(word) as u32;
     }
     Ok(())
@@ -133,8 +133,8 @@ fn arrays_sound(system: &System<'_>, mut words: &[[u8; 8]]) -> bool {
     let (across, layout) = (system.layout.x.segments(), system.layout);
     let (toe, drawn) = (system.layout.has(Feature::Toe), system.layout.has(Feature::Strength));
     let mut sound = true;
-    for (j, run) in system.blocks.runs.iter().enumerate() {
-        let strength = planes::row(system.blocks.strength, system.layout.chunks, j);
+    for (j, run) in system.arrays.runs.iter().enumerate() {
+        let strength = planes::row(system.arrays.strength, system.layout.chunks, j);
         let verticals = layout.has_verticals(j);
         for i in 0..system.layout.nodes_x {
             let Some((node, rest)) = words.split_first_chunk::<6>() else { return false };
@@ -174,9 +174,9 @@ fn read_row(system: &mut System<'_>, j: usize, words: &mut &[[u8; 8]]) -> bool {
     let mut changed = false;
     let (nx, chunks) = (system.layout.nodes_x, system.layout.chunks);
     let (across, layout) = (system.layout.x.segments(), system.layout);
-    let row = planes::row_mut(system.blocks.hot, chunks, j);
-    let history = planes::row_mut(system.blocks.history, chunks, j);
-    let marks = planes::row_mut(system.blocks.marks, chunks, j);
+    let row = planes::row_mut(system.arrays.hot, chunks, j);
+    let history = planes::row_mut(system.arrays.history, chunks, j);
+    let marks = planes::row_mut(system.arrays.marks, chunks, j);
     let verticals = layout.has_verticals(j);
     for (c, (hot, history)) in row.iter_mut().zip(history).enumerate() {
         let mut marks = marks.get_mut(c);
@@ -474,7 +474,7 @@ mod tests {
                     if failed {
                         sim.system.failure = Some(Failure::NonFinite);
                         // What follows from the histories.
-                        sim.system.blocks.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
+                        sim.system.arrays.hot.iter_mut().for_each(|chunk| chunk[6..].as_flattened_mut().fill(f64::NAN));
                     }
                     let (image, digest, failed_segments) = &images[k];
                     sim.load(image).unwrap();

@@ -10,7 +10,7 @@ use crate::ground::error::{Code, Error, Failure};
 use crate::ground::lanes::{self, CacheLine, InstructionSet};
 use crate::ground::math;
 use crate::ground::planes::Axis;
-use crate::memory::blocks::{self, Blocks};
+use crate::memory::arrays;
 use crate::memory::layout::Layout;
 use crate::memory::model::start_motion;
 use crate::memory::state::{COUNT_MAX, State};
@@ -21,12 +21,12 @@ use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
 use crate::sim::start;
 use crate::sim::{restore, snapshot};
 use crate::step::bands::Bands;
+use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
 use crate::step::explicit;
 use crate::step::outcome;
 use crate::step::readout::GreatestOfRow;
 use crate::step::viscosity;
-use crate::step::waves;
 use crate::yarn::law;
 use core::mem::MaybeUninit;
 
@@ -180,7 +180,7 @@ impl<'a> Sim<'a> {
     #[inline(never)]
     fn check(scene: &Scene, memory: &[CacheLine]) -> Result<StepLimits, Error> {
         // Before the step limit, which draws every segment: a sheet that fits no memory is refused at once.
-        blocks::check(memory, &Layout::of(scene)?)?;
+        arrays::check(memory, &Layout::of(scene)?)?;
         scene.step_limits()
     }
 
@@ -203,8 +203,8 @@ impl<'a> Sim<'a> {
         system.state = State::at_start(system.state.body);
         system.fetches = system.layout.exceeds_caches();
         system.instructions = InstructionSet::widest();
-        system.block_steps = waves::block_steps(&system.layout, system.instructions);
-        system.blocks = Blocks::carve(memory, &system.layout)?;
+        system.block_steps = blocks::block_steps(&system.layout, system.instructions);
+        system.arrays.carve(memory, &system.layout)?;
         system.fill_model()?;
         system.clear_state();
         explicit::start_forces(system);
@@ -249,12 +249,12 @@ impl<'a> Sim<'a> {
         Ok(())
     }
 
-    /// A block of steps (`waves.rs`) if one can be taken within `most`, otherwise one step. Returns how many.
+    /// A block of steps (`step/blocks.rs`) if one can be taken within `most`, otherwise one step. Returns how many.
     fn step_some(&mut self, most: u64) -> Result<u64, Failure> {
         if !Feature::Blocks.is_built() {
             return self.step().map(|()| 1);
         }
-        match waves::step_block(&mut self.system, most) {
+        match blocks::step_block(&mut self.system, most) {
             Ok(0) => self.step().map(|()| 1),
             Ok(steps) => Ok(steps),
             Err(failure) => {
@@ -395,7 +395,7 @@ impl<'a> Sim<'a> {
             return Err(Error::plain(Code::UnknownChoice, "instruction_set"));
         }
         self.system.instructions = set;
-        self.system.block_steps = waves::block_steps(&self.system.layout, set);
+        self.system.block_steps = blocks::block_steps(&self.system.layout, set);
         Ok(())
     }
 

@@ -106,8 +106,8 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
     let (across, layout) = (system.layout.x.segments(), system.layout);
     let bits = |number: Option<f64>| number.map_or(0, f64::to_bits);
     for j in 0..ny {
-        let (row, history) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.history, chunks, j));
-        let marks = planes::row(system.blocks.marks, chunks, j);
+        let (row, history) = (planes::row(system.arrays.hot, chunks, j), planes::row(system.arrays.history, chunks, j));
+        let marks = planes::row(system.arrays.marks, chunks, j);
         let verticals = layout.has_verticals(j);
         for i in 0..nx {
             (0..6).for_each(|plane| word(bits(planes::get(row, plane, i))));
@@ -121,7 +121,7 @@ fn each_word(system: &System<'_>, word: &mut impl FnMut(u64)) {
             }
         }
     }
-    system.blocks.flags.iter().for_each(|&flags| word(flags as u64));
+    system.arrays.flags.iter().for_each(|&flags| word(flags as u64));
 }
 
 #[cfg(test)]

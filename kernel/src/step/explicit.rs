@@ -220,7 +220,7 @@ fn begin_sweep(system: &mut System<'_>, [first, end]: [usize; 2]) {
     if system.layout.has(Feature::Viscosity) {
         viscosity::find_pushes(system, [first, end]);
     }
-    system.blocks.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    system.arrays.carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// The hot pass over rows [first, end) in a step of a block: with the forces carried in that step, and pulls that are noted and not booked.
@@ -233,22 +233,24 @@ pub(crate) fn sweep_in_block(system: &mut System<'_>, step: usize, rows: [usize;
 fn sweep_rows(system: &mut System<'_>, ply: usize, rows: [usize; 2], in_block: Option<usize>) -> Report {
     let rates = rates(system);
     let failed = system.failed_segments > 0;
-    let System { layout, directions, model, blocks, fetches, instructions, .. } = &mut *system;
+    let System { layout, directions, model, arrays, fetches, instructions, .. } = &mut *system;
     // In a block rows come from memory in the first step alone.
     let fetches = *fetches && in_block.is_none_or(|step| step == 0);
-    let terms = Terms { layout, directions, toe: model.toe, rates, fetches, instructions: *instructions };
+    let terms = Terms { layout, directions, toe: model.toe, rates: &rates, fetches, instructions: *instructions };
     // No mark before the first failure.
     let marked = layout.has(Feature::Toe) && failed;
     // A block shorter than the layout says is a lost state, never a row that stands still.
-    let rows = Rows::of(blocks, layout, rows, ply, marked, in_block);
-    rows.map_or(Report::LOST, |mut rows| rows.sweep(&terms))
+    match &mut Rows::of(arrays, layout, rows, ply, marked, in_block) {
+        Some(rows) => rows.sweep(&terms),
+        None => Report::LOST,
+    }
 }
 
 /// Books the energy that viscosity and rate have taken of rows [first, end) of a ply, lowest row first.
 #[inline(never)]
 pub(crate) fn book_taken(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2]) {
     let unit = system.model.unit_energy * system.mass_share(ply);
-    let taken = system.blocks.taken.get(first..end).unwrap_or(&[]);
+    let taken = system.arrays.taken.get(first..end).unwrap_or(&[]);
     taken.iter().for_each(|taken| system.state.sums.viscous += unit * taken);
 }
 
@@ -260,6 +262,7 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 }
 
 /// What a sweep needs of the dependence on the rate of strain.
+#[inline(never)]
 pub(crate) fn rates(system: &System<'_>) -> Rates {
     // Below it damage sees no strain beyond the critical one.
     let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);
@@ -282,9 +285,9 @@ fn close_window(system: &mut System<'_>) {
 #[inline(never)]
 pub(crate) fn book_pulls(system: &mut System<'_>, ply: usize, [first, end]: [usize; 2], step: usize) {
     let share = system.scene.symmetry.share() * system.mass_share(ply);
-    let System { scene, layout, state, blocks, .. } = system;
+    let System { scene, layout, state, arrays, .. } = system;
     let ((kind, symmetry), [bottom, _]) = ((scene.attachment.kind, scene.symmetry), layout.rows_of(ply));
-    let pulls = blocks.pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
+    let pulls = arrays.pulls.get(step * layout.nodes_y..).and_then(|pulls| pulls.get(first..end));
     for (j, pulls) in pulls.into_iter().flatten().enumerate() {
         for (side, pull) in pulls.iter().enumerate() {
             let at = weave::attachment_of(kind, layout.y.nodes, layout.upper, first - bottom + j, side);

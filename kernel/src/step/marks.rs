@@ -16,7 +16,7 @@ pub(crate) fn mark_slack(system: &mut System<'_>) {
 fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (chunks, line) = (system.layout.chunks, system.layout.x);
     if line.is_mirrored() {
-        (first..end).for_each(|j| place_image_column(planes::row_mut(system.blocks.hot, chunks, j), line));
+        (first..end).for_each(|j| place_image_column(planes::row_mut(system.arrays.hot, chunks, j), line));
     }
     if system.layout.y.is_mirrored() {
         system.place_image_row();
@@ -37,13 +37,13 @@ fn mark_slack_rows(system: &mut System<'_>, [first, end]: [usize; 2]) {
 fn next_slack(system: &System<'_>, j: usize, from: usize) -> Option<usize> {
     let chunks = system.layout.chunks;
     let Along { horizontal, vertical, .. } = system.directions_of_row(j);
-    let (row, above) = (planes::row(system.blocks.hot, chunks, j), planes::row(system.blocks.hot, chunks, j + 1));
+    let (row, above) = (planes::row(system.arrays.hot, chunks, j), planes::row(system.arrays.hot, chunks, j + 1));
     lanes::dispatch(
         system.instructions,
         NextSlack {
             row,
             above,
-            marks: planes::row(system.blocks.marks, chunks, j),
+            marks: planes::row(system.arrays.marks, chunks, j),
             rests: [&horizontal.rest, &vertical.rest],
             net: system.net().row(j),
             from,
@@ -56,7 +56,7 @@ fn mark_if_slack(system: &mut System<'_>, axis: Axis, i: usize, j: usize) {
         return;
     };
     let alpha = system.law_of(&segment).alpha(segment.damage_rate, segment.history);
-    let row = planes::row_mut(system.blocks.marks, system.layout.chunks, j);
+    let row = planes::row_mut(system.arrays.marks, system.layout.chunks, j);
     if let Some(slot) = planes::get_mut(row, axis as usize, i) {
         *slot = alpha - 1.0;
     }

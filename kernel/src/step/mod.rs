@@ -1,12 +1,11 @@
 pub mod bands;
+pub mod blocks;
 pub mod energy;
 pub mod explicit;
 pub mod marks;
 pub mod motion;
 pub mod outcome;
-pub mod pieces;
 pub mod readout;
 pub mod relaxation;
 pub mod theta;
 pub mod viscosity;
-pub mod waves;

@@ -12,7 +12,7 @@ use crate::body::path;
 use crate::body::pose::Vector;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, Chunk, HOT_PLANES};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::model::start_motion;
 use crate::memory::system::System;
 use crate::memory::watch::Outcome;
@@ -175,7 +175,7 @@ pub(crate) fn test_outcomes(system: &mut System<'_>) {
             system.state.watch.latch(Outcome::Exited, step, work);
         }
     }
-    system.blocks.flags.fill(0);
+    system.arrays.flags.fill(0);
 }
 
 /// At the end of a forward travel of R: whether the work has settled since its start. None elsewhere.
@@ -324,7 +324,7 @@ fn whole_yarn_is_in_the_way(system: &System<'_>, flight: &Flight) -> bool {
     let near = |j: &usize| distance(system, flight, *j) <= 2.0 * flight.reach;
     rows_from(system, flight).take_while(near).any(|j| {
         let live = |i: usize| is_live(system, Axis::Horizontal, i, j);
-        let [_, left_end, right, right_end] = system.blocks.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
+        let [_, left_end, right, right_end] = system.arrays.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
         let mut whole = left_end;
         while left_end > 0 && whole < system.layout.nodes_x && live(whole - 1) {
             held.include(system, flight, whole, j);
@@ -353,7 +353,7 @@ fn distance(system: &System<'_>, flight: &Flight, j: usize) -> f64 {
 
 /// Looks for loose pieces in the body's way and flags them.
 fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Loose {
-    system.blocks.flags.fill(0);
+    system.arrays.flags.fill(0);
     let (mut ahead, mut behind, mut in_the_way) = (Swarm::NOTHING, Swarm::NOTHING, false);
     for (i, j) in system.nodes() {
         let piece = piece(system, pieces, i, j);
@@ -372,7 +372,7 @@ fn loose_pieces(system: &mut System<'_>, pieces: &Pieces, flight: &Flight) -> Lo
         }
         if node_ahead != piece_ahead || !(node_behind || flight.misses(&x, &v)) {
             in_the_way = true;
-            if let Some(flags) = system.blocks.flags.get_mut(piece / 32) {
+            if let Some(flags) = system.arrays.flags.get_mut(piece / 32) {
                 *flags |= 1 << (piece % 32);
             }
         }
@@ -391,7 +391,7 @@ fn exchange(system: &System<'_>, pieces: &Pieces, flight: &Flight, loose: &Loose
     let (mut mass, mut energy) = (0.0, 0.0);
     for (i, j) in system.nodes() {
         let piece = piece(system, pieces, i, j);
-        let flagged = system.blocks.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
+        let flagged = system.arrays.flags.get(piece / 32).is_some_and(|flags| flags >> (piece % 32) & 1 == 1);
         let overtaken = || {
             loose.are_overtaken && lies_ahead(system, piece, flight) && !pieces.hold(piece) && !is_alone(system, i, j)
         };
@@ -422,7 +422,7 @@ pub(crate) fn pieces(system: &mut System<'_>) -> Pieces {
 
 /// The number of the piece that a node belongs to.
 pub(crate) fn piece(system: &System<'_>, pieces: &Pieces, i: usize, j: usize) -> usize {
-    let label = system.blocks.labels.get(j * system.layout.nodes_x + i);
+    let label = system.arrays.labels.get(j * system.layout.nodes_x + i);
     label.filter(|_| pieces.labelled).map_or(0, |&label| label as usize)
 }
 
@@ -440,7 +440,7 @@ fn is_alone(system: &System<'_>, i: usize, j: usize) -> bool {
 
 /// Whether the segment that starts at node (i, j) has not failed.
 fn is_live(system: &System<'_>, axis: Axis, i: usize, j: usize) -> bool {
-    is_live_in(planes::row(system.blocks.hot, system.layout.chunks, j), axis, i)
+    is_live_in(planes::row(system.arrays.hot, system.layout.chunks, j), axis, i)
 }
 
 /// The same of the segment that starts at column i of a row.
@@ -452,11 +452,11 @@ fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
 fn contact_is_detached(system: &mut System<'_>) -> bool {
     let can_be = system.layout.has(Feature::Detachment) && system.scene.attachment.kind != AttachmentKind::Free;
     let watched = can_be && system.failed_segments > 0;
-    if !watched || system.blocks.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(system) {
+    if !watched || system.arrays.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(system) {
         return false;
     }
     let Some(support) = join_nodes(system) else { return false };
-    let Blocks { labels, flags, .. } = &system.blocks;
+    let Arrays { labels, flags, .. } = &system.arrays;
     let mut touched =
         labels.iter().enumerate().filter(|(k, _)| flags.get(k / 32).is_some_and(|f| f >> (k % 32) & 1 == 1));
     !touched.any(|(_, &label)| label as usize == support)
@@ -466,7 +466,7 @@ fn contact_is_detached(system: &mut System<'_>) -> bool {
 /// Gives the label of the fixed nodes, if there are any.
 fn join_nodes(system: &mut System<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (system.layout.nodes_x, system.layout.nodes_y, system.layout.chunks);
-    let Blocks { hot, labels, runs, .. } = &mut system.blocks;
+    let Arrays { hot, labels, runs, .. } = &mut system.arrays;
     let mut sets = Components::new(labels);
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     // All fixed nodes into one component.
@@ -519,7 +519,7 @@ fn held_by_a_straight_yarn(system: &System<'_>) -> bool {
             || (0..j).rev().map_while(|j| live(Axis::Vertical, i, j).then_some((i, j))).any(|(i, j)| fixed(i, j))
             || (j + 1..ny).map_while(|j| live(Axis::Vertical, i, j - 1).then_some((i, j))).any(|(i, j)| fixed(i, j))
     };
-    let words = system.blocks.flags.iter().enumerate().filter(|(_, word)| **word != 0);
+    let words = system.arrays.flags.iter().enumerate().filter(|(_, word)| **word != 0);
     words
         .flat_map(|(w, &word)| (0..32).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 32 * w + bit))
         .map(|k| system.layout.column_and_row(k))

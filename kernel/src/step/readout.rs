@@ -26,8 +26,8 @@ impl<'a> Around<'a> {
         if layout.x.is_mirrored() || layout.y.is_mirrored() || !system.net().is_fine(c, j) {
             return None;
         }
-        let row = planes::row(system.blocks.hot, layout.chunks, j);
-        let above = planes::row(system.blocks.hot, layout.chunks, j + 1);
+        let row = planes::row(system.arrays.hot, layout.chunks, j);
+        let above = planes::row(system.arrays.hot, layout.chunks, j + 1);
         Some(Around {
             here: row.get(c)?,
             right: row.get(c + 1).unwrap_or(&NOTHING),

@@ -21,11 +21,11 @@ pub(crate) fn find_rates(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (layout, chunks) = (system.layout, system.layout.chunks);
     for j in first..end {
         if layout.x.is_mirrored() {
-            place_image_column(planes::row_mut(system.blocks.hot, chunks, j), layout.x);
+            place_image_column(planes::row_mut(system.arrays.hot, chunks, j), layout.x);
         }
         let of_h = taken_of_row(system, Axis::Horizontal, j) * layout.y.node_weight(j);
         let of_v = taken_of_row(system, Axis::Vertical, j) * layout.y.segment_weight(j);
-        if let Some(slot) = system.blocks.taken.get_mut(j) {
+        if let Some(slot) = system.arrays.taken.get_mut(j) {
             *slot = of_h + of_v;
         }
     }
@@ -37,16 +37,16 @@ fn taken_of_row(system: &mut System<'_>, axis: Axis, j: usize) -> f64 {
     let (chunks, line, law) = (system.layout.chunks, system.layout.x, system.rate_law(axis));
     // The growth of ln t; none before the load has begun.
     let passed = if system.state.loaded > 0 { system.model.pass_dt / system.load_time() } else { 0.0 };
-    let System { directions, blocks, instructions, .. } = &mut *system;
+    let System { directions, arrays, instructions, .. } = &mut *system;
     let direction = directions.of_ply(0).along(axis);
     let job = RowJob {
         law: &law,
         rest: &direction.rest,
         limit: law.limit(direction.critical),
-        row: planes::row(blocks.hot, chunks, j),
-        above: planes::row(blocks.hot, chunks, j + 1),
-        history: planes::row(blocks.history, chunks, j),
-        found: planes::row_mut(blocks.logarithms, chunks, j),
+        row: planes::row(arrays.hot, chunks, j),
+        above: planes::row(arrays.hot, chunks, j + 1),
+        history: planes::row(arrays.history, chunks, j),
+        found: planes::row_mut(arrays.logarithms, chunks, j),
     };
     let (relaxing, beyond) = match axis {
         Axis::Horizontal => lanes::dispatch(*instructions, Along::<false>(job)),

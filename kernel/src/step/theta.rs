@@ -24,7 +24,7 @@ use crate::ground::planes::{
     self, AT_GUESS, AT_START, Axis, CARRY_PLANES, CHUNK, Chunk, GUESS, ITERATE_PLANES, PUSHED, vertical_axes,
 };
 use crate::ground::ranges::{NOT_KEPT, end_of_range};
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::rows::{place_image_column, place_image_row};
 use crate::memory::state::COUNT_MAX;
 use crate::memory::system::{System, mean_acceleration};
@@ -83,7 +83,7 @@ pub(crate) fn iterate(
 
 /// The state's displacements as the first guess, and the forces there as those at the step's start.
 pub(crate) fn start_iterates(system: &mut System<'_>) {
-    for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
+    for (iterate, hot) in system.arrays.iterate.iter_mut().zip(system.arrays.hot.iter()) {
         iterate[GUESS..GUESS + 3].copy_from_slice(&hot[..3]);
     }
     forces_at_guess(system);
@@ -91,21 +91,21 @@ pub(crate) fn start_iterates(system: &mut System<'_>) {
 }
 
 fn forces_to_start(system: &mut System<'_>) {
-    for chunk in system.blocks.iterate.iter_mut() {
+    for chunk in system.arrays.iterate.iter_mut() {
         chunk.copy_within(AT_GUESS..AT_GUESS + 3, AT_START);
     }
 }
 
 /// Velocities at t_n, before any impulse.
 fn start_pushed(system: &mut System<'_>) {
-    for (iterate, hot) in system.blocks.iterate.iter_mut().zip(system.blocks.hot.iter()) {
+    for (iterate, hot) in system.arrays.iterate.iter_mut().zip(system.arrays.hot.iter()) {
         iterate[PUSHED..PUSHED + 3].copy_from_slice(&hot[3..6]);
     }
 }
 
 /// Keeps phi/dt of the nodes found: every iteration starts from it.
 fn keep_gaps(system: &mut System<'_>, count: usize) {
-    for (gap, slot) in system.blocks.gaps_over_dt.iter_mut().zip(system.blocks.candidates.iter()).take(count) {
+    for (gap, slot) in system.arrays.gaps_over_dt.iter_mut().zip(system.arrays.candidates.iter()).take(count) {
         *gap = Found::read(slot).gap_over_dt;
     }
 }
@@ -115,10 +115,10 @@ fn keep_gaps(system: &mut System<'_>, count: usize) {
 fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize) {
     let unit_speed = system.model.unit_speed;
     for c in 0..count {
-        let Some(&node) = system.blocks.candidate_nodes.get(c) else { break };
+        let Some(&node) = system.arrays.candidate_nodes.get(c) else { break };
         let (i, j) = system.layout.column_and_row(node as usize);
         let velocity = system.velocity_with_forces(rule.theta, i, j);
-        let (Some(slot), Some(gap)) = (system.blocks.candidates.get_mut(c), system.blocks.gaps_over_dt.get(c)) else {
+        let (Some(slot), Some(gap)) = (system.arrays.candidates.get_mut(c), system.arrays.gaps_over_dt.get(c)) else {
             break;
         };
         let mut candidate = Candidate::read(slot);
@@ -131,14 +131,14 @@ fn approach_with_forces(system: &mut System<'_>, rule: Integrator, count: usize)
 #[inline(never)]
 fn push_candidates(system: &mut System<'_>, count: usize) {
     for c in 0..count {
-        let (Some(slot), Some(&node)) = (system.blocks.candidates.get(c), system.blocks.candidate_nodes.get(c)) else {
+        let (Some(slot), Some(&node)) = (system.arrays.candidates.get(c), system.arrays.candidate_nodes.get(c)) else {
             break;
         };
         let candidate = Candidate::read(slot);
         let (i, j) = system.layout.column_and_row(node as usize);
         let (_, v) = system.node(i, j);
         let push = candidate.normal * (candidate.impulse / system.model.unit_impulse);
-        let row = planes::row_mut(system.blocks.iterate, system.layout.chunks, j);
+        let row = planes::row_mut(system.arrays.iterate, system.layout.chunks, j);
         for axis in 0..3 {
             if let Some(pushed) = planes::get_mut(row, PUSHED + axis, i) {
                 *pushed = v[axis] + push[axis];
@@ -153,9 +153,9 @@ fn guess(system: &mut System<'_>, rule: Integrator) -> f64 {
     let chunks = system.layout.chunks;
     let (mut largest, mut finite) = (0.0, true);
     for j in 0..system.layout.nodes_y {
-        let run = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
-        let hot = planes::row(system.blocks.hot, chunks, j);
-        let iterate = planes::row_mut(system.blocks.iterate, chunks, j);
+        let run = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
+        let hot = planes::row(system.arrays.hot, chunks, j);
+        let iterate = planes::row_mut(system.arrays.iterate, chunks, j);
         for i in (0..system.layout.nodes_x).filter(|&i| !in_runs(&run, i)) {
             let (Some(hot), Some(iterate)) = (hot.get(i / CHUNK), iterate.get_mut(i / CHUNK)) else { break };
             let lane = i % CHUNK;
@@ -181,7 +181,7 @@ fn forces_at_guess(system: &mut System<'_>) -> bool {
         (system.layout.nodes_x, system.layout.nodes_y, system.layout.x.segments(), system.layout.y.segments());
     let directions = system.directions.of_ply(0);
     let uniform = Constants::Uniform(directions);
-    let Blocks { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.blocks;
+    let Arrays { hot, history, yarn, strength, iterate, carry, columns, lines, .. } = &mut system.arrays;
     let net = Net { columns, lines };
     if system.layout.x.is_mirrored() {
         (0..ny).for_each(|j| place_image_column(planes::row_mut(iterate, chunks, j), system.layout.x));
@@ -254,10 +254,10 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
     let chunks = system.layout.chunks;
     let theta = rule.theta;
     for j in 0..system.layout.nodes_y {
-        let run = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+        let run = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
         let (mut low, mut high) = (0.0, 0.0);
         for i in 0..system.layout.nodes_x {
-            let iterate = planes::row(system.blocks.iterate, chunks, j);
+            let iterate = planes::row(system.arrays.iterate, chunks, j);
             let at = |plane: usize| planes::get(iterate, plane, i).unwrap_or(0.0);
             let a = [0, 1, 2].map(|axis| (1.0 - theta) * at(AT_START + axis) + theta * at(AT_GUESS + axis));
             let u = [at(GUESS), at(GUESS + 1), at(GUESS + 2)];
@@ -270,7 +270,7 @@ fn commit(system: &mut System<'_>, rule: Integrator) {
             let (_, v) = system.node(i, j);
             system.set_node(i, j, u, [v[0] + a[0], v[1] + a[1], v[2] + a[2]]);
         }
-        if let Some(range) = system.blocks.ranges.get_mut(j) {
+        if let Some(range) = system.arrays.ranges.get_mut(j) {
             *range = [end_of_range(low), end_of_range(high), NOT_KEPT, NOT_KEPT];
         }
     }
@@ -293,11 +293,11 @@ fn commit_damage(system: &mut System<'_>) {
                 }
                 let Damage { alpha, history: largest } = system.law_of(&segment).damage(segment.damage_rate, q);
                 failed |= alpha == 0.0;
-                let stiffness = planes::row_mut(system.blocks.hot, chunks, j);
+                let stiffness = planes::row_mut(system.arrays.hot, chunks, j);
                 if let Some(slot) = planes::get_mut(stiffness, 6 + axis as usize, i) {
                     *slot = alpha * segment.undamaged;
                 }
-                let history = planes::row_mut(system.blocks.history, chunks, j);
+                let history = planes::row_mut(system.arrays.history, chunks, j);
                 if let Some(slot) = planes::get_mut(history, axis as usize, i) {
                     *slot = largest;
                 }

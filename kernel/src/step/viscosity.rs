@@ -14,7 +14,7 @@ use crate::ground::lanes::{self, InstructionSet, Job, Lane};
 use crate::ground::planes::{
     self, Axis, CHUNK, Chunk, HOT_PLANES, MARK_PLANES, PUSH_PLANES, VISCOUS_PLANES, vertical_axes,
 };
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::layout::Layout;
 use crate::memory::rows::place_image_column;
 use crate::memory::system::System;
@@ -62,8 +62,8 @@ pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
     let (marked, (ply, _)) =
         (system.layout.has(Feature::Toe) && system.failed_segments > 0, system.layout.ply_and_row(all[0]));
     place_images(system, all);
-    let System { layout, directions, model, blocks, instructions, .. } = system;
-    let Blocks { hot, marks, viscous, pushes, .. } = blocks;
+    let System { layout, directions, model, arrays, instructions, .. } = system;
+    let Arrays { hot, marks, viscous, pushes, .. } = arrays;
     let pushes = pushes.get_mut(all[0] * layout.chunks..all[1] * layout.chunks).unwrap_or(&mut []);
     let pushing = Pushing {
         layout,
@@ -84,7 +84,7 @@ pub(crate) fn find_pushes(system: &mut System<'_>, all: [usize; 2]) {
 pub(crate) fn place_images(system: &mut System<'_>, [first, end]: [usize; 2]) {
     let (line, chunks) = (system.layout.x, system.layout.chunks);
     if line.is_mirrored() {
-        (first..end).for_each(|j| place_image_motion(planes::row_mut(system.blocks.hot, chunks, j), line));
+        (first..end).for_each(|j| place_image_motion(planes::row_mut(system.arrays.hot, chunks, j), line));
     }
 }
 
@@ -482,7 +482,7 @@ mod tests {
                     sim.system.instructions = set;
                     find_pushes(&mut sim.system, rows);
                     for (i, j) in sim.system.nodes().filter(|(_, j)| (rows[0]..rows[1]).contains(j)) {
-                        let row = planes::row(sim.system.blocks.pushes, layout.chunks, j);
+                        let row = planes::row(sim.system.arrays.pushes, layout.chunks, j);
                         let found = [0, 1, 2].map(|plane| planes::get(row, plane, i).unwrap());
                         assert_eq!(found, push(&sim.system, i, j), "{set:?} ({i}, {j}) {:?}", scene.symmetry);
                         pushed += usize::from(found != [0.0; 3]);

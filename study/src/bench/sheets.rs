@@ -201,7 +201,7 @@ pub fn measure(case: &Case, ways: &[Way], effort: Effort, progress: &Progress) -
     let nodes = sim.layout().nodes() as u64;
     let (steps, bursts) = steps_and_bursts(nodes, effort);
     // Those in single steps are others where there are blocks alone.
-    let ways: Vec<Way> = ways.iter().copied().filter(|way| !way.single_steps || sim.layout().in_waves).collect();
+    let ways: Vec<Way> = ways.iter().copied().filter(|way| !way.single_steps || sim.layout().in_blocks).collect();
     let mut times = vec![Vec::new(); ways.len()];
     let mut digests = vec![None; ways.len()];
     for _ in 0..effort.rounds {

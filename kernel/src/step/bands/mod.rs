@@ -6,7 +6,7 @@
 //! the row above it and the forces of the segments across it. One meeting a pass, and that is the caller's: a band that is
 //! called again before all have arrived is refused. Of viscous yarn the first pass finds what viscosity changes, from velocities
 //! that none has changed yet, and the second one sweeps. If the caller says how many steps it wants, a sheet beyond the caches takes eight
-//! of them in a block of nine passes (`pieces.rs`). The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
+//! of them in a block of nine passes (`bands/block.rs`). The bits are those of [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
 //!
@@ -44,11 +44,13 @@
 //! With `lanes.rs` this folder is the only place of the kernel with unsafe code.
 #![allow(unsafe_code)]
 
+/// What bands do of a block of steps.
+mod block;
 /// A band's part of a pass, and what is not cut.
 mod pass;
 /// What all bands know of a pass.
 mod plan;
-/// Into the simulation's blocks.
+/// Into the simulation's arrays.
 mod pointers;
 /// The bands' own numbers.
 mod scratch;
@@ -157,10 +159,10 @@ impl Bands<'_, '_> {
         // the completion of the pass before released, and nobody changes the plan before this band arrives.
         unsafe {
             let plan = &*self.plan.get();
-            let met = match &plan.course {
+            let met = match &plan.block {
                 _ if plan.pushing => plan.push(self.of, band),
-                Some(course) if course.is_at_start() => plan.step_away(band, course),
-                Some(course) => plan.sweep(self.of, band).merged(plan.fill_cut(band, course)),
+                Some(block) if block.is_at_start() => plan.step_away(band, block),
+                Some(block) => plan.sweep(self.of, band).merged(plan.fill_cut(band, block)),
                 None => plan.sweep(self.of, band),
             };
             if let Some(report) = self.reports.get(band as usize) {
@@ -248,7 +250,7 @@ impl Drop for Bands<'_, '_> {
         while self.failure().is_none() {
             let (called, plan) = (*self.claimed.get_mut(), self.plan.get_mut());
             let pushed = plan.layout.has(Feature::Viscosity) && plan.found.is_ok() && !plan.pushing;
-            let in_block = plan.course.is_some_and(|course| !course.is_at_start());
+            let in_block = plan.block.is_some_and(|block| !block.is_at_start());
             if called == 0 && !plan.second_half && !pushed && !in_block {
                 return;
             }

@@ -1,6 +1,7 @@
 //! What a band does in a pass: the copies that it needs of its neighbours before, the push of viscosity, the sweep of its rows, and its part of a
 //! block of steps; and behind the last band the part that is not cut.
 
+use super::block::{BlockInBands, Edge, RowsAway};
 use super::plan::Plan;
 use super::pointers::{rows, rows_mut};
 use super::scratch::Scratch;
@@ -12,14 +13,13 @@ use crate::scene::features::Feature;
 use crate::sheet::grading::Net;
 use crate::sheet::sweep::Report;
 use crate::step::explicit;
-use crate::step::pieces::{Course, Edge, Piece};
 use crate::step::viscosity;
 
 impl Plan {
     /// Copies what a band needs of its neighbours' rows, before any row is swept.
     ///
     /// # Safety
-    /// No band is being swept, and the simulation's blocks and the scratch are used by nothing else.
+    /// No band is being swept, and the simulation's arrays and the scratch are used by nothing else.
     #[inline(never)]
     pub(super) unsafe fn cut(&self, of: u32, band: u32) {
         let [first, end] = self.rows_of(of, band);
@@ -27,7 +27,7 @@ impl Plan {
             return;
         }
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
-        // SAFETY: the rows lie inside the blocks; the caller has them and the scratch to itself.
+        // SAFETY: the rows lie inside the arrays; the caller has them and the scratch to itself.
         unsafe {
             let Scratch { above, carry, .. } = self.scratch(band);
             // The plies that the band's first row and the row above it belong to, and their rows.
@@ -53,7 +53,7 @@ impl Plan {
     #[inline(never)]
     unsafe fn lift(&self, j: usize, ply: usize, carry: &mut [Chunk<CARRY_PLANES>]) {
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
-        // SAFETY: the rows lie inside the blocks; the caller's promise.
+        // SAFETY: the rows lie inside the arrays; the caller's promise.
         unsafe {
             let yarn = if layout.has_constants() { rows(memory.yarn, chunks, j - 1, 1) } else { &[] };
             let strength = if layout.has(Feature::Strength) { rows(memory.strength, chunks, j - 1, 1) } else { &[] };
@@ -80,7 +80,7 @@ impl Plan {
         }
         let (layout, memory, chunks) = (&self.layout, &self.memory, self.layout.chunks);
         for ply in layout.ply_and_row(first).0..=layout.ply_and_row(end - 1).0 {
-            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the pushes written here are this band's
+            // SAFETY: rows_of() cuts the rows without overlap and inside the arrays, so the pushes written here are this band's
             // alone; hot rows and marks are only read by all bands.
             unsafe {
                 let [low, top] = self.rows_of_ply(ply);
@@ -121,7 +121,7 @@ impl Plan {
         let mut report = Report::default();
         for ply in from..=to {
             let [_, ply_end] = layout.rows_of(ply);
-            // SAFETY: rows_of() cuts the rows without overlap and inside the blocks, so the parts taken for writing here are this
+            // SAFETY: rows_of() cuts the rows without overlap and inside the arrays, so the parts taken for writing here are this
             // band's alone. Of a row that another band writes only the copy is read; the row above the last band is not swept.
             unsafe {
                 let [low, top] = self.rows_of_ply(ply);
@@ -141,7 +141,7 @@ impl Plan {
                 } else {
                     &[]
                 };
-                if start == low && self.course.is_none() {
+                if start == low && self.block.is_none() {
                     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
                 }
                 let mut rows = self.rows(self.step_in_block().unwrap_or(0), [start, stop], ply, above, carry, kept);
@@ -157,15 +157,15 @@ impl Plan {
     /// # Safety
     /// No other call is at work on the same band, and nothing but calls for other bands uses the simulation and the scratch.
     #[inline(never)]
-    pub(super) unsafe fn step_away(&self, band: u32, course: &Course) -> Report {
+    pub(super) unsafe fn step_away(&self, band: u32, block: &BlockInBands) -> Report {
         let mut report = Report::default();
-        for piece in &course.pieces(band as usize) {
-            for r in piece.numbers(course.steps()) {
-                for step in 0..course.steps() {
-                    if let Some(j) = piece.row(r, step) {
-                        // SAFETY: the pieces of all bands and the gaps between them have no row in common. What is read of a gap's row
-                        // is changed in later passes, and what is kept for a gap is of this piece alone.
-                        report = report.merged(unsafe { self.step_row_away(band, course, piece, step, j) });
+        for part in &block.rows_away(band as usize) {
+            for r in part.numbers(block.steps()) {
+                for step in 0..block.steps() {
+                    if let Some(j) = part.row(r, step) {
+                        // SAFETY: the parts of all bands and the gaps between them have no row in common. What is read of a gap's row
+                        // is changed in later passes, and what is kept for a gap is of this part alone.
+                        report = report.merged(unsafe { self.step_row_away(band, block, part, step, j) });
                     }
                 }
             }
@@ -173,22 +173,22 @@ impl Plan {
         report
     }
 
-    /// Takes a step of row j of a piece.
+    /// Takes a step of row j of a part.
     ///
     /// # Safety
-    /// As for [`Plan::step_away`], which is at this piece.
-    unsafe fn step_row_away(&self, band: u32, course: &Course, piece: &Piece, step: usize, j: usize) -> Report {
+    /// As for [`Plan::step_away`], which is at this part.
+    unsafe fn step_row_away(&self, band: u32, block: &BlockInBands, part: &RowsAway, step: usize, j: usize) -> Report {
         let hot = self.memory.hot;
         // SAFETY: the caller's promise.
         unsafe {
-            let carry = self.below_gap(piece.upper, step);
+            let carry = self.below_gap(part.upper, step);
             if j == 0 {
                 carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
-            } else if piece.starts_at_gap(step, j) {
+            } else if part.starts_at_gap(step, j) {
                 self.lift(j, 0, carry);
-                copy_displacements(self.above_gap(piece.lower, step), rows(hot, self.layout.chunks, j, 1));
+                copy_displacements(self.above_gap(part.lower, step), rows(hot, self.layout.chunks, j, 1));
             }
-            self.step_row(band, course, step, j, self.row_above(j), carry)
+            self.step_row(band, block, step, j, self.row_above(j), carry)
         }
     }
 
@@ -197,15 +197,15 @@ impl Plan {
     /// # Safety
     /// As for [`Plan::step_away`].
     #[inline(never)]
-    pub(super) unsafe fn fill_cut(&self, band: u32, course: &Course) -> Report {
-        let [first, end] = course.rows_of_cut(band as usize);
+    pub(super) unsafe fn fill_cut(&self, band: u32, block: &BlockInBands) -> Report {
+        let [first, end] = block.rows_of_cut(band as usize);
         let (edge, mut report) = (Edge::Cut(band as usize), Report::default());
         let Some(step) = self.step_in_block().filter(|_| self.found.is_ok()) else { return report };
         for j in first..end {
             // SAFETY: the gaps have no row in common, with the body's neither.
             unsafe {
                 let above = if j + 1 < end { self.row_above(j) } else { self.above_gap(edge, step) };
-                report = report.merged(self.step_row(band, course, step, j, above, self.below_gap(edge, step)));
+                report = report.merged(self.step_row(band, block, step, j, above, self.below_gap(edge, step)));
             }
         }
         report
@@ -219,7 +219,7 @@ impl Plan {
     unsafe fn step_row(
         &self,
         band: u32,
-        course: &Course,
+        block: &BlockInBands,
         step: usize,
         j: usize,
         above: &[Chunk<HOT_PLANES>],
@@ -231,7 +231,7 @@ impl Plan {
             let mut row = self.rows(step, [j, j + 1], 0, above, carry, self.scratch(band).kept);
             // A row comes from memory in the first step alone.
             let mut report = row.sweep(&self.terms(self.fetches && step == 0));
-            report.non_finite |= course.is_met(step, j, memory.ranges.add(j).read());
+            report.non_finite |= block.is_met(step, j, memory.ranges.add(j).read());
             report
         }
     }
@@ -250,7 +250,7 @@ impl Plan {
     /// Rows [first, end) of a ply with all that belongs to them, in a step of a block, the first one otherwise.
     ///
     /// # Safety
-    /// They lie inside the blocks, and nothing else uses them while they are held.
+    /// They lie inside the arrays, and nothing else uses them while they are held.
     unsafe fn rows<'r>(
         &self,
         step: usize,
@@ -293,7 +293,7 @@ impl Plan {
     /// Bars and widths of a graded network.
     ///
     /// # Safety
-    /// The simulation's blocks are there.
+    /// The simulation's arrays are there.
     unsafe fn net<'r>(&self) -> Net<'r> {
         let layout = &self.layout;
         if !layout.has(Feature::Grading) {
@@ -311,11 +311,11 @@ impl Plan {
     /// The part of a pass that is not cut.
     ///
     /// # Safety
-    /// All bands have been swept; the simulation's blocks and the scratch are used by nothing else.
+    /// All bands have been swept; the simulation's arrays and the scratch are used by nothing else.
     pub(super) unsafe fn close(&self, system: &mut System<'_>, report: Report) -> Result<(), Failure> {
         let gathered = self.found?;
-        if let Some(course) = &self.course {
-            return course.close(system, &gathered, report);
+        if let Some(block) = &self.block {
+            return block.close(system, &gathered, report);
         }
         for ply in 0..system.layout.plies {
             // SAFETY: no band is being swept.

@@ -1,5 +1,6 @@
 //! What all bands need to know for one pass: made before it by the call that completed the last one, and used up behind it.
 
+use super::block::BlockInBands;
 use super::pointers::Pointers;
 use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
@@ -10,7 +11,6 @@ use crate::memory::system::{self, System};
 use crate::scene::features::Feature;
 use crate::sheet::direction::Directions;
 use crate::step::explicit;
-use crate::step::pieces::Course;
 use crate::step::relaxation;
 use crate::step::viscosity;
 use crate::yarn::rate::Rates;
@@ -32,7 +32,7 @@ pub(super) struct Plan {
     /// Whether the bands find now what viscosity changes, and sweep afterwards.
     pub(super) pushing: bool,
     /// The block of steps that the pass is part of, if it is.
-    pub(super) course: Option<Course>,
+    pub(super) block: Option<BlockInBands>,
     /// Whether rows at rest are swept.
     pub(super) all: bool,
     pub(super) layout: Layout,
@@ -74,16 +74,16 @@ impl Plan {
             Some(last) if second_half => last.failed_before,
             _ => system.failed_segments,
         };
-        let course = last.and_then(Plan::next_part);
-        let course = course.or_else(|| Course::start(system, of as usize, until.saturating_sub(system.state.step)));
-        let found = match &course {
-            Some(course) => course.look_ahead(system),
+        let block = last.and_then(Plan::next_part);
+        let block = block.or_else(|| BlockInBands::start(system, of as usize, until.saturating_sub(system.state.step)));
+        let found = match &block {
+            Some(block) => block.look_ahead(system),
             None => explicit::look_ahead(system, end, [0, system.layout.nodes_y]),
         };
         let pushing = system.layout.has(Feature::Viscosity) && found.is_ok();
         let mut rows = prepare_rows(system, found.is_ok());
-        if let Some(course) = &course {
-            rows = course.rows_near();
+        if let Some(block) = &block {
+            rows = block.rows_near();
         }
         let marked = system.layout.has(Feature::Toe) && system.failed_segments > 0;
         let memory = Pointers::of(system, scratch);
@@ -95,7 +95,7 @@ impl Plan {
             found,
             rows,
             pushing,
-            course,
+            block,
             all,
             layout: system.layout,
             toe: system.model.toe,
@@ -108,13 +108,13 @@ impl Plan {
     }
 
     /// What follows of the block that the pass is part of; None behind its last part and outside blocks.
-    pub(super) fn next_part(&self) -> Option<Course> {
-        self.course.and_then(Course::next)
+    pub(super) fn next_part(&self) -> Option<BlockInBands> {
+        self.block.and_then(BlockInBands::next)
     }
 
     /// The step of a block that the pass is, near the body.
     pub(super) fn step_in_block(&self) -> Option<usize> {
-        self.course.and_then(|course| course.step())
+        self.block.and_then(|block| block.step())
     }
 
     /// Rows [first, end) of a band.
@@ -148,6 +148,6 @@ impl Plan {
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
         let Plan { layout, toe, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), toe: *toe, rates: *rates, fetches, instructions: *instructions }
+        Terms { layout, directions: self.directions(), toe: *toe, rates, fetches, instructions: *instructions }
     }
 }

@@ -1,16 +1,16 @@
-//! Where the rows are: bare pointers into the simulation's blocks, which all bands share, and slices of rows made of them.
+//! Where the rows are: bare pointers into the simulation's arrays, which all bands share, and slices of rows made of them.
 
 use crate::ground::planes::{
     CARRY_PLANES, CHUNK, Chunk, HISTORY_PLANES, HOT_PLANES, MARK_PLANES, PUSH_PLANES, RATE_PLANES, STRENGTH_PLANES,
     YARN_PLANES,
 };
-use crate::memory::blocks::Blocks;
+use crate::memory::arrays::Arrays;
 use crate::memory::system::System;
 use crate::sheet::direction::Directions;
 use crate::sheet::grading::LINE_PLANES;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 
-/// Where the rows are: from the simulation's blocks, taken anew for every pass.
+/// Where the rows are: from the simulation's arrays, taken anew for every pass.
 #[derive(Clone, Copy)]
 pub(super) struct Pointers {
     pub(super) directions: *const Directions,
@@ -37,7 +37,7 @@ pub(super) struct Pointers {
 
 impl Pointers {
     pub(super) fn of(system: &mut System<'_>, scratch: *mut f64) -> Pointers {
-        let Blocks {
+        let Arrays {
             hot,
             history,
             yarn,
@@ -55,7 +55,7 @@ impl Pointers {
             carries,
             pulls,
             ..
-        } = &mut system.blocks;
+        } = &mut system.arrays;
         Pointers {
             directions: &raw const system.directions,
             hot: hot.as_mut_ptr(),

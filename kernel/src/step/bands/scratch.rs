@@ -1,11 +1,11 @@
 //! Where the bands' own numbers are in the scratch that the caller lends: band by band.
 
+use super::block::Edge;
 use super::plan::Plan;
 use super::pointers::rows_mut;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, VISCOUS_PLANES};
 use crate::memory::layout::BLOCK_STEPS;
 use crate::scene::features::Feature;
-use crate::step::pieces::Edge;
 use core::slice::from_raw_parts_mut;
 
 /// A band's own numbers.
@@ -21,7 +21,7 @@ pub(super) struct Scratch<'r> {
 
 /// Where a band's own numbers begin: those of [`Scratch`]; and, of each step of a block, the row above the gap below the band, and the forces
 /// carried from below to that gap. The first band has no gap below it: its row above is that of the body's gap, its forces are those of the
-/// piece that reaches the top of the sheet.
+/// part that reaches the top of the sheet.
 struct Places {
     above: *mut f64,
     carry: *mut f64,
@@ -43,7 +43,7 @@ impl Plan {
         unsafe { rows_mut(aboves.cast(), self.layout.chunks, step, 1) }
     }
 
-    /// Where the vertical forces of a step of a block are that a piece carries to its upper edge.
+    /// Where the vertical forces of a step of a block are that a band carries to its upper edge.
     ///
     /// # Safety
     /// As for [`Plan::above_gap`].
@@ -82,7 +82,7 @@ impl Plan {
     fn places(&self, band: u32) -> Places {
         let layout = &self.layout;
         let row = layout.chunks * CHUNK;
-        let steps = if layout.in_waves { BLOCK_STEPS } else { 0 };
+        let steps = if layout.in_blocks { BLOCK_STEPS } else { 0 };
         let above = self.memory.scratch.wrapping_add(band as usize * layout.reals_of_a_band());
         let carry = above.wrapping_add(HOT_PLANES * row);
         let work = carry.wrapping_add(CARRY_PLANES * row);

@@ -1,4 +1,4 @@
-//! A block of steps (`waves.rs`) in bands: what each does of it, and in which order.
+//! A block of steps (`step/blocks.rs`) in bands: what each does of it, and in which order.
 //!
 //! Method: first every band takes all steps of its rows away from the body that do not need rows of other bands: at an edge of its rows it is a
 //! row less in each step. That is one pass. What is left are gaps that grow by a row at both ends in each step: one row wide at first between two bands,
@@ -13,12 +13,12 @@ use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
 use crate::memory::system::System;
 use crate::sheet::sweep::Report;
-use crate::step::waves::{self, Block};
+use crate::step::blocks::{self, Block};
 use core::ops::Range;
 
 /// How far bands have come in a block.
 #[derive(Clone, Copy)]
-pub(crate) struct Course {
+pub(crate) struct BlockInBands {
     block: Block,
     /// Bands that have rows away from the body.
     bands: usize,
@@ -46,14 +46,14 @@ pub(crate) enum Edge {
 
 /// Neighbouring rows [first, end) that a band steps away from the body, a row less in each step at an edge that is not the sheet's.
 #[derive(Clone, Copy)]
-pub(crate) struct Piece {
+pub(crate) struct RowsAway {
     rows: [usize; 2],
     pub lower: Edge,
     pub upper: Edge,
 }
 
-impl Piece {
-    /// The numbers of its wave: row r - s takes step s of `steps` where r is the number.
+impl RowsAway {
+    /// Its numbers in the skewed order: row r - s takes step s of `steps` where r is the number.
     pub fn numbers(&self, steps: usize) -> Range<usize> {
         let [first, end] = self.rows;
         first..if self.upper == Edge::Sheet && first < end { end + steps - 1 } else { end }
@@ -72,20 +72,20 @@ impl Piece {
     }
 }
 
-impl Course {
+impl BlockInBands {
     /// The block that may begin now for `of` bands, as [`Block::plan`].
-    pub fn start(system: &mut System<'_>, of: usize, most: u64) -> Option<Course> {
+    pub fn start(system: &mut System<'_>, of: usize, most: u64) -> Option<BlockInBands> {
         let block = Block::plan(system, most)?;
-        waves::begin(system);
+        blocks::begin(system);
         // Far more rows than gaps; at least 1, so that no division by zero has to be compiled in.
         let bands = of.min(block.rows / (4 * block.steps).max(1)).max(1);
-        Some(Course { block, bands, part: Part::Away })
+        Some(BlockInBands { block, bands, part: Part::Away })
     }
 
     /// What follows; None behind the last part.
-    pub fn next(self) -> Option<Course> {
+    pub fn next(self) -> Option<BlockInBands> {
         let step = if let Part::Near(step) = self.part { step + 1 } else { 0 };
-        (step < self.block.steps).then_some(Course { part: Part::Near(step), ..self })
+        (step < self.block.steps).then_some(BlockInBands { part: Part::Near(step), ..self })
     }
 
     /// Whether nothing of the block is done.
@@ -114,15 +114,15 @@ impl Course {
 
     /// The row of the gap between a band and the one below it; None at the sheet's edges, and close to the body's gap, which then takes its place.
     fn cut(&self, band: usize) -> Option<usize> {
-        let Course { block: Block { near: [first, end], steps, rows, .. }, bands, .. } = *self;
+        let BlockInBands { block: Block { near: [first, end], steps, rows, .. }, bands, .. } = *self;
         let row = rows * band / bands.max(1);
         let is_far = first == end || row + 2 * steps < first || row > end + 2 * steps;
         (band > 0 && band < bands && is_far).then_some(row)
     }
 
-    /// What a band steps away from the body: pieces, of which both may have no rows.
+    /// What a band steps away from the body, of which both may have no rows.
     #[inline(never)]
-    pub fn pieces(&self, band: usize) -> [Piece; 2] {
+    pub fn rows_away(&self, band: usize) -> [RowsAway; 2] {
         let [near, beyond] = self.block.near;
         let (first, lower) = match self.cut(band) {
             _ if band == 0 => (0, Edge::Sheet),
@@ -134,13 +134,13 @@ impl Course {
             Some(row) => (row, Edge::Cut(band + 1)),
             None => (near, Edge::Body),
         };
-        let piece = |rows, lower, upper| Piece { rows, lower, upper };
+        let of = |rows, lower, upper| RowsAway { rows, lower, upper };
         if band >= self.bands {
-            [piece([0, 0], lower, upper); 2]
+            [of([0, 0], lower, upper); 2]
         } else if near < beyond && first <= near && beyond <= end {
-            [piece([first, near], lower, Edge::Body), piece([beyond, end], Edge::Body, upper)]
+            [of([first, near], lower, Edge::Body), of([beyond, end], Edge::Body, upper)]
         } else {
-            [piece([first, end], lower, upper), piece([end, end], lower, upper)]
+            [of([first, end], lower, upper), of([end, end], lower, upper)]
         }
     }
 
@@ -171,7 +171,7 @@ impl Course {
         } else {
             system.failed_segments += report.newly_failed;
         }
-        if self.next().is_none() { waves::end(system) } else { Ok(()) }
+        if self.next().is_none() { blocks::end(system) } else { Ok(()) }
     }
 }
 
@@ -221,24 +221,24 @@ mod tests {
     /// Takes a block, its bands in the order that `key` gives. Returns how many bands had rows away from the body.
     fn take(near: [usize; 2], rows: usize, of: usize, key: u64) -> usize {
         let bands = of.min(rows / (4 * STEPS)).max(1);
-        let mut course = Course { block: Block::of_rows(near, STEPS, rows), bands, part: Part::Away };
+        let mut block = BlockInBands { block: Block::of_rows(near, STEPS, rows), bands, part: Part::Away };
         let mut sheet = Sheet { taken: vec![0; rows], aboves: Vec::new(), carries: Vec::new() };
         let order = |pass: usize| (0..of).map(move |k| (k + key as usize + pass) % of);
         // Which band writes which row in the first pass, and which rows it looks at.
         let (mut written, mut seen) = (vec![None; rows], Vec::new());
         for band in order(0) {
-            for piece in course.pieces(band) {
-                let steps = piece.numbers(STEPS).flat_map(|r| (0..STEPS).map(move |step| (step, piece.row(r, step))));
+            for part in block.rows_away(band) {
+                let steps = part.numbers(STEPS).flat_map(|r| (0..STEPS).map(move |step| (step, part.row(r, step))));
                 for (step, j) in steps.filter_map(|(step, j)| Some((step, j?))) {
-                    let at_gap = piece.starts_at_gap(step, j);
+                    let at_gap = part.starts_at_gap(step, j);
                     if at_gap {
                         assert_eq!(sheet.taken[j - 1], step, "below row {j}");
-                        sheet.aboves.push((piece.lower, step, j));
+                        sheet.aboves.push((part.lower, step, j));
                         seen.push((band, j - 1));
                     }
                     seen.push((band, j + 1));
-                    sheet.step(step, j, None, (!at_gap && j > 0).then_some(piece.upper));
-                    sheet.carries.push((piece.upper, step, j));
+                    sheet.step(step, j, None, (!at_gap && j > 0).then_some(part.upper));
+                    sheet.carries.push((part.upper, step, j));
                     assert!(written[j].is_none_or(|by| by == band), "row {j}");
                     written[j] = Some(band);
                 }
@@ -247,11 +247,11 @@ mod tests {
         for (band, j) in seen {
             assert!(written.get(j).is_none_or(|by| by.is_none_or(|by| by == band)), "row {j} is read by band {band}");
         }
-        while let Some(next) = course.next() {
-            course = next;
-            let step = course.step().unwrap();
-            sheet.fill(step, course.rows_near(), Edge::Body);
-            order(step).for_each(|band| sheet.fill(step, course.rows_of_cut(band), Edge::Cut(band)));
+        while let Some(next) = block.next() {
+            block = next;
+            let step = block.step().unwrap();
+            sheet.fill(step, block.rows_near(), Edge::Body);
+            order(step).for_each(|band| sheet.fill(step, block.rows_of_cut(band), Edge::Cut(band)));
         }
         assert!(sheet.taken.iter().all(|&taken| taken == STEPS));
         (0..of).filter(|&band| written.contains(&Some(band))).count()

@@ -52,7 +52,7 @@ impl Layout {
             upper: 0,
             chunks: x.stored().div_ceil(CHUNK),
             has: Features::of(scene),
-            in_waves: false,
+            in_blocks: false,
             supports: scene.track_support,
             candidates: match scene.contact_capacity {
                 0 => nodes,
@@ -62,8 +62,8 @@ impl Layout {
             words: 0,
             image_words: 0,
         };
-        layout.in_waves = layout.can_take_blocks()?;
-        [layout.reals, layout.words] = Blocks::count(&layout)?;
+        layout.in_blocks = layout.can_take_blocks()?;
+        [layout.reals, layout.words] = Arrays::count(&layout)?;
         layout.image_words = layout.count_image()?;
         // No block may exceed what a slice can hold.
         let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
@@ -84,7 +84,7 @@ pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> 
 }
 
 /// The caller's memory, carved.
-pub(crate) struct Blocks<'a> {
+pub(crate) struct Arrays<'a> {
     /// Rows of [ux uy uz vx vy vz kh kv].
     pub hot: &'a mut [Chunk<HOT_PLANES>],
     /// Rows of the largest q beyond critical, horizontal and vertical; `planes.rs` says what they hold before.
@@ -124,7 +124,7 @@ pub(crate) struct Blocks<'a> {
     /// Of each candidate: the next one in its column; twice its ply, and 1 more if it leads the column.
     pub links: &'a mut [[u32; 2]],
     pub carry: &'a mut [Chunk<CARRY_PLANES>],
-    /// Of steps in blocks (`waves.rs`): the carried forces of each step.
+    /// Of steps in blocks (`step/blocks.rs`): the carried forces of each step.
     pub carries: &'a mut [Chunk<CARRY_PLANES>],
     /// What the sheet pulls at both runs of fixed nodes of each row, in units of m h/dt; of steps in blocks one step after the other.
     pub pulls: &'a mut [[[f64; 3]; 2]],
@@ -144,10 +144,10 @@ pub(crate) struct Blocks<'a> {
     pub candidate_nodes: &'a mut [u32],
 }
 
-impl<'a> Blocks<'a> {
+impl<'a> Arrays<'a> {
     /// No memory.
-    pub(crate) const fn nothing() -> Blocks<'a> {
-        Blocks {
+    pub(crate) const fn nothing() -> Arrays<'a> {
+        Arrays {
             hot: &mut [],
             history: &mut [],
             yarn: &mut [],
@@ -183,29 +183,31 @@ impl<'a> Blocks<'a> {
     }
 
     /// Cuts memory that has been found to be enough.
-    pub(crate) fn carve(memory: &'a mut [CacheLine], layout: &Layout) -> Result<Blocks<'a>, Error> {
+    #[inline(never)]
+    pub(crate) fn carve(&mut self, memory: &'a mut [CacheLine], layout: &Layout) -> Result<(), Error> {
         let short = Error::new(Code::ShortBuffer, "memory", memory.len() as f64, layout.lines() as f64);
         let Some((reals, words)) = memory.split_at_mut_checked(layout.lines_of_reals()) else { return Err(short) };
         let (mut reals, mut words) = (Carver::of(CacheLine::reals(reals)), Carver::of(CacheLine::words(words)));
-        Blocks::cut(&mut reals, &mut words, layout).ok_or(short)
+        self.cut(&mut reals, &mut words, layout).ok_or(short)
     }
 
     /// Numbers and words that they have.
+    #[inline(never)]
     fn count(layout: &Layout) -> Option<[usize; 2]> {
         let (mut reals, mut words) = (Carver::counting(), Carver::counting());
-        Blocks::cut(&mut reals, &mut words, layout)?;
+        Arrays::nothing().cut(&mut reals, &mut words, layout)?;
         Some([reals.taken, words.taken])
     }
 
     /// The list: of each block whether the scene needs it, and the factors of its length.
     #[inline(never)]
-    fn cut(reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<Blocks<'a>> {
+    fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
         use Feature::{Detachment, Friction, Grading, Rate, Strength, Theta, Toe, Viscosity};
         let (nx, rows, row, candidates) = (layout.nodes_x, layout.nodes_y, layout.chunks, layout.candidates);
         let has = |feature| layout.has(feature);
-        let steps = if layout.in_waves { BLOCK_STEPS } else { 1 };
+        let steps = if layout.in_blocks { BLOCK_STEPS } else { 1 };
         let mut real = |needed, factors| reals.take(needed, factors);
-        Some(Blocks {
+        *self = Arrays {
             hot: chunked(real(true, [layout.stored_rows(), row, CHUNK * HOT_PLANES])?),
             history: chunked(real(true, [rows, row, CHUNK * HISTORY_PLANES])?),
             yarn: chunked(real(layout.has_constants(), [rows, row, CHUNK * YARN_PLANES])?),
@@ -218,7 +220,7 @@ impl<'a> Blocks<'a> {
             columns: chunked(real(has(Grading), [1, row, CHUNK * LINE_PLANES])?),
             lines: chunked(real(has(Grading), [1, rows.div_ceil(CHUNK), CHUNK * LINE_PLANES])?),
             carry: chunked(real(true, [1, row, CHUNK * CARRY_PLANES])?),
-            carries: chunked(real(layout.in_waves, [steps, row, CHUNK * CARRY_PLANES])?),
+            carries: chunked(real(layout.in_blocks, [steps, row, CHUNK * CARRY_PLANES])?),
             kept: real(true, [1, nx, 3])?.as_chunks_mut().0,
             taken: real(layout.takes_energy(), [1, 1, rows])?,
             candidates: real(true, [1, candidates, CANDIDATE_REALS])?.as_chunks_mut().0,
@@ -237,11 +239,12 @@ impl<'a> Blocks<'a> {
             awake: words.take(layout.is_stack(), [1, layout.plies, 2])?.as_chunks_mut().0,
             last: words.take(layout.is_stack(), [1, nx, layout.y.modelled()])?,
             links: words.take(layout.is_stack(), [1, candidates, 2])?.as_chunks_mut().0,
-        })
+        };
+        Some(())
     }
 }
 
-impl Blocks<'_> {
+impl Arrays<'_> {
     /// Lets two candidates change places.
     pub(crate) fn swap_candidates(&mut self, a: usize, b: usize) {
         swap(self.candidates, a, b);

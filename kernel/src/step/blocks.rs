@@ -6,8 +6,8 @@
 //! body may reach take them one by one, with contact and all else that belongs to a step; then those above. Each row has the neighbours and
 //! the forces from below that it has in single steps, and the pulls on the supports are summed in the order of single steps: the bits are
 //! the same.
-//! With bands the order is another one (`pieces.rs`).
-//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_waves`); every
+//! With bands the order is another one (`bands/block.rs`).
+//! Limits: one ply, velocity Verlet, nothing that takes two passes or looks at the whole sheet between two steps (`Layout::in_blocks`); every
 //! row awake; no fixed node within the body's reach. Otherwise, and for what is left of less than a block, single steps are taken.
 //! The surface of the body crosses less than a spacing in a step, so what it may reach in a block is known; a row beyond [`APPROACH`] that
 //! comes so near within a block, at some 2e4 m/s, is a lost state.
@@ -33,15 +33,16 @@ const APPROACH: f64 = 8.0;
 /// How many steps a block has with these instructions. The wider they are, the more a sweep waits for memory.
 pub(crate) fn block_steps(layout: &Layout, instructions: InstructionSet) -> usize {
     let pays = matches!(instructions, InstructionSet::Avx512 | InstructionSet::Avx2);
-    if layout.in_waves && pays { BLOCK_STEPS } else { 1 }
+    if layout.in_blocks && pays { BLOCK_STEPS } else { 1 }
 }
 
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
 #[inline(never)]
 pub(crate) fn step_block(system: &mut System<'_>, most: u64) -> Result<u64, Failure> {
-    let Some(block) = Block::plan(system, most) else { return Ok(0) };
-    block.take(system)?;
-    Ok(block.steps as u64)
+    match &Block::plan(system, most) {
+        Some(block) => block.take(system).map(|()| block.steps as u64),
+        None => Ok(0),
+    }
 }
 
 /// What lies where in a block.
@@ -84,7 +85,7 @@ impl Block {
         let (low, high) = (body.position.y - half, body.position.y + half);
         let rise = system.directions.front.vertical.rest.spacing;
         let reach = Reach { low, high, h, rise, nodes_y: system.scene.sheet.nodes_y };
-        let range = |j: usize| system.blocks.ranges.get(j).copied().unwrap_or_default();
+        let range = |j: usize| system.arrays.ranges.get(j).copied().unwrap_or_default();
         let comes_near = |&j: &usize| reach.meets(j, range(j), APPROACH * h);
         let near = match ((0..rows).find(comes_near), (0..rows).rev().find(comes_near)) {
             (Some(first), Some(last)) => [first, last + 1],
@@ -93,7 +94,7 @@ impl Block {
         let [first, end] = near;
         let search = Search::new(&system.solid, body, margin, system.instructions);
         let is_held = (first..end).any(|j| {
-            let [a, b, c, d] = system.blocks.runs.get(j).copied().unwrap_or([0; 4]);
+            let [a, b, c, d] = system.arrays.runs.get(j).copied().unwrap_or([0; 4]);
             (a..b).chain(c..d).any(|i| search.candidate(&system.position(i as usize, j)).is_some())
         });
         (!is_held && 2 * (end - first + steps) <= rows).then_some(Block { near, steps, rows, reach })
@@ -102,17 +103,17 @@ impl Block {
     /// Takes the steps.
     fn take(&self, system: &mut System<'_>) -> Result<(), Failure> {
         begin(system);
-        let [below, above] = self.waves();
-        self.wave(system, below)?;
+        let [below, above] = self.skewed();
+        self.step_away(system, below)?;
         for step in 0..self.steps {
             self.step_near(system, step)?;
         }
-        self.wave(system, above)?;
+        self.step_away(system, above)?;
         end(system)
     }
 
     /// The numbers [first, end) of the waves below and above the body: row r - s takes step s where r is the number.
-    fn waves(&self) -> [[usize; 2]; 2] {
+    fn skewed(&self) -> [[usize; 2]; 2] {
         let ([bottom, end], steps) = (self.near, self.steps);
         [[0, bottom], [end + steps - 1, self.rows + steps - 1]]
     }
@@ -125,11 +126,11 @@ impl Block {
 
     /// All steps of the rows away from the body.
     #[inline(never)]
-    fn wave(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
+    fn step_away(&self, system: &mut System<'_>, [first, end]: [usize; 2]) -> Result<(), Failure> {
         for r in first..end {
             for (step, j) in (0..self.steps.min(r + 1)).map(|step| (step, r - step)).filter(|&(_, j)| j < self.rows) {
                 let report = explicit::sweep_in_block(system, step, [j, j + 1]);
-                let range = system.blocks.ranges.get(j).copied().unwrap_or_default();
+                let range = system.arrays.ranges.get(j).copied().unwrap_or_default();
                 if report.non_finite || self.is_met(step, j, range) {
                     return Err(Failure::NonFinite);
                 }
@@ -163,7 +164,7 @@ impl Block {
         report: Report,
     ) -> Result<(), Failure> {
         explicit::close_pass(system, 1.0, gathered, report)?;
-        let ranges = system.blocks.ranges.get(first..end).unwrap_or_default();
+        let ranges = system.arrays.ranges.get(first..end).unwrap_or_default();
         if (first..end).zip(ranges).any(|(j, range)| self.is_met(step, j, *range)) {
             return Err(Failure::NonFinite);
         }
@@ -196,7 +197,7 @@ impl Reach {
 
 /// Begins a block.
 pub(crate) fn begin(system: &mut System<'_>) {
-    system.blocks.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
+    system.arrays.carries.fill([[0.0; CHUNK]; CARRY_PLANES]);
 }
 
 /// Ends a block whose last step is swept.
@@ -225,8 +226,8 @@ mod tests {
         let (rows, chunks) = (sim.system.layout.nodes_y, sim.system.layout.chunks);
         let carries = vec![[[0.0; CHUNK]; CARRY_PLANES]; BLOCK_STEPS * chunks];
         let pulls = vec![[[0.0; 3]; 2]; BLOCK_STEPS * rows];
-        (sim.system.blocks.carries, sim.system.blocks.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
-        (sim.system.layout.in_waves, sim.system.block_steps) = (true, BLOCK_STEPS);
+        (sim.system.arrays.carries, sim.system.arrays.pulls) = (Box::leak(carries.into()), Box::leak(pulls.into()));
+        (sim.system.layout.in_blocks, sim.system.block_steps) = (true, BLOCK_STEPS);
     }
 
     fn with_sim<T>(scene: &Scene, test: impl FnOnce(&mut Sim<'_>) -> T) -> T {
