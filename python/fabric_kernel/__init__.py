@@ -4,7 +4,7 @@
 All numbers are in SI units.
 """
 
-from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters
+from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, yarn_of_fibrils, yarns_of_fibrils
 from .ensembles import ClusterLost, ensemble, vary
 from .fragments import draw_map, fragment_map
 from .runs import fly, history
@@ -25,4 +25,6 @@ __all__ = [
     "history",
     "parameters",
     "vary",
+    "yarn_of_fibrils",
+    "yarns_of_fibrils",
 ]

@@ -47,6 +47,29 @@ class Parameter(TypedDict):
 def parameters() -> list[Parameter]:
     """Every parameter of a scene."""
 
+class FibrilYarn(TypedDict):
+    modulus: float
+    """Of the whole yarn, Pa."""
+    work: float
+    """Work to rupture, J/m^3."""
+    left: float
+    """Stress just beyond the critical stretch over that just below."""
+    critical_stretch: float
+    laws: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Damage rate, A and B of the law fitted with A = 1 and B = 0, and with all three free."""
+    expected_modulus: tuple[float, float]
+    """Mean and standard deviation of the population, Pa, by quadrature."""
+    ruptures: NDArray[numpy.float64]
+    """Stretches at which the fibrils break, in turn."""
+    alpha: NDArray[numpy.float64]
+    """Damage variable just beyond each."""
+
+def yarn_of_fibrils(seed: int, number: int, *, straight: bool = False) -> FibrilYarn:
+    """Yarn `number` of the population `seed`: a bundle of the paper's fibrils, pulled until it breaks; `straight`: of aligned ones."""
+
+def yarns_of_fibrils(seed: int, count: int) -> NDArray[numpy.float64]:
+    """Modulus, Pa, fitted damage rate and its misfit of each of the first yarns of a population: an array (count, 3)."""
+
 class Scene:
     """Everything that defines a simulation. It never changes, can be compared and pickled, and is small.
 
@@ -78,6 +101,10 @@ class Scene:
         foremost point; with a velocity askew the centre reaches the plane beside that. A point more than a mesh beside the sheet is
         refused.
         """
+
+    def graded(self, error: float) -> Scene:
+        """The same with the graded network that the kernel chooses for this error of the absorbed energy, 0.005 to 0.1; whole if that
+        leaves no node out, or if the sheet is held at its corners."""
 
     def check(self) -> None:
         """Refuses, in some milliseconds, what `Simulation` would refuse, with the same exception.
@@ -205,8 +232,9 @@ class Simulation:
     def step(self, steps: int = 1) -> None:
         """Takes so many steps."""
 
-    def run(self, until: str | Sequence[str], steps: int) -> int:
-        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed") has come, or so many steps are taken.
+    def run(self, until: str | Sequence[str], steps: int, *, failed: int | None = None) -> int:
+        """Steps until one of the outcomes ("arrested", "detached", "exited", "passed") has come, or so many steps are taken; with
+        `failed` one by one, and only until at least so many segments have failed.
 
         Returns the steps taken. Ctrl-C stops it between two steps.
         """

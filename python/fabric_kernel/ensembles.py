@@ -15,7 +15,7 @@ import platform
 import signal
 import threading
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -76,27 +76,46 @@ def ensemble(
     if batch < 1:
         raise ValueError(f"batch: must be at least 1; it is {batch}")
     keys = [run_key(scene, until, steps) for scene in scenes]
-    wanted = dict(zip(keys, scenes))
-    rows: dict[str, dict[str, Any]] = {}
+    work = functools.partial(_fly, until=tuple(until), steps=steps)
+    rows = each(work, dict(zip(keys, scenes)), keep=keep, on=on, batch=batch, progress=progress)
+    bodies = [doubt for scene in scenes if (doubt := scene.unlikely_body())][:1]
+    for doubt in bodies + doubts(list(rows.values())) + _repeats(list(rows.values())):
+        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
+    return _table(keys, scenes, rows)
+
+
+def each(
+    work: Callable[[Any], Any],
+    jobs: Mapping[str, Any],
+    *,
+    keep: str | os.PathLike[str] | None = None,
+    on: Any = None,
+    batch: int = 1,
+    progress: bool | None = None,
+    name: str | None = None,
+) -> dict[str, Any]:
+    """Does any work as `ensemble` flies scenes: what `work`, a function of a module, gives for each job, by the key of the job.
+
+    A result is what JSON makes of it, in a line of at most LONGEST_LINE bytes. What `keep` has under a key is not done again, so a key
+    names everything that its result depends on (BUILD, too). `name`: of the progress bar; for the rest see `ensemble`.
+    """
+    rows: dict[str, Any] = {}
     if keep is not None:
-        rows = {key: row for key, row in kept(Path(keep)) if key in wanted}
-    left = [(key, scene) for key, scene in wanted.items() if key not in rows]
+        rows = {key: row for key, row in kept(Path(keep)) if key in jobs}
+    left = [(key, job) for key, job in jobs.items() if key not in rows]
     tasks = [left[first : first + batch] for first in range(0, len(left), batch)]
-    with tqdm(total=len(wanted), initial=len(rows), unit="run", disable=None if progress is None else not progress) as bar:
-        work = functools.partial(_work, BUILD, tuple(until), steps)
+    hidden = None if progress is None else not progress
+    with tqdm(total=len(jobs), initial=len(rows), unit="run", desc=name, disable=hidden) as bar:
         try:
-            for results in _results(work, tasks, on):
+            for results in _results(functools.partial(_work, BUILD, work), tasks, on):
                 if keep is not None:
                     append(Path(keep), results)
                 rows.update((key, json.loads(line)) for key, line in results)
                 bar.update(len(results))
         except ClusterLost as lost:
             where = f"; they are in {keep}: the same call goes on from there" if keep is not None else ""
-            raise ClusterLost(f"{lost} after {len(rows)} of {len(wanted)} runs{where}") from lost.__cause__
-    bodies = [doubt for scene in scenes if (doubt := scene.unlikely_body())][:1]
-    for doubt in bodies + doubts(list(rows.values())) + _repeats(list(rows.values())):
-        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
-    return _table(keys, scenes, rows)
+            raise ClusterLost(f"{lost} after {len(rows)} of {len(jobs)} runs{where}") from lost.__cause__
+    return rows
 
 
 def run_key(scene: Scene, until: Sequence[str] = UNTIL, steps: int = STEPS) -> str:
@@ -105,18 +124,19 @@ def run_key(scene: Scene, until: Sequence[str] = UNTIL, steps: int = STEPS) -> s
     return hashlib.sha256(everything.encode()).hexdigest()[:32]
 
 
-def _work(build: str, until: Sequence[str], steps: int, task: list[tuple[str, Scene]]) -> list[tuple[str, str]]:
-    """What a worker does: key and line of each run. Lines, because the file and the table then have the same numbers."""
+def _work(build: str, work: Callable[[Any], Any], task: list[tuple[str, Any]]) -> list[tuple[str, str]]:
+    """What a worker does: key and line of each job. Lines, because the file and the table then have the same numbers."""
     if build != BUILD:
         raise RuntimeError(_other_build(f"the worker on {platform.node()}", BUILD, build))
-    results = []
-    for key, scene in task:
-        try:
-            results.append((key, json.dumps(flown(scene, until, steps))))
-        except ValueError as refused:
-            refused.add_note(f"the scene: {scene!r}")
-            raise
-    return results
+    return [(key, json.dumps(work(job))) for key, job in task]
+
+
+def _fly(scene: Scene, until: Sequence[str], steps: int) -> dict[str, Any]:
+    try:
+        return flown(scene, until, steps)
+    except ValueError as refused:
+        refused.add_note(f"the scene: {scene!r}")
+        raise
 
 
 def _other_build(worker: str, its: str, own: str) -> str:

@@ -5,6 +5,7 @@
 //! those of Rust.
 
 mod errors;
+mod fibrils;
 mod parameters;
 mod scene;
 mod simulation;
@@ -17,6 +18,8 @@ mod _kernel {
 
     #[pymodule_export]
     use crate::errors::{Failed, Refused};
+    #[pymodule_export]
+    use crate::fibrils::{yarn_of_fibrils, yarns_of_fibrils};
     #[pymodule_export]
     use crate::parameters::parameters;
     #[pymodule_export]

@@ -124,6 +124,13 @@ impl Scene {
         Ok(Scene { scene })
     }
 
+    /// The same with the graded network that the kernel chooses for an error.
+    fn graded(&self, error: f64) -> PyResult<Scene> {
+        let mut scene = self.scene;
+        scene.set_grading(error).map_err(errors::of)?;
+        Ok(Scene { scene })
+    }
+
     /// Refuses a scene that cannot be simulated.
     fn check(&self, py: Python<'_>) -> PyResult<()> {
         let scene = self.scene;

@@ -4,7 +4,7 @@ use crate::errors::{self, bad};
 use crate::parameters;
 use crate::scene::Scene;
 use fabric::outputs::{COUNT, Get, OUTPUTS, Output, Readings};
-use fabric::{CacheLine, Motion, Outcome, OutcomeSet, Path, Sim};
+use fabric::{CacheLine, Failure, Motion, Outcome, OutcomeSet, Path, Sim};
 use fabric_host::in_our_environment;
 use fabric_scene::memory::Buffers;
 use fabric_scene::{notes, short};
@@ -47,13 +47,18 @@ impl Simulation {
         py.detach(|| in_our_environment(|| work(&mut self.sim)))
     }
 
-    /// Steps until `steps` are taken or one of `until` has come; looks at signals from time to time. Returns the steps taken.
-    fn advance(&mut self, py: Python<'_>, until: OutcomeSet, steps: u64) -> PyResult<u64> {
+    /// Steps until `steps` are taken, one of `until` has come or so many segments have failed; looks at signals from time to time.
+    /// Returns the steps taken.
+    fn advance(&mut self, py: Python<'_>, until: OutcomeSet, steps: u64, failed: Option<u64>) -> PyResult<u64> {
         let stride = (NODES_AT_A_TIME / self.sim.layout().nodes().max(1) as u64).max(1);
         let mut taken = 0;
         loop {
             let now = stride.min(steps - taken).min(LOOK - self.sim.step_count() % LOOK);
-            let done = self.work(py, |sim| sim.advance_until(until, now)).map_err(errors::failed)?;
+            let advanced = self.work(py, |sim| match failed {
+                None => sim.advance_until(until, now),
+                Some(failed) => until_failed(sim, until, now, failed),
+            });
+            let done = advanced.map_err(errors::failed)?;
             taken += done;
             self.tell_of_open_balance(py)?;
             if taken == steps || done < now || self.sim.outcomes().mask.has(until) {
@@ -121,6 +126,15 @@ impl Simulation {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_vec(py, self.filled(self.sim.layout().segments(), fill)?))
     }
+}
+
+/// Single steps until one of `until` has come, so many segments have failed, or `steps` are taken. Returns the steps taken.
+fn until_failed(sim: &mut Sim<'_>, until: OutcomeSet, steps: u64, failed: u64) -> Result<u64, Failure> {
+    let mut taken = 0;
+    while taken < steps && sim.counters().failed_segments < failed && !sim.outcomes().mask.has(until) {
+        taken += sim.advance_until(until, 1)?;
+    }
+    Ok(taken)
 }
 
 /// A number as Python has it: whole if it is a count.
@@ -199,13 +213,20 @@ impl Simulation {
     #[pyo3(signature = (steps = None))]
     fn step(&mut self, py: Python<'_>, steps: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let steps = steps.map_or(Ok(1), count)?;
-        self.advance(py, OutcomeSet::NONE, steps).map(|_| ())
+        self.advance(py, OutcomeSet::NONE, steps, None).map(|_| ())
     }
 
-    /// Steps until one of the outcomes has come, or so many steps are taken. Returns the steps taken.
-    fn run(&mut self, py: Python<'_>, until: &Bound<'_, PyAny>, steps: &Bound<'_, PyAny>) -> PyResult<u64> {
+    /// Steps until one of the outcomes has come, so many segments have failed, or so many steps are taken. Returns the steps taken.
+    #[pyo3(signature = (until, steps, *, failed = None))]
+    fn run(
+        &mut self,
+        py: Python<'_>,
+        until: &Bound<'_, PyAny>,
+        steps: &Bound<'_, PyAny>,
+        failed: Option<u64>,
+    ) -> PyResult<u64> {
         let (until, steps) = (outcome_set(until)?, count(steps)?);
-        self.advance(py, until, steps)
+        self.advance(py, until, steps, failed)
     }
 
     /// Moves a prescribed projectile along a path that ends with this pose and these rates.

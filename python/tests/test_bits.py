@@ -117,6 +117,38 @@ class Bits(unittest.TestCase):
             simulation.set_motion(positions, velocities)
         self.assertEqual(refused.exception.field, "velocities")
 
+    def test_it_stops_at_the_first_failed_segments(self):
+        scene = fk.Scene(projectile={"velocity": [0, 0, 300]}, **SMALL)
+        one, other = fk.Simulation(scene, warns=False), fk.Simulation(scene, warns=False)
+        taken = one.run("exited", 100_000, failed=1)
+        self.assertEqual((taken, one.run([], 5, failed=1)), (one.step_count, 0))
+        other.step(taken - 1)
+        self.assertEqual(other.counters()["failed_segments"], 0)
+        other.step()
+        self.assertGreater(other.counters()["failed_segments"], 0)
+        self.assertEqual(one.digest, other.digest)
+
+    def test_a_graded_network_is_that_of_a_file(self):
+        large = fk.Scene("sheet_10in_cylinder")
+        self.assertEqual(large.graded(0.01), large.replace(sheet={"grading": "automatic"}))
+        self.assertLess(fk.Simulation(large.graded(0.03)).positions().size, fk.Simulation(large).positions().size)
+        with self.assertRaises(fk.Refused):
+            large.graded(0.5)
+
+    def test_yarns_of_fibrils(self):
+        # The paper has 140.21 GPa, 2.04 GPa and a damage rate of 230.6.
+        moduli, rates, _ = fk.yarns_of_fibrils(1, 2000).T
+        self.assertAlmostEqual(1e-9 * moduli.mean(), 140.21, delta=0.15)
+        self.assertAlmostEqual(1e-9 * moduli.std(), 2.04, delta=0.1)
+        self.assertAlmostEqual(rates.mean(), 230.6, delta=2.0)
+        yarn, straight = fk.yarn_of_fibrils(1, 3), fk.yarn_of_fibrils(1, 3, straight=True)
+        self.assertEqual((yarn["modulus"], yarn["laws"][0][0]), (moduli[3], rates[3]))
+        # Fibrils break in turn; aligned ones all at the critical stretch, with the strain energy E e^2/2 of 180 GPa.
+        self.assertTrue((numpy.diff(yarn["ruptures"]) > 0).all() and yarn["alpha"][-1] == 0.0)
+        self.assertEqual(set(straight["alpha"]), {0.0})
+        self.assertAlmostEqual(straight["work"] / (0.5 * 180e9 * (0.5 * (1.03**2 - 1)) ** 2), 1.0, delta=1e-9)
+        self.assertEqual(straight["critical_stretch"], 1.03)
+
 
 if __name__ == "__main__":
     unittest.main()

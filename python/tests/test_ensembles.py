@@ -22,7 +22,7 @@ import pandas
 import scipy.stats
 
 import fabric_kernel as fk
-from fabric_kernel.ensembles import MOST_KEPT, kept
+from fabric_kernel.ensembles import MOST_KEPT, each, kept
 from fabric_kernel.fragments import main
 from fabric_kernel.runs import UNTIL
 
@@ -70,6 +70,10 @@ def wait_for(done, seconds=120.0):
         time.sleep(0.01)
 
 
+def divided(job):
+    return 1 / job
+
+
 class Ensembles(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -94,6 +98,15 @@ class Ensembles(unittest.TestCase):
         self.assertEqual(self.table["key"].nunique(), len(SCENES))
         balance = self.table["initial_kinetic"] - self.table["residual_kinetic"] - self.table["absorbed"]
         self.assertLess(balance.abs().max(), 1e-9)
+
+    def test_other_work_is_kept_too(self):
+        keep = self.folder / "work.jsonl"
+        self.assertEqual(each(divided, {"a": 2, "b": 4}, keep=keep, on=2), {"a": 0.5, "b": 0.25})
+        # What is kept is not done again: a job under a kept key is not even looked at.
+        self.assertEqual(each(divided, {"b": 0, "c": 8}, keep=keep, on=1), {"b": 0.25, "c": 0.125})
+        with self.assertRaises(ZeroDivisionError):
+            each(divided, {"d": 0}, keep=keep, on=1)
+        self.assertEqual(len(keep.read_text().splitlines()), 3)
 
     def test_workers_order_and_batches(self):
         for workers, batch in [(2, 1), (5, 5)]:

@@ -34,14 +34,3 @@ pub enum Effort {
     /// What the documents rest on.
     Full,
 }
-
-impl Effort {
-    /// The option that asks for it, behind a space; nothing for all of a study.
-    pub fn option(self) -> &'static str {
-        match self {
-            Effort::Smoke => " --smoke",
-            Effort::Quick => " --quick",
-            Effort::Full => "",
-        }
-    }
-}

@@ -6,23 +6,17 @@
 
 mod bench;
 mod effort;
-mod error_time;
 mod event;
 mod fabrics;
-mod friction;
 mod hits;
 mod machine;
-mod paper;
 mod picture;
-mod plies;
 mod progress;
 mod report;
 mod run;
 mod say;
 mod stability;
-mod table;
 mod threads;
-mod validate;
 
 use clap::{Parser, Subcommand};
 use fabric_scene::memory;
@@ -53,19 +47,8 @@ enum Command {
         /// Print this one's numbers with their sources.
         name: Option<String>,
     },
-    /// Error over run time: steps, integrators, networks, coupling schemes and ensembles against their cost.
-    ErrorTime(error_time::Options),
-    /// Energy absorbed and ballistic limit against the coefficient of friction between yarn and projectile: single sheets, a pack of
-    /// plies. Some 6 minutes on 2 quiet cores, with `--quick` three.
-    Friction(friction::Options),
-    /// Ballistic limit and energy absorbed against the number of plies; many thin plies against one thick one.
-    Plies(plies::Options),
     /// Extreme and senseless scenes, each with the outcome it must have.
     Stability(stability::Options),
-    /// Every result of the paper from ensembles.
-    Paper(paper::Options),
-    /// The model against closed forms and published measurements.
-    Validate(validate::Options),
     /// Measure ns per node-step: bare sweep and whole run over sheet sizes and instruction sets.
     Bench(bench::Options),
 }
@@ -102,12 +85,7 @@ fn main() -> ExitCode {
             true
         }),
         Command::Fabrics { name } => fabrics::print(name.as_deref()),
-        Command::ErrorTime(options) => error_time::run(&options),
-        Command::Friction(options) => friction::run(&options),
-        Command::Plies(options) => plies::run(&options),
         Command::Stability(options) => stability::run(&options),
-        Command::Paper(options) => paper::run(&options),
-        Command::Validate(options) => validate::run(&options),
         Command::Bench(options) => bench::run(&options),
     };
     ended(result.map(|sound| if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }))

@@ -20,7 +20,7 @@ pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
 
 /// Where the numbers of a study are, and what makes a report of them.
 pub fn written(out: &Path, study: &str) -> String {
-    format!("written: {}; report: target/venv/bin/python -m reports {study} {0}", out.display())
+    format!("written: {}; pictures: target/venv/bin/python -m evidence {study} {0}", out.display())
 }
 
 /// The middle value; the mean of the two middle ones of an even number. NaN for none.
@@ -48,21 +48,6 @@ pub fn noise(values: &[f64]) -> f64 {
     0.5 * (sorted[last - quarter] - sorted[quarter]) / median(values)
 }
 
-/// The mean. NaN for none.
-pub fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Standard deviation of the sample; 0 for fewer than two values.
-pub fn deviation(values: &[f64]) -> f64 {
-    if values.len() < 2 {
-        return 0.0;
-    }
-    let middle = mean(values);
-    let squares: f64 = values.iter().map(|x| (x - middle) * (x - middle)).sum();
-    (squares / (values.len() - 1) as f64).sqrt()
-}
-
 /// A number without needless zeros.
 pub fn shortest(value: f64) -> String {
     let text = format!("{value:.6}");
@@ -76,7 +61,6 @@ mod tests {
     #[test]
     fn statistics_of_few_values() {
         assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0])), (2.0, 2.5));
-        assert_eq!((mean(&[1.0, 3.0]), deviation(&[1.0, 3.0]), deviation(&[5.0])), (2.0, 2.0_f64.sqrt(), 0.0));
         assert_eq!(least(&[2.0, 1.0]), 1.0);
         assert_eq!((noise(&[7.0]), noise(&[1.0, 2.0, 3.0, 4.0, 9.0]), noise(&[5.0, 3.0])), (0.0, 1.0 / 3.0, 0.25));
         assert!(noise(&[]).is_nan() && median(&[]).is_nan() && least(&[]).is_nan());

@@ -21,7 +21,7 @@ pub fn run(options: &Options) -> Outcome {
     let python = tools::python()?;
     crate::fmu::run(&crate::fmu::Options::default())?;
     // With these features it is the build of the kernel that the studies use.
-    let features = ["--features", "micro,internals"];
+    let features = ["--features", "internals"];
     cargo(
         &[&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"], &features[..]].concat(),
     )?;

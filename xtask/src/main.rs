@@ -61,7 +61,7 @@ enum Command {
     Digests(digests::Options),
     /// Write target/web/index.html: the kernel live in a web page.
     Web(web::Options),
-    /// Measure ns per node-step, parts and peers; `python3 -m reports bench` compares them with the goals.
+    /// Measure ns per node-step, parts and peers; `python -m evidence bench` compares them with the goals.
     Bench(tests::BenchOptions),
     /// Build the Python package as wheels: target/wheels.
     Wheel(wheel::Options),

@@ -75,7 +75,7 @@ const VERIFY: &[Step] = &[
     ("energy of a sheet that rattles slack", || {
         cargo(&["test", "--quiet", "--package", "fabric-tests", "--test", "physics", "--", "--ignored"])
     }),
-    ("error against run time", || study(&["error-time"])),
+    ("error against run time", error_time),
     ("stability, and its table", stability),
     ("validation, and its table", validation),
     ("FMU reference results", || {
@@ -232,41 +232,47 @@ fn stability() -> Outcome {
     study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
-    as_committed("stability", &out, &["tables/stability.md", "images/stability_map.svg"])
+    let command = "fabric-study stability; python -m evidence stability --docs docs";
+    as_committed(command, &out.join("docs"), &["tables/stability.md", "images/stability_map.svg"])
+}
+
+/// The questions of docs/accuracy.md.
+fn error_time() -> Outcome {
+    let python = crate::wheel::installed()?;
+    for name in ["smooth", "overshoot", "viscosity", "pointwise", "quarter", "impact", "grading", "number", "coupling"]
+    {
+        command(&python, &["-m", "evidence", name])?;
+    }
+    Ok(())
 }
 
 /// The whole validation, and its table as it is committed.
 fn validation() -> Outcome {
-    let out = target().join("study/validate");
-    study(&["validate", "--out", &out.to_string_lossy()])?;
-    report("validate", &out.to_string_lossy())?;
-    as_committed("validate", &out, &["tables/validation.md"])
+    let docs = target().join("evidence/docs");
+    command(crate::wheel::installed()?, &["-m", "evidence", "validation", "--docs", &docs.to_string_lossy()])?;
+    as_committed("python -m evidence validation --docs docs", &docs, &["tables/validation.md"])
 }
 
-/// What the report of a study has written is in the folder of documents.
-fn as_committed(study: &str, out: &Path, names: &[&str]) -> Outcome {
+/// What a command has written is in the folder of documents.
+fn as_committed(command: &str, written: &Path, names: &[&str]) -> Outcome {
     for name in names {
-        if read(out.join("docs").join(name))? != read(top().join("docs").join(name))? {
-            let command = format!("fabric-study {study}; python3 -m reports {study} --docs docs");
+        if read(written.join(name))? != read(top().join("docs").join(name))? {
             return Err(format!("docs/{name} is not what the study gives: {command}"));
         }
     }
     Ok(())
 }
 
-/// Every study in its `--smoke` form, written to target/smoke, and the reports of it.
+/// Every question of the evidence and every study in its `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
-    command(python()?, &["-m", "unittest", "--quiet", "reports.tests"])?;
+    let python = crate::wheel::installed()?;
+    command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
     let out = target().join("smoke");
     let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
+    command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
     // Stability has run for the FMUs.
-    for name in ["error-time", "bench", "paper", "friction", "plies"] {
-        let arguments = [name, "--smoke", "--out", &folder(name), "--vtk"];
-        study(if name == "paper" { &arguments } else { &arguments[..4] })?;
-        report(name, &folder(name))?;
-    }
-    study(&["validate", "--quick", "--out", &folder("validate")])?;
-    report("validate", &folder("validate"))?;
+    study(&["bench", "--smoke", "--out", &folder("bench")])?;
+    report("bench", &folder("bench"))?;
     // The first steps of a stack, which has a picture of its own.
     study(&[
         "run",
@@ -284,10 +290,10 @@ fn studies() -> Outcome {
     report("run", &folder("run"))
 }
 
-/// The report of a study, with its generated tables beside its numbers.
+/// The pictures and tables of what a study has written, beside its numbers.
 fn report(name: &str, folder: &str) -> Outcome {
     let docs = format!("{folder}/docs");
-    let arguments = ["-m", "reports", name, folder, "--docs", &docs];
+    let arguments = ["-m", "evidence", name, folder, "--out", folder, "--docs", &docs];
     // A single run has no table.
     command(python()?, if name == "run" { &arguments[..4] } else { &arguments })
 }

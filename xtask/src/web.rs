@@ -36,7 +36,7 @@ fn movie(path: &Path) -> Outcome {
     let folder = target().join("movie");
     let (scene, out) = ("study/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
     command(study(), &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
-    command(python()?, &["-m", "reports", "run", &out])?;
+    command(python()?, &["-m", "evidence", "run", &out])?;
     let copied = std::fs::copy(folder.join("movie.gif"), path);
     copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
 }

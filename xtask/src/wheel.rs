@@ -88,6 +88,26 @@ fn names_no_folder(wheel: &Path) -> Outcome {
     Ok(())
 }
 
+/// The Python of the project's environment, with the package of this clone as it is now.
+pub fn installed() -> Result<PathBuf, String> {
+    let python = python_with("evidence/requirements.txt")?;
+    let folder = emptied(target().join("evidence-wheel"))?;
+    build(&folder, None)?;
+    let wheel = only_file(&folder)?.to_string_lossy().into_owned();
+    let install = [
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "--no-compile",
+        "--force-reinstall",
+        "--no-deps",
+    ];
+    command(&python, &[&install[..], &[&wheel]].concat())?;
+    Ok(python)
+}
+
 /// Installs the wheel in an empty environment and runs the tests there, those with a Dask cluster included.
 pub fn test() -> Outcome {
     let top_folder = emptied(target().join("wheel-test"))?;

@@ -1,4 +1,4 @@
-//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers. `python3 -m reports bench`
+//! The benchmark: ns per node-step over sizes, instruction sets and threads; what parts cost; peers. `python -m evidence bench`
 //! compares it with the goals and writes the tables of docs/performance.md.
 //!
 //! One node-step is one node advanced by one step, with its two segments. Two cases come first. "sweep": a moving sheet
@@ -20,8 +20,6 @@ mod programs;
 mod rows;
 mod sheets;
 mod worst;
-
-pub use sheets::throw;
 
 use crate::machine::{self, Wall};
 use crate::progress::Progress;

@@ -197,7 +197,7 @@ pub fn preset_to_end(name: &str, scene: &Scene, rounds: usize, report: &mut Repo
     let mut times = Vec::new();
     for _ in 0..rounds {
         let wall = Wall::start();
-        hits::impact(scene, LONGEST)?;
+        hits::goes_through(scene, LONGEST)?;
         times.push(wall.seconds());
     }
     answered(&format!("{name}, to its end"), &times, report);
@@ -220,7 +220,7 @@ pub fn v50(rounds: usize, report: &mut Report) -> Result<()> {
         log_sum = 0.0;
         for hit in 0..SHOTS {
             log_sum += velocity.ln();
-            let through = hits::impact(&hits::shot(&scene, velocity, hit), LONGEST)?.through;
+            let through = hits::goes_through(&hits::shot(&scene, velocity, hit), LONGEST)?;
             velocity *= if through { 1.0 / STRIDE } else { STRIDE };
         }
         times.push(wall.seconds());

@@ -1,0 +1,93 @@
+"""`python -m evidence`: the questions; `python -m evidence NAME`: the answer to one; `python -m evidence --quick`: to all of them."""
+
+import argparse
+import importlib
+import pathlib
+import sys
+import time
+
+# A question's name, which is that of its file; what it asks; how long its answer takes on two quiet cores, and that with --quick.
+QUESTIONS = {
+    "paper": ("every result of the paper, and the open question", "1 h", "3 min"),
+    "strips": ("strips of Kevlar 49 fabric pulled in the network", "30 min", "5 s"),
+    "edges": ("from which velocity on bars break at once under a flat face and a sphere", "10 s", "2 s"),
+    "stability": ("the map of time step and velocity, and the rows, of `fabric-study stability`", "2 s", "2 s"),
+    "bench": ("the goals beside what `cargo xtask bench` has measured", "2 s", "2 s"),
+    "run": ("the pictures of a run: the folder that `fabric-study run` has written", "5 s", "5 s"),
+    "friction": ("what friction on the projectile does to energy and ballistic limit", "6 min", "3 min"),
+    "plies": ("many thin plies against a thick one, gaps, turned plies", "3 min", "2 min"),
+    "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
+    "pointwise": ("how far runs that differ by rounding stay together before the first failure", "20 s", "5 s"),
+    "quarter": ("a quarter with mirror planes against the whole sheet", "5 s", "5 s"),
+    "impact": ("error of whole impacts over their cost: steps, integrators, networks", "2 h", "30 s"),
+    "number": ("how many runs a mean needs", "1 h", "10 s"),
+    "overshoot": ("strain behind a sudden front, and the velocity that breaks a strip, with viscosity", "2 min", "20 s"),
+    "viscosity": ("what viscosity does to whole impacts", "5 min", "30 s"),
+    "grading": ("graded networks against the whole fabric", "20 min", "20 s"),
+    "coupling": ("schemes for a projectile that its host moves", "10 min", "20 s"),
+    "validation": ("the six questions below together, with the table of their verdicts", "20 min", "20 s"),
+    "yarn": ("one yarn hit across: strain, waves, critical velocity", "2 min", "5 s"),
+    "strength": ("Kevlar 49 yarn at six gauge lengths", "10 s", "2 s"),
+    "rate": ("Kevlar 49 fabric at three rates of strain", "2 s", "2 s"),
+    "cone": ("the pyramid of a sheet hit at a point", "1 min", "5 s"),
+    "spacing": ("convergence of energy and ballistic limit in the spacing", "3 min", "10 s"),
+    "packs": ("ballistic limit of packs, on Cunniff's axes and as measured", "15 min", "5 s"),
+}
+
+
+# What is read in another folder, and must be there.
+READS = {"stability": "stability.csv", "bench": "bench.json", "run": "summary.json"}
+
+
+def listed():
+    lines = [f"  {name:<11} {what:<84} {full:>6} {quick:>7}" for name, (what, full, quick) in QUESTIONS.items()]
+    return "\n".join([f"  {'question':<11} {'':<84} {'takes':>6} {'--quick':>7}", *lines])
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        prog="python -m evidence", description="The evidence of the documents. Times are those of two quiet cores.", epilog=listed(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("question", nargs="?", choices=list(QUESTIONS), metavar="QUESTION", help="the one to answer")
+    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="what stability, bench and run read [default: target/study/QUESTION]")
+    effort = parser.add_mutually_exclusive_group()
+    effort.add_argument("--quick", action="store_const", const="quick", dest="effort", help="fewer points and runs; without a question all are answered")
+    effort.add_argument("--smoke", action="store_const", const="smoke", dest="effort", help="the least that runs every line: a check, not a result")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("target/evidence"), help="folder of the numbers [default: %(default)s]")
+    parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="also write tables and pictures into this folder of documents")
+    parser.add_argument("--on", metavar="ADDRESS", help="a Dask scheduler whose workers have this clone and the same build of the package")
+    parser.add_argument("--anew", action="store_true", help="forget the runs that are kept")
+    given = parser.parse_args()
+    if not given.question and not given.effort:
+        print(listed())
+        return
+    try:
+        from . import comparison, study, validation
+    except ModuleNotFoundError as error:
+        sys.exit(f"error: {error}: `python -m pip install ./python` installs what is needed")
+    sound = True
+    parts = validation.PARTS  # They are answered together.
+    for name in [given.question] if given.question else [name for name in QUESTIONS if name not in parts]:
+        start = time.monotonic()
+        asked = study.Study(name, given.effort or study.FULL, given.out, given.docs, given.on, given.folder)
+        if name in READS and not (asked.source / READS[name]).exists():
+            print(f"{name}: there is no {asked.source / READS[name]}; `fabric-study {name}` writes it")
+            sound &= not given.question
+            continue
+        if name not in READS and not study.fabric_kernel:
+            sys.exit("error: `python -m pip install ./python` installs the package that runs the kernel")
+        if given.anew:
+            asked.kept.unlink(missing_ok=True)
+        question = importlib.import_module(f"evidence.{name}")
+        # False: something is not as it must be.
+        try:
+            sound &= (question.answer(asked) if hasattr(question, "answer") else comparison.alone(asked, question)) is not False
+        except KeyboardInterrupt:
+            sys.exit("stopped: the same command goes on from here")
+        print(f"{name}: {time.monotonic() - start:.0f} s; written: {asked.folder}", flush=True)
+    sys.exit(0 if sound else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""Graded networks against the whole fabric: whole impacts until the body is arrested or has exited, at corners also detached.
+
+On the 3 in sheet runs differ by the seed of drawn yarn, the same seeds for every network; on the 10 in preset by 1e-12 in the impact velocity. The
+error of a network is that of its mean against the mean of the fabric. "Open" is what the runs leave open of it, two standard errors: of the
+differences of equal seeds, or of both means. The chaos floor is the deviation of the fabric's own runs.
+"""
+
+import math
+
+from fabric_kernel import Scene, Simulation
+
+from . import page
+from .hits import spacings
+from .impact import ROUNDING, node_steps
+from .statistics import deviation, mean
+from .study import FULL, SMOKE, clock
+from .viscosity import sphere
+
+# Time after which a run is given up, s.
+LONGEST = 4e-3
+# Networks: the fabric; as the kernel chooses it for an error; (half-width of the fine part in spacings, most yarns of a bar, bars of each size).
+FABRIC = "fabric"
+SMALL = (FABRIC, 0.01, 0.03, (20.0, 2, 4), (20.0, 4, 4))
+LARGE = (FABRIC, 0.01, 0.03, (40.0, 8, 4), (40.0, 2, 4))
+
+
+def network_name(network):
+    if network == FABRIC:
+        return network
+    return f"automatic, {100 * network:g} %" if isinstance(network, float) else "fine to {:g} h, up to {}, {} of each".format(*network)
+
+
+def with_network(scene, network):
+    if network == FABRIC:
+        return scene
+    if isinstance(network, float):
+        return scene.graded(network)
+    half, largest, run = network
+    return scene.replace({"sheet.grading": {"largest": largest, "run": run, "centre": [0, 0], "half_width": [half * h for h in spacings(scene)]}})
+
+
+def cases(effort):
+    """(name, scene, runs, whether they differ by the seed, networks)."""
+    on = lambda name, kind, energy, runs: (f"3 in, {name}, {energy} J", sphere(kind, energy, effort == SMOKE), runs, True, SMALL)
+    if effort == SMOKE:
+        return [on("four sides", "four_sides", 40, 2)]
+    runs = 20 if effort == FULL else 4
+    found = [on("four sides", "four_sides", energy, runs) for energy in (10, 40, 160)] + [on("two sides", "two_sides", 40, runs)]
+    if effort == FULL:
+        found += [on("two sides", "two_sides", energy, runs) for energy in (10, 160)] + [on("corners", "four_corners", 40, 10)]
+        found.append(("10 in preset", Scene("sheet_10in_cylinder"), 20, False, LARGE))
+    return found
+
+
+def measured(scene):
+    """Absorbed energy, J, velocity, m/s, force evaluations, seconds, and the nodes; None if it did not end in time."""
+    simulation = Simulation(scene, warns=False)
+    rows, columns = simulation.positions().shape[:2]
+    end = ["arrested", "exited"] + ["detached"] * (scene["attachment.kind"] == "four_corners")
+    steps, start = int(LONGEST / simulation.step_limits["dt"]), clock()
+    if simulation.run(end, steps) == steps:
+        return None
+    seconds = clock() - start
+    return [simulation.contact()["work"], simulation.projectile()["velocity"][2], node_steps(simulation), seconds, f"{columns} x {rows}"]
+
+
+def compared(own, reference, paired):
+    """Deviation of the runs, error against the reference and what is open of it, in % of the reference's mean."""
+    variance = lambda values: deviation(values) ** 2 / len(values)
+    spread = variance([a - b for a, b in zip(own, reference)]) if paired else variance(own) + variance(reference)
+    of = mean(reference)
+    return {": deviation %": 100 * deviation(own) / of, ": error %": 100 * (mean(own) / of - 1), ": open %": 100 * 2 * math.sqrt(spread) / of}
+
+
+def answer(study):
+    jobs, places = [], []
+    for case in cases(study.effort):
+        name, scene, runs, seeds, networks = case
+        for network in networks:
+            graded, velocity = with_network(scene, network), scene["projectile.velocity"][2]
+            for k in range(runs):
+                jobs.append(graded.replace({"seed": scene["seed"] + k} if seeds else {"projectile.velocity": [0, 0, velocity * (1 + k * ROUNDING)]}))
+            places.append((name, seeds, network, runs))
+    found, rows = iter(study.each(measured, jobs)), []
+    for name, seeds, network, runs in places:
+        own = [next(found) for _ in range(runs)]
+        fabric = own if network == FABRIC else fabric
+        # Runs that ended with every network.
+        pairs = [pair for pair in zip(own, fabric) if None not in pair]
+        columns, references = (list(zip(*side)) for side in zip(*pairs))
+        row = {"case": name, "network": network_name(network), "nodes": columns[4][0], "runs": len(pairs)}
+        for index, what, unit in ((0, "absorbed", "J"), (1, "velocity", "m/s")):
+            row |= {f"{what} {unit}": mean(columns[index])}
+            row |= {what + part: value for part, value in compared(columns[index], references[index], seeds).items()}
+        for index, what, gain in ((2, "node-steps", "times fewer"), (3, "CPU s", "times faster")):
+            row |= {what: mean(columns[index]), gain: mean(references[index]) / mean(columns[index])}
+        rows.append(row)
+    study.write("grading", rows)
+    with_open = lambda name: lambda row: f"{row[name + ': error %']:.2f} ± {row[name + ': open %']:.2f}"
+    columns = [*page.same(["case", "network", "nodes"], None), ("runs", "runs", 0)]
+    for what, unit in (("absorbed", "J"), ("velocity", "m/s")):
+        columns += [(f"{what} {unit}", f"{what} {unit}", 2), ("deviation %", f"{what}: deviation %", 2), ("error %", with_open(what), None)]
+    columns += [("node-steps", "node-steps", "e2"), *page.same(["times fewer", "times faster"], 1)]
+    study.table("accuracy_grading", "Graded networks against the whole fabric", page.table(rows, columns))

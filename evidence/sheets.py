@@ -1,0 +1,323 @@
+"""Sheets that `fabric-study` has kept (study/src/picture.rs has the format): pictures, and files for ParaView."""
+
+import base64
+
+import numpy
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from PIL import Image
+from scipy.spatial import ConvexHull
+
+from . import plot
+
+# Dark red for failed, over orange, to yellow for the first damage.
+DAMAGE = LinearSegmentedColormap.from_list("damage", ["#8c0014", "#f06e14", "#f5c83c"])
+YARN = "#5a6e8c"
+# From yarn without load, linen, to dark red: the colours of the web page.
+STRAIN = LinearSegmentedColormap.from_list("strain", ["#d6d3cb", "#f2cf5b", "#f28e2b", "#d1352b", "#6b0f2e"])
+STEEL = numpy.array([0.36, 0.47, 0.56])
+# Plies in turn, so that neighbours can be told apart.
+PLIES = ["#1f4e79", "#6fa8dc"]
+# The oblique view: turned by so much about z, seen from so far above the sheet, rad; the light comes from the left, above.
+TURN, ABOVE = 0.53, 0.52
+LIGHT = numpy.array([-0.55, -0.35, 0.76]) / numpy.linalg.norm([-0.55, -0.35, 0.76])
+# Meshes drawn along a side, at most: where all of several are whole they are drawn as one.
+MOST_MESHES = 130
+
+
+class Sheet:
+    """positions: m, one row a node, and velocities likewise; segments: the two nodes of each; stretch, and alpha, 0 only where it
+    has failed, of each. ply: of a stack."""
+
+    def __init__(self, folder, about, ply=0):
+        data = (folder / about["file"]).read_bytes()
+        nx, ny = about["nodes"]
+        self.about, self.nodes = about, (nx, ny)
+        head = numpy.frombuffer(data, "<f8", 8)
+        self.time, self.centre = float(head[0]), head[1:4]
+        # A mirrored line has one segment more, to an image, which is not drawn.
+        along_x, along_y = nx - 1 + about["mirrored"][0], ny - 1 + about["mirrored"][1]
+        plies, nodes, count = about["plies"], nx * ny, along_x * ny + along_y * nx
+        singles = numpy.frombuffer(data, "<f4", plies * (6 * nodes + count), 64).astype(float)
+        self.positions, self.velocities = singles[: plies * 6 * nodes].reshape(2, plies, nodes, 3)[:, ply]
+        damage = numpy.frombuffer(data, "u1", plies * count, len(data) - plies * count) / 255.0
+        node = numpy.arange(nx * ny).reshape(ny, nx)
+        pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:])]
+        self.segments = numpy.concatenate([numpy.stack([a.ravel(), b.ravel()], 1) for a, b in pairs])
+        of_ply = slice(count * ply, count * (ply + 1))
+        self.stretch = self.drawn(singles[plies * 6 * nodes :][of_ply], along_x, along_y)
+        self.alpha = self.drawn(damage[of_ply], along_x, along_y)
+        self.outline = [numpy.array(line) for line in about["outline"]]
+
+    def drawn(self, values, along_x, along_y):
+        """Of a number for each segment those that are drawn."""
+        nx, ny = self.nodes
+        across, along = values[: along_x * ny].reshape(ny, along_x), values[along_x * ny :].reshape(along_y, nx)
+        return numpy.concatenate([across[:, : nx - 1].ravel(), along[: ny - 1].ravel()])
+
+    def failed(self):
+        return int((self.alpha == 0).sum())
+
+    def deflection(self):
+        """Largest deflection of a node that is still near the sheet's body, m: debris may be anywhere."""
+        depths = numpy.sort(numpy.abs(self.positions[:, 2]))
+        return float(depths[len(depths) - 1 - len(depths) // 500])
+
+    def lines(self, points, chosen):
+        return points[self.segments[chosen]]
+
+    def draw_oblique(self, axis, meshes=0.88):
+        """The sheet as a lit surface, coloured by strain, with the torn yarns at its holes, and the projectile, dashed where it is
+        hidden; z is up. meshes: how bright the lines between meshes are."""
+        faces, colours, depths = [], [], []
+        for corners, colour in [*self.cloth(), self.body()]:
+            normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
+            normals /= numpy.maximum(numpy.linalg.norm(normals, axis=1), 1e-30)[:, None]
+            # Cloth has two sides, the body one.
+            towards = numpy.abs(normals @ LIGHT) if len(corners[0]) == 4 else numpy.maximum(normals @ LIGHT * outward(corners, normals, self.centre), 0)
+            light = 0.62 + 0.5 * towards
+            screen = oblique(corners)
+            faces.extend(screen[..., :2])
+            colours.append(numpy.clip(light[:, None] * colour, 0, 1))
+            # The body lies behind the cloth that touches it, although its faces are of another size.
+            mesh = 2e3 * self.about["half_size_m"][0] / min(max(self.nodes), MOST_MESHES)
+            depths.append(screen[..., 2].mean(1) + (0 if len(corners[0]) == 4 else 1.5 * mesh))
+        order = numpy.argsort(-numpy.concatenate(depths), kind="stable")
+        colours = numpy.concatenate(colours)[order]
+        axis.add_collection(PolyCollection([faces[k] for k in order], facecolors=colours, edgecolors=meshes * colours, linewidths=0.3, rasterized=True))
+        # Yarns at the edge of a hole, and loose ones, which no whole mesh has drawn.
+        loose = (self.alpha > 0) & ~self.covered()
+        lines = oblique(self.positions)[:, :2][self.segments[loose]]
+        axis.add_collection(LineCollection(lines, colors=0.6 * STRAIN(self.strain(loose))[:, :3], linewidths=0.7, rasterized=True))
+        silhouette = oblique(self.body()[0].reshape(-1, 3))[:, :2]
+        silhouette = silhouette[ConvexHull(silhouette).vertices]
+        axis.fill(*silhouette.T, fill=False, edgecolor="#1c2f40", linewidth=0.8, linestyle=(0, (3, 3)), alpha=0.7)
+        half = [0.5 * side for side in numpy.ptp(oblique(self.corners())[:, :2], axis=0)]
+        low, high = -half[1], max(half[1], *(oblique(line)[:, 1].max() for line in self.outline))
+        axis.set(xlim=(-1.03 * half[0], 1.03 * half[0]), ylim=(1.03 * low, 1.03 * min(high, 2.2 * half[1])), aspect="equal")
+        axis.set_axis_off()
+
+    def corners(self):
+        """Corners of the sheet at rest, m; with its mirror images."""
+        x, y = self.about["half_size_m"]
+        return numpy.array([[i * x, j * y, 0.0] for i in (-1, 1) for j in (-1, 1)])
+
+    def strain(self, chosen):
+        """Strain of some segments over that at which the yarn begins to fail."""
+        return (self.stretch[chosen] - 1) / self.about["critical_strain"]
+
+    def whole(self):
+        """Whether all four segments of each mesh are alive."""
+        nx, ny = self.nodes
+        across, along = (self.alpha[: (nx - 1) * ny] > 0).reshape(ny, nx - 1), (self.alpha[(nx - 1) * ny :] > 0).reshape(ny - 1, nx)
+        return across[:-1] & across[1:] & along[:, :-1] & along[:, 1:]
+
+    def covered(self):
+        """Whether a whole mesh is beside each segment."""
+        whole = numpy.pad(self.whole(), 1)
+        across, along = whole[:-1, 1:-1] | whole[1:, 1:-1], whole[1:-1, :-1] | whole[1:-1, 1:]
+        return numpy.concatenate([across.ravel(), along.ravel()])
+
+    def cloth(self):
+        """Corners of the whole meshes, m, with their colours: those that are drawn one by one, and those that are drawn together."""
+        (nx, ny), whole = self.nodes, self.whole()
+        node = self.positions.reshape(ny, nx, 3)
+        strain = numpy.zeros(nx * ny)
+        for side in (0, 1):
+            numpy.maximum.at(strain, self.segments[self.alpha > 0, side], self.strain(self.alpha > 0))
+        strain = strain.reshape(ny, nx)
+        step = -(-max(self.nodes) // MOST_MESHES)
+        rows, columns = (ny - 1) // step, (nx - 1) // step
+        blocks = whole[: rows * step, : columns * step].reshape(rows, step, columns, step).all((1, 3))
+        single = whole.copy()
+        single[: rows * step, : columns * step] &= ~blocks.repeat(step, 0).repeat(step, 1)
+        for chosen, stride in ((single, 1), (blocks, step)) if step > 1 else ((whole, 1),):
+            j, i = stride * numpy.array(numpy.nonzero(chosen))
+            ends = [(j, i), (j, i + stride), (j + stride, i + stride), (j + stride, i)]
+            if len(j):
+                yield numpy.stack([node[end] for end in ends], 1), STRAIN(numpy.mean([strain[end] for end in ends], 0))[:, :3]
+
+    def body(self):
+        """Faces of the projectile, the hull of its lines, or of points all over a sphere; m, with their colours. It is drawn a little
+        smaller than it is: between the nodes that touch it the cloth is drawn straight, and would lie within it."""
+        points = numpy.concatenate(self.outline)
+        if self.about["sphere_m"] > 0:
+            k = numpy.arange(900) + 0.5
+            z, turn = 1 - 2 * k / 900, numpy.pi * (1 + 5**0.5) * k
+            points = self.centre + self.about["sphere_m"] * numpy.stack([numpy.sqrt(1 - z * z) * numpy.cos(turn), numpy.sqrt(1 - z * z) * numpy.sin(turn), z], 1)
+        faces = self.centre + 0.98 * (points[ConvexHull(points).simplices] - self.centre)
+        return faces, numpy.broadcast_to(STEEL, (len(faces), 3))
+
+    def section(self):
+        """The yarn along x that is nearest to the middle: its segments as lines in x and z, mm, and their damage."""
+        nx, ny = self.nodes
+        first = (ny // 2) * (nx - 1)
+        chosen = slice(first, first + nx - 1)
+        return 1e3 * self.positions[:, [0, 2]][self.segments[chosen]], self.alpha[chosen]
+
+    def draw_damage(self, axis):
+        """Damage on the undeformed grid, seen along the line of flight; held nodes in grey."""
+        nx, ny = self.nodes
+        node = numpy.arange(nx * ny)
+        grid = numpy.stack([node % nx, node // nx], 1).astype(float)
+        axis.plot([0, nx - 1, nx - 1, 0, 0], [0, 0, ny - 1, ny - 1, 0], color="#bbbbbb", linewidth=0.8)
+        held = [[(start - 0.4, row), (end - 0.6, row)] for row, start, end in self.about["held"]]
+        axis.add_collection(LineCollection(held, colors="#787878", linewidths=1.0))
+        for chosen in ((self.alpha < 1) & (self.alpha > 0), self.alpha == 0):
+            lines = LineCollection(self.lines(grid, chosen), colors=DAMAGE(self.alpha[chosen]), linewidths=1.3, rasterized=True)
+            axis.add_collection(lines)
+        for name, alpha in [("slightly damaged", 0.95), ("half", 0.5), ("failed", 0.0)]:
+            axis.plot([], [], color=DAMAGE(alpha), linewidth=2.5, label=name)
+        side = max(nx, ny)
+        axis.set(xlim=(-0.02 * side, 1.02 * side - 1), ylim=(-0.02 * side, 1.02 * side - 1), aspect="equal")
+
+    def vtk(self, path):
+        """The sheet as VTK PolyData; failed segments are kept (hide them with a threshold on alpha)."""
+        offsets = 2 * numpy.arange(1, len(self.segments) + 1)
+        cells = {"alpha": self.alpha, "damage": 1 - self.alpha, "stretch": self.stretch}
+        poly_data(path, self.positions, self.segments.ravel(), offsets, cells, {"velocity": self.velocities})
+
+    def vtk_of_body(self, path):
+        """The projectile's outline likewise."""
+        points = numpy.concatenate(self.outline)
+        poly_data(path, points, numpy.arange(len(points)), numpy.cumsum([len(line) for line in self.outline]), {})
+
+
+def outward(corners, normals, centre):
+    """1 where a normal points away from the centre, else -1."""
+    return numpy.sign(((corners[:, 0] - centre) * normals).sum(1))
+
+
+def oblique(points):
+    """On the screen, mm: to the right, upward, and away from the eye."""
+    x, y, z = numpy.moveaxis(1e3 * points, -1, 0)
+    right, away = numpy.cos(TURN) * x + numpy.sin(TURN) * y, numpy.cos(TURN) * y - numpy.sin(TURN) * x
+    return numpy.stack([right, numpy.sin(ABOVE) * away + numpy.cos(ABOVE) * z, numpy.cos(ABOVE) * away - numpy.sin(ABOVE) * z], -1)
+
+
+def poly_data(path, points, connectivity, offsets, cell_data, point_data={}):
+    """Reference: VTK file formats, XML, inline binary data (a count of bytes and the little-endian data, in base64)."""
+
+    def array(name, values, components=1):
+        kind, values = ("Float32", "<f4") if numpy.asarray(values).dtype.kind == "f" else ("Int32", "<i4"), numpy.asarray(values)
+        data = values.astype(kind[1]).tobytes()
+        text = base64.b64encode(numpy.uint32(len(data)).tobytes() + data).decode()
+        return f'<DataArray type="{kind[0]}" Name="{name}" NumberOfComponents="{components}" format="binary">{text}</DataArray>\n'
+
+    cells = "".join(array(name, values) for name, values in cell_data.items())
+    nodes = "".join(array(name, values, 3) for name, values in point_data.items())
+    path.write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt32">\n<PolyData>'
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfLines="{len(offsets)}">\n<PointData>{nodes}</PointData>\n<CellData>{cells}</CellData>\n'
+        f'<Points>{array("Points", points, 3)}</Points>\n<Lines>{array("connectivity", connectivity)}{array("offsets", offsets)}</Lines>\n'
+        "</Piece></PolyData></VTKFile>\n"
+    )
+
+
+def vtk_series(folder, frames):
+    """vtk/run.pvd lists at each time the projectile and the sheet, of a stack every ply."""
+    out = folder / "vtk"
+    out.mkdir(exist_ok=True)
+    lines = []
+    for number, about in enumerate(frames):
+        plies = [Sheet(folder, about, ply) for ply in range(about["plies"])]
+        names = [f"projectile_{number:04}.vtp", *(f"sheet_{number:04}_{ply}.vtp" for ply in range(len(plies)))]
+        plies[0].vtk_of_body(out / names[0])
+        for sheet, name in zip(plies, names[1:]):
+            sheet.vtk(out / name)
+        lines += [f'<DataSet timestep="{plies[0].time}" part="{part}" file="{name}"/>' for part, name in enumerate(names)]
+    text = "\n".join(lines)
+    (out / "run.pvd").write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0"><Collection>\n{text}\n</Collection></VTKFile>\n')
+    print(f"written: {out / 'run.pvd'}")
+
+
+def bar(figure, axis, sheet, label="strain (%), up to where the yarn begins to fail"):
+    """What the colours of the oblique view mean."""
+    percent = Normalize(0, 100 * sheet.about["critical_strain"])
+    figure.colorbar(ScalarMappable(percent, STRAIN), ax=axis, shrink=0.6, aspect=24, pad=0.02, label=label).outline.set_visible(False)
+
+
+def picture(sheet, path, title):
+    """One large picture of the sheet."""
+    figure, axis = plot.new(10.5, 7.2)
+    sheet.draw_oblique(axis)
+    bar(figure, axis, sheet)
+    axis.set_title(title)
+    plot.save(figure, path)
+
+
+def damage_map(sheet, path, title):
+    """Damage on the grid of nodes: the part where there is any, at least a third of the sheet."""
+    figure, axis = plot.new(7.2, 7.2)
+    sheet.draw_damage(axis)
+    axis.set(title=title)
+    damaged = sheet.segments[sheet.alpha < 1].ravel()
+    if len(damaged):
+        places = numpy.stack([damaged % sheet.nodes[0], damaged // sheet.nodes[0]], 1)
+        middle, half = 0.5 * (places.max(0) + places.min(0)), 0.55 * max(*numpy.ptp(places, axis=0), max(sheet.nodes) / 3)
+        axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
+    axis.legend(loc="upper right", frameon=True, fontsize=8)
+    axis.grid(False)
+    plot.save(figure, path)
+
+
+# Most pictures of a movie.
+MOST_PICTURES = 48
+
+
+def movie_colours():
+    """The colours that all pictures of a movie share: cloth and body in more and less light, and greys."""
+    cloth = [light * numpy.array(STRAIN(k / 27)[:3]) for k in range(28) for light in (0.7, 0.8, 0.87, 0.93, 0.98, 1.02, 1.08)]
+    body = [light * STEEL for light in numpy.linspace(0.5, 1.3, 10)]
+    return numpy.clip([*cloth, *body, *([k / 15] * 3 for k in range(16))], 0, 1)
+
+
+def movie(folder, frames, path, seconds=6.0):
+    """The oblique view over time, as an animated GIF."""
+    chosen = [frames[k] for k in numpy.unique(numpy.linspace(0, len(frames) - 1, MOST_PICTURES).round().astype(int))]
+    axis = plot.new()[1]
+    Sheet(folder, frames[-1]).draw_oblique(axis)
+    (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
+    plot.matplotlib.pyplot.close(axis.figure)
+    images = []
+    for about in chosen:
+        sheet = Sheet(folder, about)
+        # As much room in every picture as the last one needs.
+        figure, axis = plot.new(6.4, 5.2 * (high - low) / (right - left) + 0.5)
+        sheet.draw_oblique(axis, meshes=1.0)
+        axis.set(xlim=(left, right), ylim=(low, high))
+        bar(figure, axis, sheet, "strain (%)")
+        figure.suptitle(f"{1e6 * sheet.time:.0f} µs, {sheet.failed()} failed segments", fontsize=10)
+        figure.set_dpi(100)
+        figure.canvas.draw()
+        images.append(Image.fromarray(numpy.asarray(figure.canvas.buffer_rgba())[..., :3].copy()))
+        plot.matplotlib.pyplot.close(figure)
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([int(255 * part) for colour in movie_colours() for part in colour])
+    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    pause = max(40, round(1e3 * seconds / len(images) / 10) * 10)
+    images[0].save(path, save_all=True, append_images=images[1:], duration=[pause] * (len(images) - 1) + [1500], loop=0, optimize=True)
+    print(f"written: {path}, {path.stat().st_size / 1e6:.2f} MB")
+
+
+def picture_of_stack(sheets, path, title):
+    """Of separate plies a section along x through the middle, and how many segments failed in each."""
+    figure, (left, right) = plot.new(12.6, 6.4, 2)
+    for number, sheet in enumerate(sheets):
+        lines, alpha = sheet.section()
+        live, damaged = alpha > 0, (alpha > 0) & (alpha < 1)
+        left.add_collection(LineCollection(lines[live], colors=PLIES[number % len(PLIES)], linewidths=0.6))
+        left.add_collection(LineCollection(lines[damaged], colors=DAMAGE(alpha[damaged]), linewidths=1.4))
+    for line in sheets[0].outline:
+        left.plot(1e3 * line[:, 0], 1e3 * line[:, 2], color="black", linewidth=0.9)
+    half = 1e3 * sheets[0].about["half_size_m"][0]
+    ends = [1e3 * sheet.deflection() for sheet in sheets] + [1e3 * line[:, 2].max() for line in sheets[0].outline]
+    low = min(0.0, *(1e3 * line[:, 2].min() for line in sheets[0].outline))
+    left.set(xlim=(-half, half), ylim=(low - 1, max(ends) + 1), aspect="equal", xlabel="x (mm)", ylabel="z, along the line of flight (mm)")
+    left.set(title="section: the middle yarn of each ply")
+    right.barh(range(1, len(sheets) + 1), [sheet.failed() for sheet in sheets], color=YARN, height=0.8)
+    right.set(xlabel="failed segments", ylabel="ply, from the side that is hit", title="failed segments of each ply")
+    left.grid(False)
+    figure.suptitle(title)
+    plot.save(figure, path)
