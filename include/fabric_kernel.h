@@ -27,7 +27,7 @@
  * and with subnormal numbers, whatever the host has set, and puts the host's floating-point environment back: the bits do not
  * depend on it. On other processors, such as RISC-V, the host must leave it at that.
  *
- * Units are SI; vectors are in the host's frame unless said otherwise; quaternions are scalar first. M1 to M15 are the equations
+ * Units are SI; vectors are in the host's frame unless said otherwise; quaternions are scalar first. M1 to M22 are the equations
  * of docs/model.md. docs/embedding.md shows how to size memory, meet a deadline, drive the projectile and use several sheets.
  */
 

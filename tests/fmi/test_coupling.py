@@ -1,4 +1,4 @@
-"""The examples of examples/coupling, the table in docs/coupling.md, and what drive prescribed owes its host."""
+"""The examples of examples/coupling, the table in docs/fmi.md, and what drive prescribed owes its host."""
 
 import math
 import pathlib
@@ -20,9 +20,9 @@ class Rollback(unittest.TestCase):
         """The rows of the largest step, which take the least time."""
         printed = rollback.markdown(rollback.table(ARCHIVE, [1e-5])).splitlines()[2:]
         self.assertEqual(len(printed), 3)
-        page = (TOP / "docs" / "coupling.md").read_text(encoding="utf-8").splitlines()
+        page = (TOP / "docs" / "fmi.md").read_text(encoding="utf-8").splitlines()
         for row in printed:
-            self.assertIn(row, page, "run examples/coupling/rollback.py and put its table into docs/coupling.md")
+            self.assertIn(row, page, "run examples/coupling/rollback.py and put its table into docs/fmi.md")
 
     def test_a_repeated_pass_with_the_same_guess_changes_nothing(self):
         def twice(shield, body, t, h, memory):

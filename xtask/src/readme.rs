@@ -1,24 +1,20 @@
-//! Runs the C, C++ and Python examples of the README and the C++ program of docs/embedding.md as a reader would. (The Rust
+//! Runs the C and Python examples of the README and the C++ program of docs/embedding.md as a reader would. (The Rust
 //! example is a doctest of `fabric-tests`.)
 
 use crate::chosts::prefix;
 use crate::tools::{Outcome, emptied, output, python, read, run as command, target, top, write};
 use std::path::Path;
 
-/// Compiles and runs the C and C++ blocks, goes through docs/embedding.md, runs the Python block. Needs the installed library.
+/// Compiles and runs the C block, goes through docs/embedding.md, runs the Python block. Needs the installed library.
 pub fn run() -> Outcome {
     let text = read(top().join("README.md"))?;
     let folder = emptied(target().join("readme"))?;
     let library = prefix().join("lib/libfabric_kernel.a").to_string_lossy().into_owned();
     let include = format!("-I{}", prefix().join("include").display());
-    for (compiler, standard, language) in [("cc", "-std=c99", "c"), ("c++", "-std=c++17", "cpp")] {
-        let source = save(&text, language, &folder.join(format!("example.{language}")))?;
-        let program = folder.join(format!("example-{language}"));
-        let shown = program.to_string_lossy();
-        let flags = ["-Wall", "-Wextra", "-Werror", &include, &source, &library, "-o", &shown];
-        command(compiler, &[&[standard], &flags[..]].concat())?;
-        command(&program, &[])?;
-    }
+    let (source, program) = (save(&text, "c", &folder.join("example.c"))?, folder.join("example"));
+    let shown = program.to_string_lossy();
+    command("cc", &["-std=c99", "-Wall", "-Wextra", "-Werror", &include, &source, &library, "-o", &shown])?;
+    command(&program, &[])?;
     embedding()?;
     command(python()?, &[&save(&text, "python", &folder.join("example.py"))?])
 }

@@ -3,7 +3,7 @@
 //! Method: the expressions of [`System::segment`], and so its bits. One by one are looked at those next to a mirror plane, in the coarse part
 //! of a graded network, and in a lane group that holds a broken one.
 //! Limits: where there is no segment the stiffness is 0, as of a broken one.
-//! Reference: docs/model.md, "The sweep".
+//! Reference: docs/model.md, "The step".
 
 use crate::ground::lanes::{Job, Lane};
 use crate::ground::math;
