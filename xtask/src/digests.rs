@@ -16,8 +16,8 @@ pub struct Options {
     /// Run only these (comma-separated names of the table); one that cannot run is then an error.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub targets: Vec<String>,
-    /// Leave out those of --targets that cannot run here, and say why.
-    #[arg(long)]
+    /// Leave out those of --targets that cannot run here, and say why: for `cargo xtask test`.
+    #[arg(skip)]
     pub only_available: bool,
 }
 

@@ -7,20 +7,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Options of `cargo xtask wheel`.
-#[derive(clap::Args)]
-pub struct Options {
-    /// Only for the platform that this runs on.
-    #[arg(long)]
-    host: bool,
-}
-
 /// Builds the wheels into target/wheels.
-pub fn run(options: &Options) -> Outcome {
+pub fn run() -> Outcome {
     let folder = emptied(target().join("wheels"))?;
     build(&folder, None)?;
     let other = |target: &&Target| target.wheel && !target.triple.starts_with(std::env::consts::ARCH);
-    for target in TARGETS.iter().filter(other).filter(|_| !options.host) {
+    for target in TARGETS.iter().filter(other) {
         match target.compiler.found().and_then(|_| compiler_for(target.triple)) {
             Ok(_) => build(&folder, Some(target))?,
             Err(reason) => println!("  {}: skipped, {reason}", target.triple),
