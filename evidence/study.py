@@ -19,6 +19,7 @@ from . import page
 try:
     import fabric_kernel
     from fabric_kernel import Scene, ensembles
+    from fabric_kernel.about import scene_hash
 except ModuleNotFoundError:
     fabric_kernel = None  # What draws the numbers of `fabric-study` needs no runs.
 
@@ -35,11 +36,6 @@ def machine():
     except OSError:
         names = []
     return f"{names[0] if names else platform.machine()} ({os.cpu_count()} cores)"
-
-
-def hashed(scene):
-    """The start of the SHA-256 of a scene's parameters, as reports of fabric_kernel have it."""
-    return hashlib.sha256(json.dumps(scene.values(), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def key_of(work, job):
@@ -77,7 +73,7 @@ class Study:
         """What `work` gives for each job, in their order; those that take long go first."""
         keys = [key_of(work, job) for job in jobs]
         for job in jobs:
-            self.scenes |= {hashed(scene): None for scene in scenes_in(job)}
+            self.scenes |= {scene_hash(scene): None for scene in scenes_in(job)}
         if not sys.stderr.isatty():
             print(f"{name or self.name}: {len(set(keys))} jobs ...", file=sys.stderr, flush=True)
         done = ensembles.each(work, dict(zip(keys, jobs)), keep=self.kept, on=self.on, name=name or self.name)

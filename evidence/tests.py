@@ -37,7 +37,7 @@ class Studies(unittest.TestCase):
             asked.write("numbers", [{"a": 1.5, "b": math.nan}])
             self.assertEqual((asked.folder / "numbers.csv").read_text().split(), ["a,b", "1.5,"])
             origin = json.loads((asked.folder / "numbers.json").read_text())
-            self.assertEqual((origin["command"], origin["scenes"]), ("python -m evidence friction --quick", [study.hashed(scene)]))
+            self.assertEqual((origin["command"], origin["scenes"]), ("python -m evidence friction --quick", [study.scene_hash(scene)]))
             self.assertFalse(study.Study("friction", study.SMOKE, pathlib.Path(folder)).kept.exists())
 
 

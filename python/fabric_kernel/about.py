@@ -26,6 +26,11 @@ def scene_named(name: str) -> tuple[Scene, str]:
     return scene, (fabric.get("name") or "its own") if fabric else str(file["preset"])
 
 
+def scene_hash(scene: Scene) -> str:
+    """The start of the SHA-256 of a scene's parameters."""
+    return hashlib.sha256(json.dumps(scene.values(), sort_keys=True).encode()).hexdigest()[:16]
+
+
 def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
     """Sheet, projectile, version and caveat, a sentence each."""
     value = scene.values()
@@ -50,12 +55,11 @@ def described(scene: Scene, fabric: str = "") -> tuple[str, ...]:
         body.append(f"outer radius {1e3 * value['projectile.sector.outer_radius']:.4g} mm")
     body.append(f"friction {value['contact.friction']:g}")
     name = f"{fabric}, " if fabric else ""
-    hashed = hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
     nodes = " x ".join(str(count) for count, _ in sizes)
     return (
         f"Sheet: {name}{plies}, {nodes} nodes, {size} mm, held: {value['attachment.kind'].replace('_', ' ')}; yarn: {yarn}, viscosity {viscosity}.",
         f"Projectile: {', '.join(body)}.",
-        f"fabric_kernel {VERSION}, scene {hashed} (the start of the SHA-256 of its parameters).",
+        f"fabric_kernel {VERSION}, scene {scene_hash(scene)} (the start of the SHA-256 of its parameters).",
         CAVEAT,
     )
 

@@ -27,7 +27,7 @@ pub fn run() -> Outcome {
          Machine code of libfabric_kernel in its shipped profile, bytes, by {}, with nothing, with each feature alone, and with sets of them.\n\
          `paper`: the paper's sheets; `real`: real fabrics; `kernel/Cargo.toml` says what they hold.\n\
          Stack: what the deepest call needs, bytes, on x86-64.\n\
-         Memory: bytes a node of a sheet of 105 x 105 nodes that uses the feature alone, the paper's sheet for `paper` and without drawn yarn for `nothing`.\n\n\
+         Memory: bytes a node of a sheet of 105 x 105 nodes that uses the feature alone, the paper's sheet for `paper`, Kevlar KM2 S706 for `real`.\n\n\
          | features | x86-64 | Cortex-M7 | wasm32 | stack | memory | what it is |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | --- |\n{}",
         crate::tools::output("rustc", &["--version"])?.trim(),
@@ -77,7 +77,7 @@ fn bytes_a_node(name: &str) -> Option<usize> {
     let preset = Scene::sheet_3in_sphere();
     // Without drawn yarn, and with a step that is short enough for any.
     let mut plain = Scene { time_step: TimeStep::fraction(0.1), ..preset };
-    plain.yarn.stochastic = false;
+    (plain.yarn.stochastic, plain.track_detachment) = (false, false);
     let with = |choice: &Choice| {
         let mut scene = plain;
         choice.set(&mut scene);
@@ -90,6 +90,8 @@ fn bytes_a_node(name: &str) -> Option<usize> {
     let scene = match name {
         "nothing" => plain,
         "paper" => preset,
+        "real" => fabric_scene::parse("preset = \"sheet_3in_sphere\"\n[fabric]\nname = \"kevlar_km2_s706\"").ok()?,
+        "detachment" => Scene { track_detachment: true, ..plain },
         _ => GROUPS.iter().copied().flatten().map(with).find(alone)?,
     };
     let layout = Layout::of(&scene).ok()?;

@@ -65,7 +65,7 @@ impl Layout {
         layout.in_blocks = layout.can_take_blocks()?;
         [layout.reals, layout.words] = Arrays::count(&layout)?;
         layout.image_words = layout.count_image()?;
-        // No block may exceed what a slice can hold.
+        // Neither memory nor image may exceed what a slice can hold.
         let lines = layout.reals.div_ceil(CacheLine::REALS).checked_add(layout.words.div_ceil(CacheLine::WORDS))?;
         for (count, bytes) in [(lines, size_of::<CacheLine>()), (layout.image_words, 8)] {
             if count.checked_mul(bytes)? > isize::MAX as usize {
@@ -83,7 +83,7 @@ pub(crate) fn check(memory: &[CacheLine], layout: &Layout) -> Result<(), Error> 
     if have < need { Err(Error::new(Code::ShortBuffer, "memory", have as f64, need as f64)) } else { Ok(()) }
 }
 
-/// The caller's memory, carved.
+/// The caller's memory, cut into arrays.
 pub(crate) struct Arrays<'a> {
     /// Rows of [ux uy uz vx vy vz kh kv].
     pub hot: &'a mut [Chunk<HOT_PLANES>],
@@ -109,7 +109,7 @@ pub(crate) struct Arrays<'a> {
     pub columns: &'a mut [Chunk<LINE_PLANES>],
     /// The same of a column of nodes.
     pub lines: &'a mut [Chunk<LINE_PLANES>],
-    /// Of a stack (`contact/joint.rs`), as all up to `slots`: velocities along z before the sweep.
+    /// Of a stack (`contact/joint.rs`), as all up to `links`: velocities along z before the sweep.
     pub before: &'a mut [[f64; CHUNK]],
     /// A column of facing nodes.
     pub column: &'a mut [[f64; COLUMN_REALS]],
@@ -199,7 +199,7 @@ impl<'a> Arrays<'a> {
         Some([reals.taken, words.taken])
     }
 
-    /// The list: of each block whether the scene needs it, and the factors of its length.
+    /// The list: of each array whether the scene needs it, and the factors of its length.
     #[inline(never)]
     fn cut(&mut self, reals: &mut Carver<'a, f64>, words: &mut Carver<'a, u32>, layout: &Layout) -> Option<()> {
         use Feature::{Detachment, Friction, Grading, Rate, Strength, Theta, Toe, Viscosity};

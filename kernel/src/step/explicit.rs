@@ -262,7 +262,6 @@ pub(crate) fn place_images_above(system: &mut System<'_>, end: usize) {
 }
 
 /// What a sweep needs of the dependence on the rate of strain.
-#[inline(never)]
 pub(crate) fn rates(system: &System<'_>) -> Rates {
     // Below it damage sees no strain beyond the critical one.
     let limit = |axis: Axis| system.rate_law(axis).limit(system.direction(axis, 0).critical);

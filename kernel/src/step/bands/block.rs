@@ -8,6 +8,7 @@
 //! Limits: those of a block. Where a cut lies close to the body's gap, that gap takes the place of the cut; a sheet of few rows has fewer bands away from
 //! the body.
 //! Reference: D. Wonnacott, Int. J. Parallel Programming 30 (2002) 181 (time skewing for parallel computers).
+#![deny(unsafe_code)]
 
 use crate::contact::search::Gathered;
 use crate::ground::error::Failure;
