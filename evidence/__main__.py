@@ -11,9 +11,9 @@ QUESTIONS = {
     "paper": ("every result of the paper, and the open question", "1 h", "3 min"),
     "strips": ("strips of Kevlar 49 fabric pulled in the network", "30 min", "5 s"),
     "edges": ("from which velocity on bars break at once under a flat face and a sphere", "10 s", "2 s"),
-    "stability": ("the map of time step and velocity, and the rows, of `fabric-study stability`", "2 s", "2 s"),
+    "stability": ("the map of time step and velocity, and the rows, of `fabric stability`", "2 s", "2 s"),
     "bench": ("the goals beside what `cargo xtask bench` has measured", "2 s", "2 s"),
-    "run": ("the pictures of a run: the folder that `fabric-study run` has written", "5 s", "5 s"),
+    "run": ("the pictures of a run: the folder that `fabric run` has written", "5 s", "5 s"),
     "friction": ("what friction on the projectile does to energy and ballistic limit", "6 min", "3 min"),
     "plies": ("many thin plies against a thick one, gaps, turned plies", "3 min", "2 min"),
     "smooth": ("error and order of both integrators in a smooth motion", "5 s", "5 s"),
@@ -72,7 +72,7 @@ def main():
         start = time.monotonic()
         asked = study.Study(name, given.effort or study.FULL, given.out, given.docs, given.on, given.folder)
         if name in READS and not (asked.source / READS[name]).exists():
-            print(f"{name}: there is no {asked.source / READS[name]}; `fabric-study {name}` writes it")
+            print(f"{name}: there is no {asked.source / READS[name]}; `fabric {name}` writes it")
             sound &= not given.question
             continue
         if name not in READS and not study.fabric_kernel:

@@ -1,4 +1,4 @@
-"""One run of a scene, of which `fabric-study run` has written the numbers: velocity, force and energies over time, and the sheet at the end; all is
+"""One run of a scene, of which `fabric run` has written the numbers: velocity, force and energies over time, and the sheet at the end; all is
 written into its folder."""
 
 import json

@@ -1,4 +1,4 @@
-"""The map of time step against impact velocity, and the table of extreme scenes, from what `fabric-study stability` has written."""
+"""The map of time step against impact velocity, and the table of extreme scenes, from what `fabric stability` has written."""
 
 import math
 
@@ -20,7 +20,7 @@ def answer(study):
     text = (in_words(cells) + "\n\n" if cells else "") + NOTES + f"\n\n{len(rows)} rows, {len(missed)} missed.\n"
     for theme in dict.fromkeys(row["theme"] for row in rows):
         text += f"\n## {theme}\n\n" + table([row for row in rows if row["theme"] == theme])
-    study.table("stability", "Extreme scenes, and what happened", text, "fabric-study stability` and `python -m evidence stability --docs docs")
+    study.table("stability", "Extreme scenes, and what happened", text, "fabric stability` and `python -m evidence stability --docs docs")
     if cells:
         draw(cells, study.folder / "map.svg")
         study.picture("map.svg", "stability_map.svg")

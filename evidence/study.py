@@ -21,7 +21,7 @@ try:
     from fabric_kernel import Scene, ensembles
     from fabric_kernel.about import scene_hash
 except ModuleNotFoundError:
-    fabric_kernel = None  # What draws the numbers of `fabric-study` needs no runs.
+    fabric_kernel = None  # What draws the numbers of `fabric` needs no runs.
 
 TOP = pathlib.Path(__file__).parent.parent
 FULL, QUICK, SMOKE = "full", "quick", "smoke"
@@ -50,7 +50,7 @@ def scenes_in(job):
 
 class Study:
     """One question under way. effort: FULL, QUICK or SMOKE; docs: the folder of documents that gets tables and pictures, or None; source: the folder
-    in which `fabric-study` has written numbers, for questions that read them."""
+    in which `fabric` has written numbers, for questions that read them."""
 
     def __init__(self, name, effort=FULL, out=TOP / "target/evidence", docs=None, on=None, source=None):
         self.source = source or TOP / "target/study" / name

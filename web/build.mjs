@@ -32,7 +32,7 @@ const data = {
   native: {},
 };
 
-/** The parameters of a scene file, as `fabric-study scene` prints them. */
+/** The parameters of a scene file, as `fabric scene` prints them. */
 function parameters(file) {
   const printed = execFileSync(study, ["scene", file], { encoding: "utf8" });
   let table = "";

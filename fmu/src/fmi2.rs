@@ -8,7 +8,7 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
+use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter};
 use crate::instance::{Early, Instance};
 use crate::kept::Phase;
 use crate::kept::Saved;
@@ -154,12 +154,6 @@ pub unsafe extern "C" fn fmi2GetBoolean(c: Handle, vr: Input<u32>, n: usize, mut
     })
 }
 
-/// There are no String variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(c: Handle, _vr: *const u32, n: usize, _values: *mut *const c_char) -> Status {
-    none_of_this_type(c, "fmi2GetString", Phase::READABLE_IN_2, n)
-}
-
 /// Sets Real variables.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: Input<u32>, n: usize, values: Input<f64>) -> Status {
@@ -183,12 +177,6 @@ pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: Input<u32>, n: usize, val
         let convert = |x: c_int| f64::from(u8::from(x != 0));
         calls::set(instance, Version::Two, Kind::Boolean, array(&vr, n), array(&values, n), convert)
     })
-}
-
-/// There are no String variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(c: Handle, _vr: *const u32, n: usize, _values: *const *const c_char) -> Status {
-    none_of_this_type(c, "fmi2SetString", Phase::SETTABLE, n)
 }
 
 /// Copies the state; a state given by the host is used again.
@@ -232,44 +220,6 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     calls::deserialize(c, bytes, size, state)
 }
 
-/// Not provided.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    c: Handle,
-    _unknown: *const u32,
-    _unknowns: usize,
-    _known: *const u32,
-    _knowns: usize,
-    _seed: *const f64,
-    _result: *mut f64,
-) -> Status {
-    unsupported(c, "fmi2GetDirectionalDerivative")
-}
-
-/// Not provided: the acceleration is an input variable.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: Handle,
-    _vr: *const u32,
-    _n: usize,
-    _order: *const c_int,
-    _values: *const f64,
-) -> Status {
-    unsupported(c, "fmi2SetRealInputDerivatives")
-}
-
-/// Not provided.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-    c: Handle,
-    _vr: *const u32,
-    _n: usize,
-    _order: *const c_int,
-    _values: *mut f64,
-) -> Status {
-    unsupported(c, "fmi2GetRealOutputDerivatives")
-}
-
 /// A communication step from t to t + h.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_before: c_int) -> Status {
@@ -278,12 +228,6 @@ pub unsafe extern "C" fn fmi2DoStep(c: Handle, t: f64, h: f64, _no_set_state_bef
         let end = instance.do_step(t, h, if stop { Early::ToStop } else { Early::No });
         if end.terminate { Status::Discard } else { end.status }
     })
-}
-
-/// Nothing runs in the background.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CancelStep(c: Handle) -> Status {
-    unsupported(c, "fmi2CancelStep")
 }
 
 /// Nothing is ever pending.
@@ -314,12 +258,6 @@ pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, mut value: Ou
     })
 }
 
-/// There is no such status.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetIntegerStatus(c: Handle, _kind: c_int, _value: *mut c_int) -> Status {
-    calls::no_status(c, "fmi2GetIntegerStatus")
-}
-
 /// Whether the last step ended the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value: Output<c_int>) -> Status {
@@ -332,10 +270,4 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, mut value:
         }
         Status::Ok
     })
-}
-
-/// There is no such status.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStringStatus(c: Handle, _kind: c_int, _value: *mut *const c_char) -> Status {
-    calls::no_status(c, "fmi2GetStringStatus")
 }

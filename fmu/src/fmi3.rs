@@ -9,7 +9,7 @@
 #![allow(non_snake_case)] // the standard's names
 #![allow(clippy::missing_safety_doc)] // said once, above
 
-use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter, none_of_this_type, unsupported};
+use crate::calls::{self, Handle, Text, Version, array, array_mut, create, enter};
 use crate::instance::{Early, Instance};
 use crate::kept::Phase;
 use crate::kept::Saved;
@@ -395,49 +395,4 @@ pub unsafe extern "C" fn fmi3DoStep(
         last_successful_time.put(instance.kept.time);
         end.status
     })
-}
-
-/// Types no variable has: reading or writing none is fine, any is not. The arguments after the count are of no interest, and
-/// under these calling conventions need not be declared.
-macro_rules! of_no_variable {
-    ($phases:expr; $($name:ident)*) => {$(
-        /// No variable has this type.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: Handle, _vr: *const u32, count: usize) -> Status {
-            none_of_this_type(instance, stringify!($name), $phases, count)
-        }
-    )*};
-}
-
-of_no_variable! { Phase::ANY;
-    fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetUInt32 fmi3GetUInt64
-    fmi3GetString fmi3GetBinary fmi3GetClock
-}
-
-of_no_variable! { Phase::SETTABLE;
-    fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetUInt32 fmi3SetUInt64
-    fmi3SetString fmi3SetBinary fmi3SetClock
-}
-
-/// Functions of other interface types and of optional features: refused and logged. They look at nothing but the
-/// instance, which under these calling conventions is all they need to declare.
-macro_rules! unsupported {
-    ($($name:ident)*) => {$(
-        /// Not provided.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: Handle) -> Status {
-            unsupported(instance, stringify!($name))
-        }
-    )*};
-}
-
-unsupported! {
-    fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies fmi3GetDirectionalDerivative fmi3GetAdjointDerivative
-    fmi3EnterConfigurationMode fmi3ExitConfigurationMode
-    fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal fmi3GetShiftFraction
-    fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction
-    fmi3EvaluateDiscreteStates fmi3EnterContinuousTimeMode fmi3CompletedIntegratorStep
-    fmi3SetTime fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators
-    fmi3GetContinuousStates fmi3GetNominalsOfContinuousStates fmi3GetNumberOfEventIndicators
-    fmi3GetNumberOfContinuousStates fmi3GetOutputDerivatives fmi3ActivateModelPartition
 }

@@ -15,6 +15,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod absent;
 pub mod calls;
 pub mod coupling;
 pub mod fmi2;

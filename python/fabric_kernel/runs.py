@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import pandas
 
 UNTIL = ("arrested", "exited", "passed")
-"""Outcomes that end a run, if nothing else is asked for: those of `fabric-study run`. With "detached" besides, a run ends when the
+"""Outcomes that end a run, if nothing else is asked for: those of `fabric run`. With "detached" besides, a run ends when the
 contact is with torn cloth only, which is quicker, but that cloth may still slow the projectile."""
 STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""

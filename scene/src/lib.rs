@@ -19,7 +19,7 @@
 //!
 //! `sheet.grading = "automatic"` chooses a graded network for an error of 1 %, once all other keys are read.
 //!
-//! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric-study scene PRESET`, which writes such a file.
+//! All keys with units, ranges and defaults: docs/tables/scene.md, or `fabric scene PRESET`, which writes such a file.
 //!
 //! A key that the scene does not read (`weibull_shape` without drawn strength) is refused if it changes the number. The table `[unread]`
 //! keeps such numbers, with their whole names.

@@ -1,4 +1,4 @@
-//! `fabric-study fabrics`: the named textiles.
+//! `fabric fabrics`: the named textiles.
 
 use crate::{Result, report, say};
 use fabric_scene::textile;
@@ -30,6 +30,6 @@ pub fn print(name: Option<&str>) -> Result<bool> {
         ]);
     }
     let heading = ["name", "g/m2", "spacing mm", "area mm2", "wave m/s", "U_c", "title"];
-    say::line(format_args!("{}\n\nsources: fabric-study fabrics NAME", report::table(&heading, &rows)));
+    say::line(format_args!("{}\n\nsources: fabric fabrics NAME", report::table(&heading, &rows)));
     Ok(true)
 }

@@ -27,7 +27,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Runs and studies of ballistic fabric under rigid-projectile impact.
 #[derive(Parser)]
-#[command(name = "fabric-study", version)]
+#[command(name = "fabric", version)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

@@ -3,11 +3,11 @@
 use std::io::pipe;
 use std::process::{Command, Output};
 
-/// Runs `fabric-study` with a pipe that nobody reads in place of the standard output.
+/// Runs `fabric` with a pipe that nobody reads in place of the standard output.
 fn unread(arguments: &[&str]) -> Output {
     let (reader, writer) = pipe().unwrap();
     drop(reader);
-    Command::new(env!("CARGO_BIN_EXE_fabric-study")).args(arguments).stdout(writer).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_fabric")).args(arguments).stdout(writer).output().unwrap()
 }
 
 #[test]
@@ -24,4 +24,11 @@ fn a_reader_that_has_gone_is_no_panic() {
     }
     assert!(out.join("summary.json").exists() && out.join("frames.json").exists());
     assert_eq!(unread(&["scene", "no_preset"]).status.code(), Some(2));
+}
+
+#[test]
+fn the_old_name_says_the_new_one() {
+    let ended = Command::new(env!("CARGO_BIN_EXE_fabric-study")).arg("run").output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!((ended.status.code(), said.contains("-p fabric --")), (Some(2), true), "{said}");
 }

@@ -14,7 +14,7 @@ fn scene(test: &str, file: &str, parameters: &str) -> (PathBuf, Command) {
     fs::write(folder.join(file), text).unwrap();
     // Tests may run where the signal is ignored.
     let mut command = Command::new("env");
-    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_fabric-study"), "run", file]);
+    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_fabric"), "run", file]);
     command.current_dir(&folder).stdout(Stdio::null());
     (folder, command)
 }

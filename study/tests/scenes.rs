@@ -7,7 +7,7 @@ use std::process::Command;
 fn run(scene: &str) -> serde_json::Value {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{scene}.toml"));
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(scene);
-    let program = Command::new(env!("CARGO_BIN_EXE_fabric-study")).arg("run").arg(file).arg("--out").arg(&out).output();
+    let program = Command::new(env!("CARGO_BIN_EXE_fabric")).arg("run").arg(file).arg("--out").arg(&out).output();
     assert!(program.unwrap().status.success(), "{scene}");
     serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap()
 }

@@ -1,6 +1,6 @@
-"""The rows of `fabric-study stability` but for motion given by hand: the kernel's bits, or its failure in the same words.
+"""The rows of `fabric stability` but for motion given by hand: the kernel's bits, or its failure in the same words.
 
-The cases come from `fabric-study stability --fmu-cases FILE` (FILE: target/fmu/stability.json; `cargo xtask test` writes it).
+The cases come from `fabric stability --fmu-cases FILE` (FILE: target/fmu/stability.json; `cargo xtask test` writes it).
 """
 
 import json

@@ -10,7 +10,7 @@ declare module "built:data" {
   export const fabrics: Record<string, Record<string, number[]>>;
   /** Digests that every target must give (tests/golden/digests). */
   export const pinned: Record<string, string>;
-  /** What `fabric-study run` gave for each named scene. */
+  /** What `fabric run` gave for each named scene. */
   export const native: Record<string, { digest: string; endedBy: string; steps: number }>;
 }
 

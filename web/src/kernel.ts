@@ -155,7 +155,7 @@ class Structure {
   }
 }
 
-/** Outcomes in the order of their numbers, and those that end a run, as in `fabric-study run`. */
+/** Outcomes in the order of their numbers, and those that end a run, as in `fabric run`. */
 export const OUTCOMES = ["arrested", "detached", "exited", "passed"] as const;
 const ENDS = ["FK_ARRESTED", "FK_EXITED", "FK_PASSED"];
 

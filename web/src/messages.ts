@@ -2,12 +2,12 @@
 import type { Motion } from "./kernel";
 import type { Assignment } from "./scene";
 
-/** Steps between two rows of the history, as `fabric-study run` has it; outcomes are tested as often. */
+/** Steps between two rows of the history, as `fabric run` has it; outcomes are tested as often. */
 export const ROW = 64;
 /** Most steps of a run, as there. */
 export const MOST_STEPS = 100_000;
 
-/** Columns of a row: those of history.csv of `fabric-study run`. Forces are means since the row before. */
+/** Columns of a row: those of history.csv of `fabric run`. Forces are means since the row before. */
 export const COLUMNS = [
   "step", "time_s", "position_x_m", "position_y_m", "position_z_m", "velocity_x_m_per_s", "velocity_y_m_per_s", "velocity_z_m_per_s",
   "angular_velocity_x_rad_per_s", "angular_velocity_y_rad_per_s", "angular_velocity_z_rad_per_s", "force_x_n", "force_y_n", "force_z_n",

@@ -187,9 +187,9 @@ export function assignments(choices: Choices): Assignment[] {
   return all;
 }
 
-/** The scene as a file for `fabric-study run`. */
+/** The scene as a file for `fabric run`. */
 export function toToml(choices: Choices): string {
-  const lines = ["# Written by the page of fabric. `fabric-study run FILE` runs it and prints its digest.", 'preset = "sheet_3in_sphere"'];
+  const lines = ["# Written by the page of fabric. `fabric run FILE` runs it and prints its digest.", 'preset = "sheet_3in_sphere"'];
   const written = ({ value }: Assignment, key: string): string => {
     if (typeof value === "string") return `${key} = "${value}"`;
     return `${key} = ${value.length === 1 ? String(value[0]) : `[${value.join(", ")}]`}`;

@@ -96,7 +96,7 @@ class Run {
     const { position, velocity, angularVelocity } = this.sim.projectile();
     const [kinetic = 0, fabric = 0, strain = 0, dissipated = 0, viscous = 0, friction = 0, plies = 0, held = 0, residual = 0] = this.sim.energies(ENERGIES);
     const { deflection, stretch } = this.sim.extremes();
-    // As `fabric-study run` writes it, to the bit.
+    // As `fabric run` writes it, to the bit.
     const since = steps * this.sim.dt - (steps - ROW) * this.sim.dt;
     const force = (k: number): number => (this.row === 0 ? 0 : ((impulse[k] ?? 0) - (before[k] ?? 0)) / since);
     const of = (vector: number[], k: number): number => vector[k] ?? 0;

@@ -1,7 +1,7 @@
 //! Bochs, an emulator of x86-64 processors that knows AVX-512. It runs a program that is the whole ROM of a bare machine
 //! (tests/digests/processor.S): no firmware, no boot loader, no operating system.
 
-use crate::tools::{Outcome, emptied, finish, read, target, wait_within};
+use crate::tools::{Outcome, emptied, finish, read, target, wait_within, write};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -48,12 +48,11 @@ pub fn run(program: &Path) -> Result<String, String> {
 /// A new folder for a machine, with its configuration and Bochs's input.
 fn folder(name: &str) -> Result<PathBuf, String> {
     let folder = emptied(target().join("digests").join("bochs").join(name))?;
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     // A processor that faults without remedy ends Bochs with an error.
     let processor = format!("cpu: model={MODEL}, ips=100000000, reset_on_triple_fault=0\n");
-    std::fs::write(folder.join("bochsrc"), processor + MACHINE).map_err(failed)?;
+    write(folder.join("bochsrc"), processor + MACHINE)?;
     // Debian's Bochs has a debugger that waits for the word to continue.
-    std::fs::write(folder.join("input"), "c\n").map_err(failed)?;
+    write(folder.join("input"), "c\n")?;
     Ok(folder)
 }
 

@@ -1,6 +1,6 @@
 //! The C interface: its two libraries, and C and C++ programs that use them as a host would.
 
-use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
+use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 
 /// The installed library that the hosts, the examples and the README use.
@@ -78,13 +78,11 @@ fn watched(wanted: &str) -> Outcome {
 
 /// Runs tests/c/Makefile in a folder, with pkg-config looking at the installed library.
 fn make(folder: &Path, variables: &[&str]) -> Outcome {
-    let status = std::process::Command::new("make")
-        .args(["--silent", "--jobs=2", "--file"])
+    let mut make = std::process::Command::new("make");
+    make.args(["--silent", "--jobs=2", "--file"])
         .arg(top().join("tests/c/Makefile"))
         .args(variables)
         .env("PKG_CONFIG_PATH", prefix().join("lib/pkgconfig"))
-        .current_dir(folder)
-        .status()
-        .map_err(|error| format!("cannot start make: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("make failed in {}", folder.display())) }
+        .current_dir(folder);
+    wait(&mut make)
 }

@@ -10,9 +10,6 @@ pub struct Options {
     /// target/demo-quick instead of target/demo.
     #[arg(long)]
     pub quick: bool,
-    /// Three separate plies of the 3 in sheet and the paper's sphere; writes target/demo-plies.
-    #[arg(long, conflicts_with = "quick")]
-    pub plies: bool,
 }
 
 /// Runs the command.
@@ -26,11 +23,7 @@ pub fn run(options: &Options) -> Outcome {
         &[&["build", "--quiet", "--release", "-p", "fabric-kernel", "--example", "snapshots"], &features[..]].concat(),
     )?;
 
-    let (folder, case) = match options {
-        Options { plies: true, .. } => ("demo-plies", "plies"),
-        Options { quick: true, .. } => ("demo-quick", "small"),
-        Options { .. } => ("demo", "disc"),
-    };
+    let (folder, case) = if options.quick { ("demo-quick", "small") } else { ("demo", "disc") };
     let out = tools::target().join(folder);
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let program = |name: &str| text(&tools::top().join("examples/rotorburst").join(name));

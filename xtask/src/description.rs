@@ -1,31 +1,12 @@
 //! Both model descriptions, from the tables in code.
 
 use crate::model::Model;
+use crate::xml::{Attribute, Xml, some};
 use fabric::outputs::Get;
 use fabric_fmu::table::{self, Kind, MOST_ELEMENTS, Role, Variable};
 
 const DESCRIPTION: &str =
     "Ballistic fabric as a network of yarn segments, hit by a rigid projectile that the FMU or its host moves";
-
-/// Text of an attribute or of a page.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
-}
-
-/// An element being written: indentation, name and attributes.
-fn tag(indent: usize, name: &str, attributes: &[(&str, Option<String>)]) -> String {
-    let mut text = format!("{}<{name}", "  ".repeat(indent));
-    for (key, value) in attributes {
-        if let Some(value) = value {
-            text.push_str(&format!(" {key}=\"{}\"", escaped(value)));
-        }
-    }
-    text
-}
-
-fn some(text: impl ToString) -> Option<String> {
-    Some(text.to_string())
-}
 
 /// A number, in the shortest form that reads back as the same; whole for types that are whole.
 fn number(kind: Kind, value: f64) -> String {
@@ -34,10 +15,6 @@ fn number(kind: Kind, value: f64) -> String {
         Kind::Boolean => (value != 0.0).to_string(),
         Kind::Integer | Kind::Choice(_) => format!("{}", value as i64),
     }
-}
-
-fn token(model: &Model) -> String {
-    String::from_utf8_lossy(&fabric_fmu::token::text(&model.name, model.starts)).into_owned()
 }
 
 /// Start values of an input or parameter, one text per element; none of an output.
@@ -59,7 +36,7 @@ pub fn description(variable: &Variable, numbered: bool) -> String {
 }
 
 /// The attributes that the two versions share, with the names of FMI 2.0.
-fn head(model: &Model) -> Vec<(&'static str, Option<String>)> {
+fn head(model: &Model) -> Vec<Attribute> {
     vec![
         ("modelName", some(&model.name)),
         ("description", some(DESCRIPTION)),
@@ -72,27 +49,26 @@ fn head(model: &Model) -> Vec<(&'static str, Option<String>)> {
     ]
 }
 
-fn units(out: &mut String) {
-    out.push_str("  <UnitDefinitions>\n");
-    for unit in table::UNITS {
-        let exponent = |power: i32| (power != 0).then(|| power.to_string());
-        let [kg, m, s, rad] = unit.exponents.map(exponent);
-        out.push_str(&format!("{}>\n", tag(2, "Unit", &[("name", some(unit.name))])));
-        out.push_str(&format!("{}/>\n", tag(3, "BaseUnit", &[("kg", kg), ("m", m), ("s", s), ("rad", rad)])));
-        for (name, factor) in unit.display {
-            let attributes = [("name", some(name)), ("factor", some(number(Kind::Real, *factor)))];
-            out.push_str(&format!("{}/>\n", tag(3, "DisplayUnit", &attributes)));
+fn units(out: &mut Xml) {
+    out.element("UnitDefinitions", &[], |out| {
+        for unit in table::UNITS {
+            let exponent = |power: i32| (power != 0).then(|| power.to_string());
+            let [kg, m, s, rad] = unit.exponents.map(exponent);
+            out.element("Unit", &[("name", some(unit.name))], |out| {
+                out.leaf("BaseUnit", &[("kg", kg), ("m", m), ("s", s), ("rad", rad)]);
+                for (name, factor) in unit.display {
+                    let factor = some(number(Kind::Real, *factor));
+                    out.leaf("DisplayUnit", &[("name", some(name)), ("factor", factor)]);
+                }
+            });
         }
-        out.push_str("    </Unit>\n");
-    }
-    out.push_str("  </UnitDefinitions>\n");
+    });
 }
 
 /// The type definitions; FMI 2.0 wraps each in a SimpleType and has none of the choices.
-fn types(out: &mut String, two: bool) {
-    out.push_str("  <TypeDefinitions>\n");
+fn types(out: &mut Xml, two: bool) {
     for quantity in table::quantities() {
-        let about = ("description", some(quantity.description));
+        let about = [("name", some(quantity.name)), ("description", some(quantity.description))];
         let attributes = [
             ("quantity", some(quantity.name)),
             ("unit", some(quantity.unit)),
@@ -100,39 +76,39 @@ fn types(out: &mut String, two: bool) {
             ("min", finite(quantity.least)),
             ("nominal", finite(quantity.nominal)),
         ];
-        let name = ("name", some(quantity.name));
         if two {
-            out.push_str(&format!("{}>\n", tag(2, "SimpleType", &[name, about])));
-            out.push_str(&format!("{}/>\n    </SimpleType>\n", tag(3, "Real", &attributes)));
+            out.element("SimpleType", &about, |out| out.leaf("Real", &attributes));
         } else {
-            out.push_str(&format!("{}/>\n", tag(2, "Float64Type", &[&[name, about], &attributes[..]].concat())));
+            out.leaf("Float64Type", &[&about, &attributes[..]].concat());
         }
     }
     for choice in table::choices().filter(|_| !two) {
-        out.push_str(&format!("{}>\n", tag(2, "EnumerationType", &[("name", some(choice.name))])));
-        for (value, (name, about)) in choice.items.iter().enumerate() {
-            let attributes = [("name", some(name)), ("value", some(value)), ("description", some(about))];
-            out.push_str(&format!("{}/>\n", tag(3, "Item", &attributes)));
-        }
-        out.push_str("    </EnumerationType>\n");
+        out.element("EnumerationType", &[("name", some(choice.name))], |out| {
+            for (value, (name, about)) in choice.items.iter().enumerate() {
+                out.leaf("Item", &[("name", some(name)), ("value", some(value)), ("description", some(about))]);
+            }
+        });
     }
-    out.push_str("  </TypeDefinitions>\n");
 }
 
-fn log_and_experiment(out: &mut String) {
-    out.push_str("  <LogCategories>\n");
-    for (name, about) in table::LOG_CATEGORIES {
-        let attributes = [("name", some(name)), ("description", some(about))];
-        out.push_str(&format!("{}/>\n", tag(2, "Category", &attributes)));
-    }
-    out.push_str("  </LogCategories>\n");
+/// What stands before the variables: the abilities of the library, which have other names in each version, units, types, log and
+/// experiment.
+fn before_variables(out: &mut Xml, two: bool, abilities: &[Attribute]) {
+    out.leaf("CoSimulation", abilities);
+    units(out);
+    out.element("TypeDefinitions", &[], |out| types(out, two));
+    out.element("LogCategories", &[], |out| {
+        for (name, about) in table::LOG_CATEGORIES {
+            out.leaf("Category", &[("name", some(name)), ("description", some(about))]);
+        }
+    });
     let real = |value| some(number(Kind::Real, value));
     let experiment = [
         ("startTime", real(0.0)),
         ("stopTime", real(table::DEFAULT_STOP_TIME)),
         ("stepSize", real(table::DEFAULT_STEP_SIZE)),
     ];
-    out.push_str(&format!("{}/>\n", tag(1, "DefaultExperiment", &experiment)));
+    out.leaf("DefaultExperiment", &experiment);
 }
 
 fn causality(variable: &Variable) -> &'static str {
@@ -161,13 +137,25 @@ fn initial(variable: &Variable) -> Option<String> {
     }
 }
 
+/// The attributes of any variable. `numbered`: as of [`description`].
+fn attributes(variable: &Variable, name: &str, reference: u32, numbered: bool) -> Vec<Attribute> {
+    vec![
+        ("name", some(name)),
+        ("valueReference", some(reference)),
+        ("description", some(description(variable, numbered))),
+        ("causality", some(causality(variable))),
+        ("variability", some(variability(variable))),
+        ("initial", initial(variable)),
+    ]
+}
+
 /// A limit or typical size, if there is one.
 fn finite(value: f64) -> Option<String> {
     value.is_finite().then(|| number(Kind::Real, value))
 }
 
 /// Declared type, unit (again, for hosts that do not look at types), and range and nominal where they are not the type's.
-fn value_attributes(variable: &Variable, two: bool) -> Vec<(&'static str, Option<String>)> {
+fn value_attributes(variable: &Variable, two: bool) -> Vec<Attribute> {
     let limits = variable.limits();
     let least = variable.quantity.map_or(f64::NEG_INFINITY, |quantity| quantity.least);
     let choice = matches!(variable.kind, Kind::Choice(_));
@@ -192,7 +180,7 @@ fn value_attributes(variable: &Variable, two: bool) -> Vec<(&'static str, Option
 }
 
 /// What an output depends on at once, at a communication point.
-fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
+fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attribute {
     let of_ply = variable.output().is_some_and(|output| matches!(output.get, Get::Ply(_)));
     let known = if of_ply { table::variable("ply.first") } else { None };
     ("dependencies", some(known.map_or(String::new(), name_of)))
@@ -200,7 +188,7 @@ fn at_once(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'sta
 
 /// What an output depends on in initialisation: nothing (it is zero), the parameter of the same meaning, or, where the attribute is
 /// left out, all inputs and parameters. Rounding in the sheet's axes is no dependency.
-fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> (&'static str, Option<String>) {
+fn at_start(variable: &Variable, name_of: impl Fn(&Variable) -> String) -> Attribute {
     let known = match (variable.name, variable.name.strip_prefix("state.")) {
         ("step.fraction" | "energy.strain" | "ply.strain" | "fabric.max_stretch", _) => None,
         (_, Some(motion)) => table::variable(&format!("projectile.start.{motion}")).map(name_of),
@@ -223,15 +211,24 @@ pub fn element_name(variable: &Variable, element: usize) -> String {
     }
 }
 
-const XML: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+/// The whole text: the model's own attributes, and what is in it.
+fn whole(model: &Model, version: &str, token: &'static str, inside: impl FnOnce(&mut Xml)) -> String {
+    let shared = head(model);
+    let id = fabric_fmu::token::text(&model.name, model.starts);
+    let last = (token, some(String::from_utf8_lossy(&id)));
+    let mut out = Xml::new();
+    out.element("fmiModelDescription", &[&[("fmiVersion", some(version))], &shared[..], &[last]].concat(), inside);
+    out.text()
+}
+
+/// Every element of every variable as FMI 2.0 counts them, from 1 on.
+fn elements() -> impl Iterator<Item = (usize, &'static Variable, usize)> {
+    let elements = table::VARIABLES.iter().flat_map(|variable| (0..variable.size()).map(move |k| (variable, k)));
+    elements.enumerate().map(|(index, (variable, k))| (index + 1, variable, k))
+}
 
 /// The whole model description of FMI 2.0.
 pub fn fmi2(model: &Model) -> String {
-    let mut out = String::from(XML);
-    let mut attributes = vec![("fmiVersion", some("2.0"))];
-    attributes.extend(head(model));
-    attributes.push(("guid", some(token(model))));
-    out.push_str(&format!("{}>\n", tag(0, "fmiModelDescription", &attributes)));
     let flags = [
         ("modelIdentifier", some(&model.name)),
         ("needsExecutionTool", some(false)),
@@ -245,63 +242,54 @@ pub fn fmi2(model: &Model) -> String {
         ("canSerializeFMUstate", some(true)),
         ("providesDirectionalDerivative", some(false)),
     ];
-    out.push_str(&format!("{}/>\n", tag(1, "CoSimulation", &flags)));
-    units(&mut out);
-    types(&mut out, true);
-    log_and_experiment(&mut out);
-    out.push_str("  <ModelVariables>\n");
-    let mut outputs = String::new();
-    let mut unknowns = String::new();
-    let mut index = 0;
-    for variable in &table::VARIABLES {
-        for element in 0..variable.size() {
-            index += 1;
-            let attributes = [
-                ("name", some(element_name(variable, element))),
-                ("valueReference", some(variable.reference as usize + element)),
-                ("description", some(description(variable, true))),
-                ("causality", some(causality(variable))),
-                ("variability", some(variability(variable))),
-                ("initial", initial(variable)),
-            ];
-            out.push_str(&format!("{}>\n", tag(2, "ScalarVariable", &attributes)));
-            let name = match variable.kind {
-                Kind::Real => "Real",
-                // Not an Enumeration: libcosim and ecos pass over those.
-                Kind::Integer | Kind::Choice(_) => "Integer",
-                Kind::Boolean => "Boolean",
-            };
-            let mut attributes = value_attributes(variable, true);
-            attributes.push(("start", starts(model, variable).get(element).cloned()));
-            out.push_str(&format!("{}/>\n    </ScalarVariable>\n", tag(3, name, &attributes)));
-            if variable.role.is_output() {
-                let direct = [("index", some(index)), at_once(variable, |known| index_of(known).to_string())];
-                outputs.push_str(&format!("{}/>\n", tag(3, "Unknown", &direct)));
-                let initial = at_start(variable, |known| {
-                    // A quaternion is normalised as a whole.
-                    let whole = variable.name == "state.orientation";
-                    let elements = if whole { 0..known.size() } else { element..element + 1 };
-                    elements.map(|k| (index_of(known) + k).to_string()).collect::<Vec<_>>().join(" ")
-                });
-                unknowns.push_str(&format!("{}/>\n", tag(3, "Unknown", &[("index", some(index)), initial])));
-            }
-        }
+    whole(model, "2.0", "guid", |out| {
+        before_variables(out, true, &flags);
+        out.element("ModelVariables", &[], |out| {
+            elements().for_each(|(_, variable, element)| scalar(out, model, variable, element));
+        });
+        out.element("ModelStructure", &[], |out| {
+            let outputs = || elements().filter(|(_, variable, _)| variable.role.is_output());
+            let unknown = |out: &mut Xml, index: usize, known| out.leaf("Unknown", &[("index", some(index)), known]);
+            out.element("Outputs", &[], |out| {
+                for (index, variable, _) in outputs() {
+                    unknown(out, index, at_once(variable, |known| index_of(known).to_string()));
+                }
+            });
+            out.element("InitialUnknowns", &[], |out| {
+                for (index, variable, element) in outputs() {
+                    let known = |known: &Variable| {
+                        // A quaternion is normalised as a whole.
+                        let whole = variable.name == "state.orientation";
+                        let elements = if whole { 0..known.size() } else { element..element + 1 };
+                        elements.map(|k| (index_of(known) + k).to_string()).collect::<Vec<_>>().join(" ")
+                    };
+                    unknown(out, index, at_start(variable, known));
+                }
+            });
+        });
+    })
+}
+
+/// An element of a variable in FMI 2.0.
+fn scalar(out: &mut Xml, model: &Model, variable: &Variable, element: usize) {
+    let reference = variable.reference + element as u32;
+    let attributes = attributes(variable, &element_name(variable, element), reference, true);
+    let mut value = value_attributes(variable, true);
+    value.push(("start", starts(model, variable).get(element).cloned()));
+    out.element("ScalarVariable", &attributes, |out| out.leaf(kind_in_2(variable.kind), &value));
+}
+
+/// Name of a type in FMI 2.0. Not an Enumeration: libcosim and ecos pass over those.
+pub fn kind_in_2(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Real => "Real",
+        Kind::Integer | Kind::Choice(_) => "Integer",
+        Kind::Boolean => "Boolean",
     }
-    out.push_str("  </ModelVariables>\n  <ModelStructure>\n    <Outputs>\n");
-    out.push_str(&outputs);
-    out.push_str("    </Outputs>\n    <InitialUnknowns>\n");
-    out.push_str(&unknowns);
-    out.push_str("    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n");
-    out
 }
 
 /// The whole model description of FMI 3.0.
 pub fn fmi3(model: &Model) -> String {
-    let mut out = String::from(XML);
-    let mut attributes = vec![("fmiVersion", some("3.0"))];
-    attributes.extend(head(model));
-    attributes.push(("instantiationToken", some(token(model))));
-    out.push_str(&format!("{}>\n", tag(0, "fmiModelDescription", &attributes)));
     let flags = [
         ("modelIdentifier", some(&model.name)),
         ("needsExecutionTool", some(false)),
@@ -317,11 +305,6 @@ pub fn fmi3(model: &Model) -> String {
         ("mightReturnEarlyFromDoStep", some(true)),
         ("hasEventMode", some(true)),
     ];
-    out.push_str(&format!("{}/>\n", tag(1, "CoSimulation", &flags)));
-    units(&mut out);
-    types(&mut out, false);
-    log_and_experiment(&mut out);
-    out.push_str("  <ModelVariables>\n");
     let time = [
         ("name", some("time")),
         ("valueReference", some(table::TIME_REFERENCE)),
@@ -331,48 +314,43 @@ pub fn fmi3(model: &Model) -> String {
         ("declaredType", some("Time")),
         ("unit", some("s")),
     ];
-    out.push_str(&format!("{}/>\n", tag(2, "Float64", &time)));
-    let mut outputs = String::new();
-    let mut unknowns = String::new();
-    for variable in &table::VARIABLES {
-        let name = match variable.kind {
-            Kind::Real => "Float64",
-            Kind::Integer => "Int32",
-            Kind::Boolean => "Boolean",
-            Kind::Choice(_) => "Enumeration",
-        };
-        let starts = starts(model, variable);
-        let mut attributes = vec![
-            ("name", some(variable.name)),
-            ("valueReference", some(variable.reference)),
-            ("description", some(description(variable, false))),
-            ("causality", some(causality(variable))),
-            ("variability", some(variability(variable))),
-            ("initial", initial(variable)),
-        ];
-        attributes.extend(value_attributes(variable, false));
-        attributes.push(("start", (!starts.is_empty()).then(|| starts.join(" "))));
-        let opening = tag(2, name, &attributes);
-        if variable.shape.is_empty() {
-            out.push_str(&format!("{opening}/>\n"));
-        } else {
-            out.push_str(&format!("{opening}>\n"));
-            for length in variable.shape {
-                out.push_str(&format!("{}/>\n", tag(3, "Dimension", &[("start", some(length))])));
+    whole(model, "3.0", "instantiationToken", |out| {
+        before_variables(out, false, &flags);
+        out.element("ModelVariables", &[], |out| {
+            out.leaf("Float64", &time);
+            table::VARIABLES.iter().for_each(|variable| array(out, model, variable));
+        });
+        out.element("ModelStructure", &[], |out| {
+            let outputs = || table::VARIABLES.iter().filter(|variable| variable.role.is_output());
+            let by_reference = |variable: &Variable| variable.reference.to_string();
+            for variable in outputs() {
+                let reference = ("valueReference", some(variable.reference));
+                out.leaf("Output", &[reference, at_once(variable, by_reference)]);
             }
-            out.push_str(&format!("    </{name}>\n"));
-        }
-        if variable.role.is_output() {
-            let reference = ("valueReference", some(variable.reference));
-            let direct = [reference.clone(), at_once(variable, |known| known.reference.to_string())];
-            outputs.push_str(&format!("{}/>\n", tag(2, "Output", &direct)));
-            let initial = at_start(variable, |known| known.reference.to_string());
-            unknowns.push_str(&format!("{}/>\n", tag(2, "InitialUnknown", &[reference, initial])));
-        }
+            for variable in outputs() {
+                let reference = ("valueReference", some(variable.reference));
+                out.leaf("InitialUnknown", &[reference, at_start(variable, by_reference)]);
+            }
+        });
+    })
+}
+
+/// A variable in FMI 3.0, of any shape.
+fn array(out: &mut Xml, model: &Model, variable: &Variable) {
+    let name = match variable.kind {
+        Kind::Real => "Float64",
+        Kind::Integer => "Int32",
+        Kind::Boolean => "Boolean",
+        Kind::Choice(_) => "Enumeration",
+    };
+    let starts = starts(model, variable);
+    let mut attributes = attributes(variable, variable.name, variable.reference, false);
+    attributes.extend(value_attributes(variable, false));
+    attributes.push(("start", (!starts.is_empty()).then(|| starts.join(" "))));
+    if variable.shape.is_empty() {
+        return out.leaf(name, &attributes);
     }
-    out.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-    out.push_str(&outputs);
-    out.push_str(&unknowns);
-    out.push_str("  </ModelStructure>\n</fmiModelDescription>\n");
-    out
+    out.element(name, &attributes, |out| {
+        variable.shape.iter().for_each(|length| out.leaf("Dimension", &[("start", some(length))]));
+    });
 }

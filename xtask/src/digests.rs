@@ -2,8 +2,8 @@
 //! tests/golden/digests.
 
 use crate::bochs;
-use crate::needs::WINE;
 use crate::platforms;
+use crate::targets::{self, Tool};
 use crate::tools::{Outcome, finish, first_found, make_folder, output, read, target, top, wait_within};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -16,8 +16,8 @@ pub struct Options {
     /// Run only these (comma-separated names of the table); one that cannot run is then an error.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub targets: Vec<String>,
-    /// Leave out those of --targets that cannot run here, and say why.
-    #[arg(long)]
+    /// Leave out those of --targets that cannot run here, and say why: for `cargo xtask test`.
+    #[arg(skip)]
     pub only_available: bool,
 }
 
@@ -26,8 +26,6 @@ struct Target {
     /// Name in the table and for --targets.
     name: &'static str,
     library: Library,
-    /// C compiler and its Debian package.
-    compiler: [&'static str; 2],
     /// Options for the C compiler.
     options: &'static [&'static str],
     /// Files besides digests.c, and libraries, that make the program.
@@ -47,7 +45,7 @@ enum Library {
 }
 
 /// What runs a target's program.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Runner {
     /// This machine, an x86-64 with Linux.
     Machine,
@@ -55,16 +53,10 @@ enum Runner {
     MachineWith(&'static str),
     /// The same, else Bochs, where the program is linked as bare as it gets.
     MachineOrBochs(&'static str),
-    /// This machine where it can, else an emulator.
-    MachineOr([&'static str; 2]),
-    /// An emulator of Linux programs and its Debian package.
-    Linux([&'static str; 2]),
-    /// QEMU's board with a Cortex-M7.
-    Board,
-    /// Node.
-    Node,
-    /// Wine.
-    Wine,
+    /// This machine where it can, else the target's runner.
+    MachineOrOther,
+    /// The target's runner.
+    Other,
 }
 
 /// The host's own setting must not matter (host/src/float.rs).
@@ -93,35 +85,44 @@ const FREESTANDING: &[&str] = &[
 ];
 /// For the library on a Cortex-M7 with double precision: the target alone assumes single precision.
 pub const HARD: &str = "-Ctarget-cpu=cortex-m7 -Ctarget-feature=+fp-armv8d16";
-const GCC: [&str; 2] = ["gcc", "gcc libc6-dev"];
-const ARM: [&str; 2] = ["arm-none-eabi-gcc", "gcc-arm-none-eabi"];
 
-/// Every target: name, library, compiler, options, sources, runner.
+/// Every target: name, library, options, sources, runner.
 #[rustfmt::skip]
 const TARGETS: [Target; 12] = [
-    one("x86-64-scalar", Library::Choosing, GCC, &["-DINSTRUCTIONS=0"], HOSTED, Runner::Machine),
-    one("x86-64-sse2", Library::Choosing, GCC, &["-DINSTRUCTIONS=1"], HOSTED, Runner::Machine),
-    one("x86-64-avx2", Library::Choosing, GCC, &["-DINSTRUCTIONS=2"], HOSTED, Runner::MachineWith("avx2")),
-    one("x86-64-avx512", Library::Choosing, GCC, &["-DINSTRUCTIONS=3"], HOSTED, Runner::MachineOrBochs("avx512f")),
-    one("x86-64-freestanding", Library::Shipped, GCC, FREESTANDING, &["tests/digests/freestanding.c", "tests/digests/memory.c"], Runner::Machine),
-    one("i686", Library::Of("i686-unknown-linux-gnu", ""), ["i686-linux-gnu-gcc", "gcc-i686-linux-gnu libc6-dev-i386-cross"], ROUNDING_UP, HOSTED, Runner::MachineOr(["qemu-i386-static", "qemu-user-static"])),
-    one("aarch64", Library::Of("aarch64-unknown-linux-gnu", ""), ["aarch64-linux-gnu-gcc", "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"], ROUNDING_UP, HOSTED, Runner::Linux(["qemu-aarch64-static", "qemu-user-static"])),
-    one("riscv64", Library::Of("riscv64gc-unknown-linux-gnu", ""), ["riscv64-linux-gnu-gcc", "gcc-riscv64-linux-gnu libc6-dev-riscv64-cross"], &["-static", "-no-pie"], HOSTED, Runner::Linux(["qemu-riscv64-static", "qemu-user-static"])),
-    one("cortex-m7-soft", Library::Of("thumbv7em-none-eabihf", ""), ARM, BOARD_OPTIONS, BOARD, Runner::Board),
-    one("cortex-m7-hard", Library::Of("thumbv7em-none-eabihf", HARD), ARM, BOARD_OPTIONS, BOARD, Runner::Board),
-    one("wasm32", Library::Of("wasm32-unknown-unknown", ""), ["clang", "clang"], &["--target=wasm32", "-ffreestanding"], &[], Runner::Node),
-    one("win64", Library::Of("x86_64-pc-windows-gnu", ""), ["x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64"], &[], HOSTED, Runner::Wine),
+    Target { name: "x86-64-scalar", library: Library::Choosing, options: &["-DINSTRUCTIONS=0"], sources: HOSTED, runner: Runner::Machine },
+    Target { name: "x86-64-sse2", library: Library::Choosing, options: &["-DINSTRUCTIONS=1"], sources: HOSTED, runner: Runner::Machine },
+    Target { name: "x86-64-avx2", library: Library::Choosing, options: &["-DINSTRUCTIONS=2"], sources: HOSTED, runner: Runner::MachineWith("avx2") },
+    Target { name: "x86-64-avx512", library: Library::Choosing, options: &["-DINSTRUCTIONS=3"], sources: HOSTED, runner: Runner::MachineOrBochs("avx512f") },
+    Target { name: "x86-64-freestanding", library: Library::Shipped, options: FREESTANDING, sources: &["tests/digests/freestanding.c", "tests/digests/memory.c"], runner: Runner::Machine },
+    Target { name: "i686", library: Library::Of("i686-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::MachineOrOther },
+    Target { name: "aarch64", library: Library::Of("aarch64-unknown-linux-gnu", ""), options: ROUNDING_UP, sources: HOSTED, runner: Runner::Other },
+    Target { name: "riscv64", library: Library::Of("riscv64gc-unknown-linux-gnu", ""), options: &["-static", "-no-pie"], sources: HOSTED, runner: Runner::Other },
+    Target { name: "cortex-m7-soft", library: Library::Of(BOARD_TRIPLE, ""), options: BOARD_OPTIONS, sources: BOARD, runner: Runner::Other },
+    Target { name: "cortex-m7-hard", library: Library::Of(BOARD_TRIPLE, HARD), options: BOARD_OPTIONS, sources: BOARD, runner: Runner::Other },
+    Target { name: "wasm32", library: Library::Of(WASM, ""), options: &["--target=wasm32", "-ffreestanding"], sources: &[], runner: Runner::Other },
+    Target { name: "win64", library: Library::Of(WINDOWS, ""), options: &[], sources: HOSTED, runner: Runner::Other },
 ];
 
-const fn one(
-    name: &'static str,
-    library: Library,
-    compiler: [&'static str; 2],
-    options: &'static [&'static str],
-    sources: &'static [&'static str],
-    runner: Runner,
-) -> Target {
-    Target { name, library, compiler, options, sources, runner }
+/// The board of the Cortex-M7, with a console and nothing else.
+#[rustfmt::skip]
+const QEMU_BOARD: [&str; 14] = [
+    "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-monitor", "none", "-serial", "none",
+    "-chardev", "stdio,id=out", "-semihosting-config", "enable=on,target=native,chardev=out", "-kernel",
+];
+
+/// The targets of Rust that are linked or run in a way of their own.
+pub const BOARD_TRIPLE: &str = "thumbv7em-none-eabihf";
+pub const WASM: &str = "wasm32-unknown-unknown";
+const WINDOWS: &str = "x86_64-pc-windows-gnu";
+
+impl Target {
+    /// Its C compiler.
+    fn compiler(&self) -> Result<Tool, String> {
+        match self.library {
+            Library::Of(triple, _) => Ok(targets::of(triple)?.compiler),
+            Library::Shipped | Library::Choosing => Ok(Tool(&["gcc"], "gcc libc6-dev")),
+        }
+    }
 }
 
 /// `cargo xtask test`: some of the targets, those of them that can run here.
@@ -177,7 +178,7 @@ pub fn run(options: &Options) -> Outcome {
 }
 
 /// The library that the firmware of examples/cortex-m7 links.
-const FIRMWARE: Library = Library::Of("thumbv7em-none-eabihf", HARD);
+const FIRMWARE: Library = Library::Of(BOARD_TRIPLE, HARD);
 
 /// Builds and runs the firmware of examples/cortex-m7 by its makefile; its digest must be that of the same file on this machine,
 /// also if it rounds and flushes otherwise. Prints the figures of docs/embedding.md.
@@ -236,26 +237,15 @@ fn ready(target: &Target) -> Result<(), String> {
     {
         bochs::ready().map_err(|why| format!("the processor of this machine has no {feature}, and {why}"))?;
     }
-    let [compiler, package] = target.compiler;
-    first_found(&[compiler]).ok_or(format!("{compiler} is missing (Debian: {package})"))?;
-    let (programs, package): (&[&str], &str) = match &target.runner {
-        Runner::Machine | Runner::MachineWith(_) | Runner::MachineOrBochs(_) => (&[], ""),
-        Runner::MachineOr(_) if machine => (&[], ""),
-        Runner::MachineOr([program, package]) | Runner::Linux([program, package]) => (&[*program], *package),
-        Runner::Board => (&["qemu-system-arm"], "qemu-system-arm"),
-        Runner::Node => (&["node"], "nodejs"),
-        Runner::Wine => (&WINE, "wine64"),
-    };
-    if !programs.is_empty() {
-        first_found(programs).ok_or(format!("{} is missing (Debian: {package})", programs[0]))?;
+    target.compiler()?.found()?;
+    let Library::Of(triple, _) = target.library else { return Ok(()) };
+    if target.runner == Runner::Other || !machine {
+        targets::of(triple)?.runner.found()?;
     }
-    if matches!(target.runner, Runner::Node) {
+    if triple == WASM {
         wasm_linker()?;
     }
-    match target.library {
-        Library::Of(triple, _) => platforms::compiler_for(triple).map(|_| ()),
-        Library::Shipped | Library::Choosing => Ok(()),
-    }
+    platforms::compiler_for(triple).map(|_| ())
 }
 
 /// Whether this machine's processor has some instructions.
@@ -367,7 +357,7 @@ pub fn library(triple: Option<&str>, flags: &str, options: &[&str], folder: &Pat
 fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
     let library = libraries.iter().find(|built| built.library == target.library).ok_or("its library was not built")?;
     let program = link(target, &library.path)?;
-    let (printed, by, seconds) = execute(&target.runner, &program)?;
+    let (printed, by, seconds) = execute(target, &program)?;
     Ok(Fate::Ran { lines: lines(&printed), by, seconds })
 }
 
@@ -375,7 +365,7 @@ fn tried(target: &Target, libraries: &[Built]) -> Result<Fate, String> {
 fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
     let folder = self::target().join("digests").join("programs");
     make_folder(folder.to_path_buf())?;
-    let mut compiler = Command::new(target.compiler[0]);
+    let mut compiler = Command::new(target.compiler()?.found()?);
     compiler
         .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
         .args(target.options)
@@ -386,7 +376,7 @@ fn link(target: &Target, library: &Path) -> Result<PathBuf, String> {
     } else {
         compiler.args(target.sources);
     }
-    if matches!(target.runner, Runner::Node) {
+    if matches!(target.library, Library::Of(WASM, _)) {
         let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
         finish(compiler.arg("-c").arg("-o").arg(&object))?;
         link_module(&object, library, &["print_digests".into()], &program)?;
@@ -411,9 +401,9 @@ fn link_module(object: &Path, library: &Path, exports: &[String], program: &Path
 pub fn module(program: &Path) -> Outcome {
     let target = TARGETS.iter().find(|target| target.name == "wasm32").ok_or("there is no target wasm32")?;
     ready(target)?;
-    let library = build_one(Library::Of("wasm32-unknown-unknown", "-Ctarget-feature=+simd128"))?;
+    let library = build_one(Library::Of(WASM, "-Ctarget-feature=+simd128"))?;
     let object = program.with_extension("o");
-    let mut compiler = Command::new(target.compiler[0]);
+    let mut compiler = Command::new(target.compiler()?.found()?);
     compiler.args(["-O2", "-std=c11", "-Iinclude", "-Itests/digests", "-c", "tests/digests/digests.c"]);
     finish(compiler.args(target.options).current_dir(top()).arg("-o").arg(&object))?;
     let mut exports: Vec<String> = read(top().join("tests/c/abi/symbols.txt"))?.lines().map(str::to_string).collect();
@@ -427,49 +417,35 @@ pub fn module_ready() -> Result<(), String> {
 }
 
 /// Runs a program: what it printed, what ran it, and for how long.
-fn execute(runner: &Runner, program: &Path) -> Result<(String, String, f64), String> {
+fn execute(target: &Target, program: &Path) -> Result<(String, String, f64), String> {
     let start = Instant::now();
-    if is_bochs(runner) {
+    if is_bochs(&target.runner) {
         return Ok((bochs::run(program)?, format!("bochs, processor {}", bochs::MODEL), start.elapsed().as_secs_f64()));
     }
-    let with = |name: &str, options: &[&str]| {
-        let mut command = Command::new(name);
-        command.args(options).arg(program);
-        (command, name.to_string())
-    };
-    let (mut command, by) = match runner {
-        Runner::Machine | Runner::MachineWith(_) | Runner::MachineOrBochs(_) => {
-            (Command::new(program), "this machine".into())
-        }
+    let other = match (target.runner, target.library) {
         // A kernel may be built without 32 bits.
-        Runner::MachineOr([emulator, _]) => match Command::new(program).stdout(Stdio::null()).spawn() {
-            Ok(mut child) => {
-                child.wait().map_err(|error| error.to_string())?;
-                (Command::new(program), "this machine".into())
-            }
-            Err(_) => with(emulator, &[]),
-        },
-        Runner::Linux([emulator, _]) => with(emulator, &[]),
-        Runner::Board => {
-            let board = ["-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-monitor", "none", "-serial", "none"];
-            let console = ["-chardev", "stdio,id=out", "-semihosting-config"];
-            let semihosting = ["enable=on,target=native,chardev=out", "-kernel"];
-            let (command, _) = with("qemu-system-arm", &[&board[..], &console[..], &semihosting[..]].concat());
-            (command, "qemu-system-arm, board mps2-an500".into())
-        }
-        Runner::Node => {
-            let starter = top().join("tests/digests/wasm.mjs");
-            with("node", &[&starter.to_string_lossy()])
-        }
-        Runner::Wine => {
-            let (mut command, _) = with(first_found(&WINE).ok_or("wine has gone")?, &[]);
-            command.env("WINEDEBUG", "-all").env("WINEPREFIX", target().join("wine"));
-            (command, "wine".into())
-        }
+        (Runner::MachineOrOther, _) if Command::new(program).stdout(Stdio::null()).status().is_ok() => None,
+        (Runner::MachineOrOther | Runner::Other, Library::Of(triple, _)) => Some(targets::of(triple)?),
+        _ => None,
     };
+    let by = other.map_or(Ok("this machine"), |target| target.runner.found())?;
+    let mut command = other.map_or_else(|| Command::new(program), |target| on_runner(target.triple, by, program));
     let start = Instant::now();
     let printed = output_within(&mut command, Duration::from_secs(900))?;
-    Ok((printed, by, start.elapsed().as_secs_f64()))
+    Ok((printed, by.into(), start.elapsed().as_secs_f64()))
+}
+
+/// A program that another runs.
+fn on_runner(triple: &str, runner: &str, program: &Path) -> Command {
+    let mut command = Command::new(runner);
+    match triple {
+        BOARD_TRIPLE => _ = command.args(QEMU_BOARD),
+        WASM => _ = command.arg(top().join("tests/digests/wasm.mjs")),
+        WINDOWS => _ = command.env("WINEDEBUG", "-all").env("WINEPREFIX", target().join("wine")),
+        _ => {}
+    }
+    command.arg(program);
+    command
 }
 
 /// What a program prints; it is stopped if it takes too long. It must print less than a pipe holds.

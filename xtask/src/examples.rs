@@ -1,7 +1,7 @@
 //! The C and C++ examples, built outside the project as a user would, and what the C++ header costs over C.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top};
+use crate::tools::{Outcome, emptied, found, output, read, run as command, target, top, wait};
 use std::path::Path;
 
 /// Copies the examples elsewhere, builds them with CMake against the installed library, with the shared and the static one,
@@ -93,11 +93,7 @@ pub fn deny() -> Outcome {
         crate::tools::cargo(&["install", "--quiet", "--locked", "cargo-deny", "--root", &target().to_string_lossy()])?;
     }
     let path = format!("{}:{}", target().join("bin").display(), std::env::var("PATH").unwrap_or_default());
-    let status = std::process::Command::new("cargo-deny")
-        .args(["--offline", "check", "bans", "licenses", "sources"])
-        .env("PATH", path)
-        .current_dir(top())
-        .status()
-        .map_err(|error| format!("cannot start cargo-deny: {error}"))?;
-    if status.success() { Ok(()) } else { Err("cargo deny has found something".into()) }
+    let mut deny = std::process::Command::new("cargo-deny");
+    deny.args(["--offline", "check", "bans", "licenses", "sources"]).env("PATH", path).current_dir(top());
+    wait(&mut deny)
 }

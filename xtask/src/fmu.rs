@@ -1,18 +1,19 @@
 //! `cargo xtask fmu`: the model descriptions, their page and parameter sets, the tables of parameters and outputs of the documents,
 //! and the types of the Python package, from the tables in code; and the archives.
 
-use crate::description::{self, element_name, escaped};
+use crate::description::{self, element_name};
 use crate::model::Model;
 use crate::outputs;
 use crate::page;
 use crate::platforms::{self, Library, Targets};
 use crate::tools::{self, Outcome};
+use crate::xml::{Xml, some, tag};
 use fabric::Scene;
 use fabric::fields::{self, FIELDS, Field, Place, Range};
 use fabric_fmu::MODEL_IDENTIFIER;
 use fabric_fmu::parameters::Parameters;
 use fabric_fmu::starts;
-use fabric_fmu::table::{Kind, Role, VARIABLES};
+use fabric_fmu::table::{Role, VARIABLES};
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -101,9 +102,7 @@ fn files(model: &Model) -> Vec<(String, String)> {
 /// Writes files into a folder.
 fn write(folder: &Path, files: &[(String, String)]) -> Outcome {
     for (name, text) in files {
-        let path = folder.join(name);
-        tools::make_folder(path.parent().unwrap_or(folder).to_path_buf())?;
-        fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        tools::write(folder.join(name), text)?;
     }
     Ok(())
 }
@@ -143,7 +142,7 @@ fn archives(
         entries.push(of_model("documentation/index.html", "documentation/index.html"));
         entries.push(file("documentation/licenses/license.txt", "documentation/licenses/license.txt"));
         entries.extend(libraries.iter().map(|Library { platform, path }| {
-            let folder = if version == 2 { platform.fmi2 } else { platform.fmi3 };
+            let folder = platform.fmu[version - 2];
             (format!("binaries/{folder}/{}.{}", model.name, platform.extension), path.clone())
         }));
     }
@@ -196,28 +195,24 @@ fn parameter_set(name: &str, mut scene: Scene) -> String {
     scene.time_step.seconds = starts::TIME_STEP;
     scene.projectile.position[2] -= starts::STAND_OFF;
     let (own, other) = (Model::own(), Model { starts: Parameters::of(scene), ..Model::own() });
-    let mut out = format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <!-- Written by `cargo xtask fmu`: the scene {name}, as far as it differs from the start values of {MODEL_IDENTIFIER}. -->\n\
-         <ssv:ParameterSet version=\"1.0\" name=\"{name}\" \
-         xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\">\n  <ssv:Parameters>\n"
-    );
-    for variable in VARIABLES.iter().filter(|variable| variable.role == Role::Fixed) {
-        let [is, wanted] = [&own, &other].map(|model| description::starts(model, variable));
-        for (element, (_, wanted)) in is.iter().zip(&wanted).enumerate().filter(|(_, (is, wanted))| is != wanted) {
-            let kind = match variable.kind {
-                Kind::Real => "Real",
-                Kind::Integer | Kind::Choice(_) => "Integer",
-                Kind::Boolean => "Boolean",
-            };
-            let name = escaped(&element_name(variable, element));
-            out.push_str(&format!(
-                "    <ssv:Parameter name=\"{name}\"><ssv:{kind} value=\"{wanted}\"/></ssv:Parameter>\n"
-            ));
+    let mut out = Xml::new();
+    out.line(&format!(
+        "<!-- Written by `cargo xtask fmu`: the scene {name}, as far as it differs from the start values of {MODEL_IDENTIFIER}. -->"
+    ));
+    let space = ("xmlns:ssv", some("http://ssp-standard.org/SSP1/SystemStructureParameterValues"));
+    let attributes = [("version", some("1.0")), ("name", some(name)), space];
+    let parameters = |out: &mut Xml| {
+        for variable in VARIABLES.iter().filter(|variable| variable.role == Role::Fixed) {
+            let [is, wanted] = [&own, &other].map(|model| description::starts(model, variable));
+            for (element, (_, wanted)) in is.iter().zip(&wanted).enumerate().filter(|(_, (is, wanted))| is != wanted) {
+                let parameter = tag("ssv:Parameter", &[("name", some(element_name(variable, element)))]);
+                let kind = format!("ssv:{}", description::kind_in_2(variable.kind));
+                out.line(&format!("<{parameter}><{}/></ssv:Parameter>", tag(&kind, &[("value", some(wanted))])));
+            }
         }
-    }
-    out.push_str("  </ssv:Parameters>\n</ssv:ParameterSet>\n");
-    out
+    };
+    out.element("ssv:ParameterSet", &attributes, |out| out.element("ssv:Parameters", &[], parameters));
+    out.text()
 }
 
 // ---- Table of parameters ----------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 //! `cargo xtask fuzz`: every fuzz target for some seconds under AddressSanitizer.
 
-use crate::tools::{Outcome, emptied, make_folder, target, top};
+use crate::tools::{Outcome, emptied, make_folder, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -10,9 +10,6 @@ pub struct Options {
     /// How long each target runs, s.
     #[arg(long, default_value_t = 60)]
     seconds: u64,
-    /// Targets that run at the same time; each takes a core.
-    #[arg(long, default_value_t = 1)]
-    jobs: usize,
     /// Only this target: scene, image, calls or fmi.
     #[arg(long, value_name = "NAME")]
     target: Option<String>,
@@ -35,7 +32,7 @@ struct Run {
     crashes: u64,
 }
 
-/// Runs the targets, as many at the same time as wanted.
+/// Runs the targets, one after the other.
 pub fn run(options: &Options) -> Outcome {
     let chosen = |name: &&&str| options.target.as_deref().is_none_or(|wanted| wanted == **name);
     let names: Vec<_> = TARGETS.iter().filter(chosen).copied().collect();
@@ -45,20 +42,10 @@ pub fn run(options: &Options) -> Outcome {
     let program = cargo_fuzz()?;
     println!("Building {} with AddressSanitizer (some minutes the first time) ...", names.join(", "));
     for name in &names {
-        finish(fuzz(&program, &["build"]).arg(name))?;
+        wait(fuzz(&program, &["build"]).arg(name))?;
     }
-    let mut runs = Vec::new();
-    for together in names.chunks(options.jobs.max(1)) {
-        let found: Vec<_> = std::thread::scope(|scope| {
-            let (program, seconds) = (&program, options.seconds);
-            let start = |&name| scope.spawn(move || campaign(program, name, seconds));
-            let threads: Vec<_> = together.iter().map(start).collect();
-            threads.into_iter().map(|thread| thread.join()).collect()
-        });
-        for run in found {
-            runs.push(run.map_err(|_| "a target's thread has panicked")??);
-        }
-    }
+    let runs: Vec<_> =
+        names.iter().map(|name| campaign(&program, name, options.seconds)).collect::<Result<_, String>>()?;
     if options.minimise {
         names.iter().try_for_each(|name| minimise(&program, name))?;
     }
@@ -78,7 +65,7 @@ fn cargo_fuzz() -> Result<PathBuf, String> {
     }
     println!("Installing cargo-fuzz into {} ...", own.display());
     let arguments = ["install", "--quiet", "--locked", "cargo-fuzz", "--root"];
-    finish(cargo().args(arguments).arg(&own))
+    wait(cargo().args(arguments).arg(&own))
         .map_err(|reason| format!("{reason}; install it by hand: cargo install cargo-fuzz"))?;
     Ok(own.join("bin").join("cargo-fuzz"))
 }
@@ -98,18 +85,13 @@ fn fuzz(program: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn finish(command: &mut Command) -> Outcome {
-    let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("{command:?} failed ({status})")) }
-}
-
 /// Where a campaign keeps what it finds, from run to run.
 fn folder(kind: &str, name: &str) -> Result<PathBuf, String> {
     make_folder(target().join("fuzz").join(kind).join(name))
 }
 
 /// One target for some seconds, from the committed corpus and what earlier runs have found. libFuzzer stops at the first crash.
-fn campaign(program: &Path, name: &'static str, seconds: u64) -> Result<Run, String> {
+fn campaign(program: &Path, name: &str, seconds: u64) -> Result<Run, String> {
     let (corpus, crashes) = (folder("corpus", name)?, folder("crashes", name)?);
     let tally = target().join("fuzz").join(format!("{name}.tally"));
     let _ = std::fs::remove_file(&tally);
@@ -146,7 +128,7 @@ fn minimise(program: &Path, name: &str) -> Outcome {
     let mut command = fuzz(program, &["run"]);
     command.arg(name).args([&small, &found, &committed]);
     command.args(["--", LONGEST, "-set_cover_merge=1", "-use_counters=0"]);
-    finish(command.stderr(Stdio::null()))?;
+    wait(command.stderr(Stdio::null()))?;
     emptied(committed.clone())?;
     let files = std::fs::read_dir(&small).map_err(|error| format!("{}: {error}", small.display()))?;
     let (mut count, mut bytes) = (0, 0);

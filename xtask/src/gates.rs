@@ -2,7 +2,7 @@
 //! prints its row of docs/reliability.md ("figure N: ...").
 
 use crate::stack;
-use crate::tools::{Outcome, cargo, output, read, target, top};
+use crate::tools::{Outcome, cargo, output, read, target, top, wait};
 use fabric::FEATURES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
@@ -37,19 +37,18 @@ pub fn run() -> Outcome {
 /// (but is not a stable feature: hence the variable). Calls of its own functions do not go through the table of symbols.
 fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("gate");
-    let status = std::process::Command::new(crate::tools::cargo_program())
+    let mut command = std::process::Command::new(crate::tools::cargo_program());
+    command
         .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
         .args(options)
         .args(["--features", "gate", "--config", "profile.ship.strip=false", "--target-dir"])
         .arg(&folder)
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", "-Zemit-stack-sizes -Clink-arg=-Wl,-z,defs,-Bsymbolic -Clink-arg=-lc")
-        .current_dir(top())
-        .status()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
-    if !status.success() {
-        return Err(format!("a panic can be reached in {package} (the linker names the function that needs it)"));
-    }
+        .current_dir(top());
+    let reached =
+        |what| format!("a panic can be reached in {package} (the linker names the function that needs it): {what}");
+    wait(&mut command).map_err(reached)?;
     Ok(folder.join("ship").join(library))
 }
 

@@ -2,7 +2,7 @@
 //! the scene's structure and the constants of its choices from the kernel's table of parameters, those of the statuses from the
 //! list of its codes. With it tests/c/abi/scene.inc: where each number of the scene must be.
 
-use crate::tools::{Outcome, emptied, read, target, top};
+use crate::tools::{Outcome, emptied, read, target, top, write as write_file};
 use fabric::MAX_NODES_PER_SIDE;
 use fabric::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric::{Code, Scene};
@@ -11,10 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// `cargo xtask header`: writes the header and the scene's layout.
 pub fn write() -> Outcome {
-    for (path, text) in made()? {
-        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    Ok(())
+    made()?.iter().try_for_each(|(path, text)| write_file(path, text))
 }
 
 /// What is committed must be what is made.
@@ -37,7 +34,7 @@ fn header() -> Result<String, String> {
     let types = read(source("types.rs"))?;
     let shown = emptied(target().join("header"))?.join("shown.rs");
     let calls = with_plain_pointers(&read(source("calls.rs"))?);
-    std::fs::write(&shown, calls + &read_outs(&types)?).map_err(|error| format!("{}: {error}", shown.display()))?;
+    write_file(&shown, calls + &read_outs(&types)?)?;
     let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
     let bindings = cbindgen::Builder::new()

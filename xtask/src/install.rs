@@ -1,6 +1,6 @@
 //! `cargo xtask install`: the C and C++ library as other build systems expect to find it.
 
-use crate::tools::{Outcome, emptied, make_folder, output, read, target, top};
+use crate::tools::{Outcome, emptied, make_folder, output, read, target, top, write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -66,8 +66,7 @@ pub fn into(prefix: &Path) -> Outcome {
         let path = top().join("capi/install").join(format!("{template}.in"));
         let text = read(&path)?;
         let text = words.iter().fold(text, |text, (word, value)| text.replace(word, value));
-        make_folder(folder.into())?;
-        std::fs::write(folder.join(template), text).map_err(|error| format!("{}: {error}", folder.display()))?;
+        write(folder.join(template), text)?;
     }
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
         copy(&top().join(licence), &prefix.join("share/licenses/fabric_kernel").join(licence))?;

@@ -22,10 +22,12 @@ mod rotorburst;
 mod sanitize;
 mod size;
 mod stack;
+mod targets;
 mod tests;
 mod tools;
 mod web;
 mod wheel;
+mod xml;
 
 use clap::{Parser, Subcommand};
 
@@ -64,7 +66,7 @@ enum Command {
     /// Measure ns per node-step, parts and peers; `python -m evidence bench` compares them with the goals.
     Bench(tests::BenchOptions),
     /// Build the Python package as wheels: target/wheels.
-    Wheel(wheel::Options),
+    Wheel,
     /// Fuzz scenes, images, C calls and FMI calls under AddressSanitizer.
     Fuzz(fuzz::Options),
     /// Write docs/tables/size.md: machine code, stack and memory of the library with few features.
@@ -87,7 +89,7 @@ fn main() -> std::process::ExitCode {
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
         Command::Bench(options) => tests::bench(&options),
-        Command::Wheel(options) => wheel::run(&options),
+        Command::Wheel => wheel::run(),
         Command::Fuzz(options) => fuzz::run(&options),
         Command::Size => size::run(),
         Command::Sanitize => sanitize::run(),

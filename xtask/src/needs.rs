@@ -1,81 +1,75 @@
 //! What the commands need of the machine: all that is missing is named at once, before anything is built.
 
 use crate::platforms::compiler_for;
+use crate::targets::{TARGETS, Target};
 use crate::tools::{Outcome, cargo_program};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// A tool.
 struct Need {
     /// What it is, or what is left out without it.
-    about: &'static str,
-    /// Whether it is here.
-    here: fn() -> bool,
+    about: String,
+    here: bool,
     /// Its packages of Debian and Ubuntu.
     packages: &'static str,
 }
 
-const fn need(about: &'static str, here: fn() -> bool, packages: &'static str) -> Need {
-    Need { about, here, packages }
+fn need(about: impl Into<String>, here: bool, packages: &'static str) -> Need {
+    Need { about: about.into(), here, packages }
 }
 
 /// Linked this program, so that it is here; Python is all that the demo needs besides.
-const DEMO: [Need; 1] = [need("Python 3.11 or newer with venv", python, "python3 python3-venv")];
+fn for_demo() -> Vec<Need> {
+    vec![need("Python 3.11 or newer with venv", python(), "python3 python3-venv")]
+}
 
-/// What `cargo xtask test` cannot do without.
-const TEST: [Need; 7] = [
-    need("git", || any(&["git"]), "git"),
-    need("a C compiler (cc and gcc)", || all(&["cc", "gcc"]), "gcc libc6-dev"),
-    need("a C++ compiler (c++ and g++)", || all(&["c++", "g++"]), "g++"),
-    need("binutils (nm, objdump, readelf)", || all(&["nm", "objdump", "readelf"]), "binutils"),
-    need("make", || any(&["make"]), "make"),
-    need("CMake (cmake)", || any(&["cmake"]), "cmake"),
-    need("pkg-config", || any(&["pkg-config"]), "pkg-config"),
-];
+/// What `cargo xtask test` cannot do without, besides.
+fn for_test() -> Vec<Need> {
+    vec![
+        need("git", any(&["git"]), "git"),
+        need("a C compiler (cc and gcc)", all(&["cc", "gcc"]), "gcc libc6-dev"),
+        need("a C++ compiler (c++ and g++)", all(&["c++", "g++"]), "g++"),
+        need("binutils (nm, objdump, readelf)", all(&["nm", "objdump", "readelf"]), "binutils"),
+        need("make", any(&["make"]), "make"),
+        need("CMake (cmake)", any(&["cmake"]), "cmake"),
+        need("pkg-config", any(&["pkg-config"]), "pkg-config"),
+    ]
+}
 
 /// What only some checks need, and which; these are left out without it.
-const OTHERS: [Need; 13] = [
-    need("C and C++ hosts by clang, layouts, WebAssembly", || any(&["clang"]), "clang"),
-    need("hosts and calls under valgrind, cost of the C++ header", || any(&["valgrind"]), "valgrind"),
-    need("ecospy, an importer of FMUs", tbb, "libtbb12"),
-    need("FMU for aarch64", || any(&["aarch64-linux-gnu-gcc"]), "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"),
-    need("layouts in C++ on aarch64", || any(&["aarch64-linux-gnu-g++"]), "g++-aarch64-linux-gnu"),
-    need("FMU for Windows", || any(&["x86_64-w64-mingw32-gcc"]), "gcc-mingw-w64-x86-64"),
-    need("run of the FMU for Windows", || any(&WINE), "wine64"),
-    need("run of the FMU for aarch64", || any(&["qemu-aarch64-static"]), "qemu-user-static"),
-    // Not gcc-multilib, which cannot be installed beside the compiler for aarch64.
-    need("digests on i686", || any(&["i686-linux-gnu-gcc"]), "gcc-i686-linux-gnu libc6-dev-i386-cross"),
-    need("digests on a Cortex-M7", || any(&["arm-none-eabi-gcc"]), "gcc-arm-none-eabi"),
-    need("digests on a Cortex-M7", || any(&["qemu-system-arm"]), "qemu-system-arm"),
-    need("digests on WebAssembly, web page", || all(&["node", "npm"]), "nodejs npm"),
-    need("test of the web page", || any(&BROWSERS), "chromium"),
-];
+fn for_some() -> Vec<Need> {
+    let mut needs = vec![
+        need("hosts and calls under valgrind, cost of the C++ header", any(&["valgrind"]), "valgrind"),
+        need("ecospy, an importer of FMUs", tbb(), "libtbb12"),
+        need("layouts in C++ on aarch64", any(&["aarch64-linux-gnu-g++"]), "g++-aarch64-linux-gnu"),
+        need("web page", all(&["node", "npm"]), "nodejs npm"),
+        need("test of the web page", any(&BROWSERS), "chromium"),
+    ];
+    for Target { triple, compiler, runner, .. } in checked() {
+        needs.push(need(format!("libraries and programs for {triple}"), any(compiler.0), compiler.1));
+        needs.push(need(format!("runs of programs for {triple}"), any(runner.0), runner.1));
+    }
+    needs
+}
 
-/// Platforms that are built for, besides this one and macOS.
-const TRIPLES: [&str; 5] = [
-    "aarch64-unknown-linux-gnu",
-    "i686-unknown-linux-gnu",
-    "thumbv7em-none-eabihf",
-    "wasm32-unknown-unknown",
-    "x86_64-pc-windows-gnu",
-];
+/// Targets that every change is checked on.
+fn checked() -> impl Iterator<Item = &'static Target> {
+    TARGETS.iter().filter(|target| target.checked)
+}
 
 /// Names of the browser.
 pub const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
-/// Names of Wine; Debian does not put it in the path.
-pub const WINE: [&str; 3] = ["wine64", "wine", "/usr/lib/wine/wine64"];
-
 /// An error that names all that `cargo xtask demo` misses.
 pub fn demo() -> Outcome {
-    named(&missing(&DEMO))
+    named(&missing(for_demo()))
 }
 
 /// An error that names all that `cargo xtask test` misses; what it will leave out is printed.
 pub fn test() -> Outcome {
-    let mut lost = missing(&DEMO);
-    lost.extend(missing(&TEST));
-    named(&lost)?;
+    named(&for_test_missing())?;
     let component = |name: &&&str| {
         let answer = Command::new(cargo_program()).args([*name, "--version"]).output();
         !answer.is_ok_and(|answer| answer.status.success())
@@ -86,7 +80,7 @@ pub fn test() -> Outcome {
             "cargo fmt or cargo clippy is missing; install both:\n\n    rustup component add rustfmt clippy".into()
         );
     }
-    let others = missing(&OTHERS);
+    let others = missing(for_some());
     if !others.is_empty() {
         println!(
             "Left out on this machine:\n{}\nOn Debian or Ubuntu this installs it:\n\n    {}\n",
@@ -94,7 +88,8 @@ pub fn test() -> Outcome {
             line(&others)
         );
     }
-    let triples: Vec<_> = TRIPLES.iter().copied().filter(|triple| compiler_for(triple).is_err()).collect();
+    let triples: Vec<_> =
+        checked().map(|target| target.triple).filter(|triple| compiler_for(triple).is_err()).collect();
     if !triples.is_empty() {
         println!("Left out without Rust for other platforms:\n\n    rustup target add {}\n", triples.join(" "));
     }
@@ -103,20 +98,22 @@ pub fn test() -> Outcome {
 
 /// `cargo xtask packages`: two lines, for .ci/run.
 pub fn packages() -> Outcome {
-    let mut needed = missing(&DEMO);
-    needed.extend(missing(&TEST));
     // Debian's Rust brings the source of `core`, from which it is built for any platform.
-    let cross = TRIPLES.iter().all(|triple| compiler_for(triple).is_ok());
+    let cross = checked().all(|target| compiler_for(target.triple).is_ok());
     let rust = if cross { "" } else { "rustc-web cargo-web rust-web-src" };
-    println!("{}\n{} {rust}", joined(&needed), joined(&missing(&OTHERS)));
+    println!("{}\n{} {rust}", joined(&for_test_missing()), joined(&missing(for_some())));
     Ok(())
 }
 
-fn missing(needs: &'static [Need]) -> Vec<&'static Need> {
-    needs.iter().filter(|need| !(need.here)()).collect()
+fn missing(needs: Vec<Need>) -> Vec<Need> {
+    needs.into_iter().filter(|need| !need.here).collect()
 }
 
-fn named(lost: &[&Need]) -> Outcome {
+fn for_test_missing() -> Vec<Need> {
+    missing(for_demo().into_iter().chain(for_test()).collect())
+}
+
+fn named(lost: &[Need]) -> Outcome {
     if lost.is_empty() {
         return Ok(());
     }
@@ -127,16 +124,17 @@ fn named(lost: &[&Need]) -> Outcome {
     ))
 }
 
-fn listed(needs: &[&Need]) -> String {
+fn listed(needs: &[Need]) -> String {
     needs.iter().map(|need| format!("  - {} ({})\n", need.about, need.packages)).collect()
 }
 
-fn line(needs: &[&Need]) -> String {
+fn line(needs: &[Need]) -> String {
     format!("apt-get update && apt-get install --no-install-recommends {}", joined(needs))
 }
 
-fn joined(needs: &[&Need]) -> String {
-    needs.iter().map(|need| need.packages).collect::<Vec<_>>().join(" ")
+fn joined(needs: &[Need]) -> String {
+    let packages: BTreeSet<_> = needs.iter().flat_map(|need| need.packages.split(' ')).collect();
+    packages.into_iter().collect::<Vec<_>>().join(" ")
 }
 
 fn any(programs: &[&str]) -> bool {

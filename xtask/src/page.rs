@@ -1,8 +1,9 @@
 //! The page in the archives, documentation/index.html: a picture, how to use the model, and a table of its variables from the tables
 //! in code.
 
-use crate::description::{description, escaped, starts};
+use crate::description::{description, starts};
 use crate::model::Model;
+use crate::xml::escaped;
 use fabric::fields::Choice;
 use fabric_fmu::table::{DEFAULT_STEP_SIZE, DEFAULT_STOP_TIME, Kind, Role, STATUS, VARIABLES, Variable};
 

@@ -1,5 +1,6 @@
 //! The FMU's library for every platform, from one source: how it is built, and what it may ask of its host and offer to it.
 
+use crate::targets::{TARGETS, Target};
 use crate::tools::{self, Outcome, output};
 use object::read::macho::{LoadCommandVariant, MachOFile64};
 use object::{Endianness, NameOrOrdinal, Object, ObjectSection, macho};
@@ -7,70 +8,6 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-/// One platform.
-pub struct Platform {
-    /// Name of the target in Rust.
-    pub triple: &'static str,
-    /// Folder of its binary in an archive of FMI 2.0. The standard has names of its own only for x86 (darwin64 too is x86-64) and
-    /// takes those of FMI 3.0 for other processors (FMI 2.0.5, 2.3).
-    pub fmi2: &'static str,
-    /// Folder of its binary in an archive of FMI 3.0.
-    pub fmi3: &'static str,
-    /// Name that cargo gives the library.
-    built: &'static str,
-    /// How its file name ends in the archives.
-    pub extension: &'static str,
-    /// Links for it on other platforms; and where that program comes from.
-    linker: [&'static str; 2],
-}
-
-/// Every platform that an archive can hold.
-pub const PLATFORMS: [Platform; 5] = [
-    Platform {
-        triple: "x86_64-unknown-linux-gnu",
-        fmi2: "linux64",
-        fmi3: "x86_64-linux",
-        built: "libfabric_shield.so",
-        extension: "so",
-        linker: ["x86_64-linux-gnu-gcc", "Debian: gcc-x86-64-linux-gnu"],
-    },
-    Platform {
-        triple: "x86_64-pc-windows-gnu",
-        fmi2: "win64",
-        fmi3: "x86_64-windows",
-        built: "fabric_shield.dll",
-        extension: "dll",
-        linker: ["x86_64-w64-mingw32-gcc", "Debian: gcc-mingw-w64-x86-64"],
-    },
-    Platform {
-        triple: "aarch64-unknown-linux-gnu",
-        fmi2: "aarch64-linux",
-        fmi3: "aarch64-linux",
-        built: "libfabric_shield.so",
-        extension: "so",
-        linker: ["aarch64-linux-gnu-gcc", "Debian: gcc-aarch64-linux-gnu"],
-    },
-    Platform {
-        triple: "x86_64-apple-darwin",
-        fmi2: "darwin64",
-        fmi3: "x86_64-darwin",
-        built: "libfabric_shield.dylib",
-        extension: "dylib",
-        linker: RUST_LLD,
-    },
-    Platform {
-        triple: "aarch64-apple-darwin",
-        fmi2: "aarch64-darwin",
-        fmi3: "aarch64-darwin",
-        built: "libfabric_shield.dylib",
-        extension: "dylib",
-        linker: RUST_LLD,
-    },
-];
-
-/// Links for macOS; [`linker`] looks for it where rustup puts it.
-const RUST_LLD: [&str; 2] = ["rust-lld", "it comes with rustup's compilers"];
 
 /// Which platforms are wanted.
 #[derive(Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -85,7 +22,7 @@ pub enum Targets {
 /// A built library.
 pub struct Library {
     /// For which platform.
-    pub platform: &'static Platform,
+    pub platform: &'static Target,
     /// Its file.
     pub path: PathBuf,
 }
@@ -95,14 +32,14 @@ pub struct Library {
 pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str; 2]>) -> Result<Vec<Library>, String> {
     let host = host()?;
     compile(source, target, &own(), &[], scene)?;
-    let mut built = vec![Library { platform: host, path: target.join("ship").join(host.built) }];
+    let mut built = vec![Library { platform: host, path: target.join("ship").join(host.library()) }];
     if targets == Targets::All {
         let cross = target.join("cross");
         let mut wanted = Vec::new();
-        for platform in PLATFORMS.iter().filter(|platform| platform.triple != host.triple) {
+        for platform in platforms().filter(|platform| platform.triple != host.triple) {
             match compiler(platform) {
                 Ok(compiler) => wanted.push((platform, compiler)),
-                Err(reason) => println!("  {}: skipped, {reason}", platform.fmi2),
+                Err(reason) => println!("  {}: skipped, {reason}", platform.fmu[0]),
             }
         }
         // Those with the same compiler are built side by side.
@@ -112,7 +49,7 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
             compile(source, &cross, &compiler, &platforms, scene)?;
             built.extend(platforms.into_iter().map(|platform| Library {
                 platform,
-                path: cross.join(platform.triple).join("ship").join(platform.built),
+                path: cross.join(platform.triple).join("ship").join(platform.library()),
             }));
             wanted = later;
         }
@@ -120,9 +57,9 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
     let mut functions = BTreeSet::new();
     for library in &built {
         let (exported, said) = check(library).map_err(|what| format!("{}: {what}", library.path.display()))?;
-        println!("  {}: {said}", library.platform.fmi2);
+        println!("  {}: {said}", library.platform.fmu[0]);
         if library.platform.extension == "so" {
-            println!("figure 26: {}: {}", library.platform.fmi2, said.rsplit(' ').next().unwrap_or_default());
+            println!("figure 26: {}: {}", library.platform.fmu[0], said.rsplit(' ').next().unwrap_or_default());
         }
         if !functions.is_empty() && functions != exported {
             return Err(format!("{} does not export what the others do", library.path.display()));
@@ -132,14 +69,18 @@ pub fn build(source: &Path, target: &Path, targets: Targets, scene: Option<[&str
     Ok(built)
 }
 
+/// Every platform that an archive can hold.
+fn platforms() -> impl Iterator<Item = &'static Target> {
+    TARGETS.iter().filter(|target| !target.extension.is_empty())
+}
+
 const ON_MACOS: bool = cfg!(target_os = "macos");
 
 /// The platform that this program runs on.
-pub fn host() -> Result<&'static Platform, String> {
+pub fn host() -> Result<&'static Target, String> {
     let machine = std::env::consts::ARCH;
     let system = if ON_MACOS { "darwin" } else { std::env::consts::OS };
-    PLATFORMS
-        .iter()
+    platforms()
         .find(|platform| platform.triple.starts_with(machine) && platform.triple.contains(system))
         .ok_or(format!("no FMU platform is defined for {machine} with {system}"))
 }
@@ -196,10 +137,9 @@ pub fn own() -> Compiler {
 
 /// A compiler for another platform: ours if it has the target (`rustup target add`), else ours or the distribution's with the
 /// source of `core` (`rustup component add rust-src`; Debian: rustc-web, cargo-web and rust-web-src).
-fn compiler(platform: &Platform) -> Result<Compiler, String> {
-    let [name, origin] = platform.linker;
+fn compiler(platform: &Target) -> Result<Compiler, String> {
     if Command::new(linker(platform)).arg("--version").output().is_err() {
-        return Err(format!("{name} is missing ({origin})"));
+        return Err(platform.compiler.missing());
     }
     let (triple, compiler) = (platform.triple, compiler_for(platform.triple)?);
     if platform.extension == "dylib" && compiler != own() {
@@ -210,8 +150,8 @@ fn compiler(platform: &Platform) -> Result<Compiler, String> {
 }
 
 /// What links for another platform: a program that is installed, or for macOS the one that lies beside our compiler's libraries.
-fn linker(platform: &Platform) -> PathBuf {
-    let name = platform.linker[0];
+fn linker(platform: &Target) -> PathBuf {
+    let name = platform.compiler.0[0];
     match output(our_rustc(), &["--print", "target-libdir"]) {
         Ok(libraries) if platform.extension == "dylib" => Path::new(libraries.trim()).with_file_name("bin").join(name),
         _ => name.into(),
@@ -256,13 +196,7 @@ fn version(text: &str) -> Option<(u32, u32)> {
 }
 
 /// Builds the library in its shipped form into `target`, for this platform if `others` names none.
-fn compile(
-    source: &Path,
-    target: &Path,
-    compiler: &Compiler,
-    others: &[&Platform],
-    scene: Option<[&str; 2]>,
-) -> Outcome {
+fn compile(source: &Path, target: &Path, compiler: &Compiler, others: &[&Target], scene: Option<[&str; 2]>) -> Outcome {
     let mut command = compiler.command();
     match scene {
         Some([name, words]) => command.env("FABRIC_FMU_NAME", name).env("FABRIC_FMU_SCENE", words),
@@ -303,20 +237,19 @@ fn compile(
         }
         command.env(variable("RUSTFLAGS"), flags);
     }
-    let status = command.status().map_err(|error| format!("cannot start cargo: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("building fmu-lib failed ({status})")) }
+    tools::wait(&mut command)
 }
 
 /// What the linker needs to know of macOS where Apple's tools are missing: the names of the functions that the library may ask for.
 fn stub(target: &Path) -> Result<PathBuf, String> {
     let top = target.join("macos");
-    let file = tools::make_folder(top.join("usr").join("lib"))?.join("libSystem.tbd");
+    let file = top.join("usr/lib/libSystem.tbd");
     let names = FROM_LINUX.iter().chain(&FROM_MACOS).map(|name| format!("_{name}, ")).collect::<String>();
     let text = format!(
         "--- !tapi-tbd\ntbd-version: 4\ntargets: [ x86_64-macos, arm64-macos ]\ninstall-name: '{LIBSYSTEM}'\nexports:\n  \
          - targets: [ x86_64-macos, arm64-macos ]\n    symbols: [ {names}{BINDER} ]\n...\n"
     );
-    std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
+    tools::write(&file, text)?;
     Ok(top)
 }
 
@@ -389,7 +322,7 @@ fn check(library: &Library) -> Result<(BTreeSet<String>, String), String> {
         for word in strings.split(|&byte| byte == 0).map(text) {
             if let Some(number) = word.strip_prefix("GLIBC_") {
                 floor = floor.max(version(number));
-            } else if word.contains(".so") && word != library.platform.built {
+            } else if word.contains(".so") && word != library.platform.library() {
                 // Some linkers note the library's own name.
                 needs.insert(word);
             }
@@ -408,7 +341,7 @@ fn check(library: &Library) -> Result<(BTreeSet<String>, String), String> {
 /// Whether macOS would take the library: its oldest version, the name without a folder of ours, the library it needs, and for Arm the
 /// signature that every program there must have, made by the linker without a key ("ad hoc").
 /// The layout of a signature: cs_blobs.h of Apple's XNU.
-fn check_macos(file: &MachOFile64<Endianness>, platform: &Platform) -> Outcome {
+fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
     let endian = file.endian();
     let (mut oldest, mut own_name, mut needs, mut signed) = (None, None, Vec::new(), false);
     let mut commands = file.macho_load_commands().map_err(|error| error.to_string())?;
@@ -442,7 +375,7 @@ fn check_macos(file: &MachOFile64<Endianness>, platform: &Platform) -> Outcome {
             _ => {}
         }
     }
-    let named = format!("@rpath/{}", platform.built);
+    let named = format!("@rpath/{}", platform.library());
     if oldest != Some(MACOS) || own_name.as_ref() != Some(&named) || needs != [LIBSYSTEM] {
         return Err(format!("calls itself {own_name:?}, is for macOS {oldest:?} and needs {needs:?}"));
     }

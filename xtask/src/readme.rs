@@ -2,7 +2,7 @@
 //! example is a doctest of `fabric-tests`.)
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, emptied, output, python, read, run as command, target, top};
+use crate::tools::{Outcome, emptied, output, python, read, run as command, target, top, write};
 use std::path::Path;
 
 /// Compiles and runs the C block, goes through docs/embedding.md, runs the Python block. Needs the installed library.
@@ -38,7 +38,7 @@ fn embedding() -> Outcome {
 /// Writes the first block of a language to a file; its path.
 fn save(text: &str, language: &str, path: &Path) -> Result<String, String> {
     let code = block(text, language).ok_or(format!("there is no {language} example"))?;
-    std::fs::write(path, format!("{code}\n")).map_err(|error| format!("{}: {error}", path.display()))?;
+    write(path, format!("{code}\n"))?;
     Ok(path.to_string_lossy().into_owned())
 }
 

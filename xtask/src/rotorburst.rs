@@ -57,7 +57,7 @@ fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
 
     let source = |name: &str| top().join("examples/rotorburst/ssp").join(name);
     let trajectory = out.join("FragmentTrajectory.fmu");
-    let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmi2);
+    let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmu[0]);
     fmu::pack(&trajectory, vec![("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
     let [shield, _] = fmu::of_scene("RotorburstShield", &source("shield.toml"), platforms::Targets::default())?;
     let package = out.join("Rotorburst.ssp");

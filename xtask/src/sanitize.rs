@@ -1,6 +1,6 @@
 //! `cargo xtask sanitize`: the library's tests in Rust under AddressSanitizer, those with threads under ThreadSanitizer.
 
-use crate::tools::{Outcome, cargo_program, make_folder, output, target, top};
+use crate::tools::{Outcome, cargo_program, make_folder, output, target, top, wait, write};
 use std::process::Command;
 
 /// A sanitizer, the tests that run under it, and a program in which it must find what is wrong.
@@ -41,25 +41,18 @@ pub fn run() -> Outcome {
         let flags = format!("-Zsanitizer={name} -Cunsafe-allow-abi-mismatch=sanitizer");
         awake(&flags, wrong, finding)?;
         let known = target().join("sanitize/known");
-        std::fs::write(&known, NOT_OURS).map_err(|error| format!("{}: {error}", known.display()))?;
+        write(&known, NOT_OURS)?;
         for tests in tests {
             println!("{name}: {}", tests.join(" "));
             let mut command = Command::new(cargo_program());
             // A sanitizer is no stable feature of the compiler. With --target build scripts and macros are compiled without it.
-            command.env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", &flags).args([
-                "test",
-                "--quiet",
-                "--target",
-                platform.trim(),
-            ]);
+            command.env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", &flags);
+            command.args(["test", "--quiet", "--target", platform.trim()]);
             // Tests let go of memory with `leak` for their simulations; the library allocates none.
             command.env("ASAN_OPTIONS", "detect_leaks=0");
             command.env("TSAN_OPTIONS", format!("suppressions={}", known.display()));
             command.arg("--target-dir").arg(target().join("sanitize")).args(*tests).current_dir(top());
-            let status = command.status().map_err(|error| format!("cannot start cargo: {error}"))?;
-            if !status.success() {
-                return Err(format!("{name} sanitizer: {} failed ({status})", tests.join(" ")));
-            }
+            wait(&mut command)?;
         }
         println!("figure 29: {name} sanitizer: 0 findings");
     }
@@ -70,7 +63,7 @@ pub fn run() -> Outcome {
 fn awake(flags: &str, wrong: &str, finding: &str) -> Outcome {
     let folder = make_folder(target().join("sanitize"))?;
     let (source, program) = (folder.join("wrong.rs"), folder.join("wrong"));
-    std::fs::write(&source, wrong).map_err(|error| format!("{}: {error}", source.display()))?;
+    write(&source, wrong)?;
     let mut compiler = Command::new("rustc");
     compiler.env("RUSTC_BOOTSTRAP", "1").args(["--edition=2021", "-Astatic_mut_refs"]).args(flags.split(' '));
     crate::tools::finish(compiler.arg(&source).arg("-o").arg(&program))?;

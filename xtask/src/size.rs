@@ -1,6 +1,6 @@
 //! `cargo xtask size`: machine code, stack and memory of the library with few features, and the table of them in the documents.
 
-use crate::tools::{Outcome, target, top};
+use crate::tools::{Outcome, target, top, write};
 use crate::{digests, gates, stack};
 
 use fabric::{CacheLine, FEATURES, Layout, Scene, TimeStep};
@@ -34,7 +34,7 @@ pub fn run() -> Outcome {
         rows.concat()
     );
     let path = top().join("docs/tables/size.md");
-    std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+    write(&path, text)?;
     println!("written: {}", path.display());
     Ok(())
 }
@@ -43,7 +43,7 @@ pub fn run() -> Outcome {
 fn row(name: &str, features: &str) -> Result<String, String> {
     let library = gates::kernel(features)?;
     let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];
-    let others = [("thumbv7em-none-eabihf", digests::HARD), ("wasm32-unknown-unknown", "")];
+    let others = [(digests::BOARD_TRIPLE, digests::HARD), (digests::WASM, "")];
     let [arm, wasm] = others.map(|(triple, flags)| {
         let few = ["--no-default-features", "--features", &format!("bare,{}", gates::of_kernel(features))];
         code(&digests::library(Some(triple), flags, &few, &target().join("size").join(triple))?)

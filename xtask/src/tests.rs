@@ -1,6 +1,6 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top};
+use crate::tools::{Outcome, cargo, emptied, python, python_with, read, run as command, target, top, wait};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -52,7 +52,7 @@ const SECOND: &[Step] = &[
     ("rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     ("Python package", crate::wheel::test),
     ("README", crate::readme::run),
-    ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true, plies: false })),
+    ("demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
 ];
 
 /// What the kernel does not have by default. Where a step builds it with others, it is one more build.
@@ -90,14 +90,13 @@ fn documentation() -> Outcome {
     let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
     let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
     let features = ["--features", "fabric-kernel/micro"];
-    let status = Command::new(crate::tools::cargo_program())
+    let mut command = Command::new(crate::tools::cargo_program());
+    command
         .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
         // What is private to a host is named without a link.
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::private-intra-doc-links")
-        .current_dir(top())
-        .status()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
-    if status.success() { Ok(()) } else { Err("rustdoc has warnings".into()) }
+        .current_dir(top());
+    wait(&mut command)
 }
 
 /// The kernel as crates.io would get it builds by itself, and its documentation as docs.rs would build it.
@@ -232,7 +231,7 @@ fn stability() -> Outcome {
     study(&["stability", "--out", &out.to_string_lossy(), "--fmu-cases", &fmu_cases()])?;
     command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/run.py", "test_stability"])?;
     report("stability", &out.to_string_lossy())?;
-    let command = "fabric-study stability; python -m evidence stability --docs docs";
+    let command = "fabric stability; python -m evidence stability --docs docs";
     as_committed(command, &out.join("docs"), &["tables/stability.md", "images/stability_map.svg"])
 }
 
@@ -299,6 +298,6 @@ fn report(name: &str, folder: &str) -> Outcome {
 }
 
 fn study(arguments: &[&str]) -> Outcome {
-    let program = ["run", "--quiet", "--release", "--package", "fabric-study", "--"];
+    let program = ["run", "--quiet", "--release", "--package", "fabric", "--"];
     cargo(&[&program[..], arguments].concat())
 }

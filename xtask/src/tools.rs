@@ -19,14 +19,13 @@ pub fn target() -> PathBuf {
 
 /// Runs a program in the top folder and waits; its output goes to the terminal. An exit code other than 0 is an error.
 pub fn run(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Outcome {
-    let program = program.as_ref();
-    let shown = format!("{} {}", program.to_string_lossy(), arguments.join(" "));
-    let status = Command::new(program)
-        .args(arguments)
-        .current_dir(top())
-        .status()
-        .map_err(|error| format!("cannot start `{shown}`: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("`{shown}` failed ({status})")) }
+    wait(Command::new(program).args(arguments).current_dir(top()))
+}
+
+/// Runs a command and waits, likewise.
+pub fn wait(command: &mut Command) -> Outcome {
+    let status = command.status().map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{command:?} failed ({status})")) }
 }
 
 /// Runs cargo, the one that runs this program.
@@ -59,6 +58,13 @@ pub fn output(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) -> Resul
 pub fn read(path: impl AsRef<Path>) -> Result<String, String> {
     let path = path.as_ref();
     std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Writes a file, into a folder that is made if need be.
+pub fn write(path: impl AsRef<Path>, text: impl AsRef<[u8]>) -> Outcome {
+    let path = path.as_ref();
+    make_folder(path.parent().unwrap_or(path).into())?;
+    std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// A folder, made if need be.
@@ -116,7 +122,7 @@ pub fn python_with(list: &str) -> Result<PathBuf, String> {
             continue;
         }
         run(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile", "-r", list])?;
-        std::fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+        write(&stamp, wanted)?;
     }
     Ok(python)
 }

@@ -2,7 +2,7 @@
 //! (web/, docs/web.md); and the page's test in a browser.
 
 use crate::needs::BROWSERS;
-use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run as command, target, top};
+use crate::tools::{Outcome, cargo, first_found, make_folder, python, read, run as command, target, top, wait, write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -62,7 +62,7 @@ fn tools() -> Outcome {
 
 /// The program that runs scenes with the library of this machine.
 fn study() -> String {
-    target().join("release/fabric-study").to_string_lossy().into_owned()
+    target().join("release/fabric").to_string_lossy().into_owned()
 }
 
 /// Builds the page: its folder.
@@ -71,7 +71,7 @@ fn build() -> Result<PathBuf, String> {
     let out = make_folder(target().join("web"))?;
     let kernel = out.join("kernel.wasm");
     crate::digests::module(&kernel)?;
-    cargo(&["build", "--quiet", "--release", "--package", "fabric-study"])?;
+    cargo(&["build", "--quiet", "--release", "--package", "fabric"])?;
     packages()?;
     in_web("node", &["node_modules/typescript/bin/tsc"])?;
     node("build.mjs", &[&kernel.to_string_lossy(), &study(), &out.to_string_lossy()])?;
@@ -90,7 +90,7 @@ fn packages() -> Outcome {
     }
     println!("Installing what web/package-lock.json names ...");
     in_web("npm", &["ci", "--ignore-scripts", "--silent"])?;
-    std::fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))
+    write(&stamp, wanted)
 }
 
 fn node(program: &str, arguments: &[&str]) -> Outcome {
@@ -99,8 +99,5 @@ fn node(program: &str, arguments: &[&str]) -> Outcome {
 
 /// Runs a program in the folder web.
 fn in_web(program: &str, arguments: &[&str]) -> Outcome {
-    let shown = format!("{program} {}", arguments.join(" "));
-    let status = Command::new(program).args(arguments).current_dir(top().join("web")).status();
-    let status = status.map_err(|error| format!("cannot start `{shown}`: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("`{shown}` failed ({status})")) }
+    wait(Command::new(program).args(arguments).current_dir(top().join("web")))
 }

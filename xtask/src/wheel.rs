@@ -1,36 +1,21 @@
 //! `cargo xtask wheel`: the Python package as wheels, and its tests in an environment that has nothing else.
 
 use crate::platforms::{compiler_for, own};
-use crate::tools::{Outcome, emptied, finish, found, python_with, run as command, target, top};
+use crate::targets::{TARGETS, Target};
+use crate::tools::{Outcome, emptied, finish, python_with, run as command, target, top};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where wheels can be built: the platform's name in Rust, and what links for it on others (Debian's name is that of the package).
-const PLATFORMS: [[&str; 2]; 2] =
-    [["x86_64-unknown-linux-gnu", "x86_64-linux-gnu-gcc"], ["aarch64-unknown-linux-gnu", "aarch64-linux-gnu-gcc"]];
-
-/// Options of `cargo xtask wheel`.
-#[derive(clap::Args)]
-pub struct Options {
-    /// Only for the platform that this runs on.
-    #[arg(long)]
-    host: bool,
-}
-
 /// Builds the wheels into target/wheels.
-pub fn run(options: &Options) -> Outcome {
+pub fn run() -> Outcome {
     let folder = emptied(target().join("wheels"))?;
     build(&folder, None)?;
-    for [triple, linker] in
-        PLATFORMS.iter().filter(|[triple, _]| !options.host && !triple.starts_with(std::env::consts::ARCH))
-    {
-        if !found(linker, triple) {
-            continue;
-        }
-        match compiler_for(triple) {
-            Ok(_) => build(&folder, Some([triple, linker]))?,
-            Err(reason) => println!("  {triple}: skipped, {reason}"),
+    let other = |target: &&Target| target.wheel && !target.triple.starts_with(std::env::consts::ARCH);
+    for target in TARGETS.iter().filter(other) {
+        match target.compiler.found().and_then(|_| compiler_for(target.triple)) {
+            Ok(_) => build(&folder, Some(target))?,
+            Err(reason) => println!("  {}: skipped, {reason}", target.triple),
         }
     }
     for entry in std::fs::read_dir(&folder).map_err(|error| error.to_string())?.flatten() {
@@ -41,13 +26,13 @@ pub fn run(options: &Options) -> Outcome {
 }
 
 /// One wheel, for this platform or another one.
-fn build(folder: &Path, other: Option<[&str; 2]>) -> Outcome {
+fn build(folder: &Path, other: Option<&Target>) -> Outcome {
     let python = python_with("python/requirements.txt")?;
     let mut maturin = Command::new(python.with_file_name("maturin"));
-    if let Some([triple, linker]) = other {
+    if let Some(Target { triple, compiler, .. }) = other {
         maturin = compiler_for(triple)?.lent_to(maturin);
         maturin.args(["build", "--quiet", "--target", triple]).arg("--target-dir").arg(target().join("cross"));
-        maturin.env(format!("CARGO_TARGET_{}_LINKER", triple.to_uppercase().replace('-', "_")), linker);
+        maturin.env(format!("CARGO_TARGET_{}_LINKER", triple.to_uppercase().replace('-', "_")), compiler.0[0]);
     } else {
         maturin = own().lent_to(maturin);
         maturin.args(["build", "--quiet", "--interpreter"]).arg(&python).arg("--target-dir").arg(target());

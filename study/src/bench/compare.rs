@@ -162,7 +162,7 @@ fn build(revision: &str) -> Result<PathBuf> {
     let (commit, _) = git(&["rev-parse", "--verify", "--short=12", &format!("{revision}^{{commit}}")])?;
     let commit = commit.trim();
     let folder = folder("compare")?;
-    let program = folder.join(format!("fabric-study-{commit}{}", std::env::consts::EXE_SUFFIX));
+    let program = folder.join(format!("fabric-{commit}{}", std::env::consts::EXE_SUFFIX));
     if program.exists() {
         return Ok(program);
     }
@@ -173,13 +173,15 @@ fn build(revision: &str) -> Result<PathBuf> {
         git(&["worktree", "add", "--detach", "--force", &place, commit])?;
     }
     let built = folder.join("build");
+    // Until version 0.1.0 package and program had another name.
+    let manifest = std::fs::read_to_string(checkout.join("study/Cargo.toml"))?;
+    let name = manifest.lines().find_map(|line| line.strip_prefix("name = ")).unwrap_or_default().trim_matches('"');
     let mut cargo = Command::new("cargo");
-    cargo.current_dir(&checkout).args(["build", "--release", "--package", "fabric-study", "--target-dir"]).arg(&built);
+    cargo.current_dir(&checkout).args(["build", "--release", "--package", name, "--target-dir"]).arg(&built);
     let result = output(&mut cargo);
     git(&["worktree", "remove", "--force", &place])?;
     result?;
-    let name = format!("fabric-study{}", std::env::consts::EXE_SUFFIX);
-    std::fs::copy(built.join("release").join(name), &program)?;
+    std::fs::copy(built.join("release").join(name).with_extension(std::env::consts::EXE_EXTENSION), &program)?;
     Ok(program)
 }
 

@@ -1,0 +1,74 @@
+//! Every target of Rust besides this machine's own that something of the project is built for: what compiles and links for it, what
+//! runs its programs here, and where an FMU has its library.
+
+use crate::tools::first_found;
+
+/// A target.
+pub struct Target {
+    /// Name in Rust.
+    pub triple: &'static str,
+    /// Compiles C and links.
+    pub compiler: Tool,
+    /// Runs its programs.
+    pub runner: Tool,
+    /// Folders of its library in archives of FMI 2.0 and 3.0. FMI 2.0 has names of its own only for x86 (darwin64 too is x86-64) and
+    /// takes those of FMI 3.0 for other processors (FMI 2.0.5, 2.3).
+    pub fmu: [&'static str; 2],
+    /// How a shared library ends; empty where no FMU is built.
+    pub extension: &'static str,
+    /// The Python package is built for it.
+    pub wheel: bool,
+    /// Every change is checked on it where its tools are.
+    pub checked: bool,
+}
+
+/// A program under any of its names, and its packages of Debian and Ubuntu.
+#[derive(Clone, Copy)]
+pub struct Tool(pub &'static [&'static str], pub &'static str);
+
+impl Tool {
+    /// Its name here, or what is missing and how to get it.
+    pub fn found(self) -> Result<&'static str, String> {
+        first_found(self.0).ok_or_else(|| self.missing())
+    }
+
+    /// That it is missing, and how to get it.
+    pub fn missing(self) -> String {
+        let from = if self.1.is_empty() { "none; rustup's compilers bring it" } else { self.1 };
+        format!("{} is missing (Debian: {from})", self.0[0])
+    }
+}
+
+impl Target {
+    /// Name that cargo gives the FMU's library.
+    pub fn library(&self) -> String {
+        let prefix = if self.extension == "dll" { "" } else { "lib" };
+        format!("{prefix}fabric_shield.{}", self.extension)
+    }
+}
+
+#[rustfmt::skip]
+const NOTHING: Target = Target { triple: "", compiler: NONE, runner: NONE, fmu: ["", ""], extension: "", wheel: false, checked: false };
+const NONE: Tool = Tool(&[], "");
+/// Links for macOS; `platforms.rs` looks for it where rustup puts it.
+const RUST_LLD: Tool = Tool(&["rust-lld"], "");
+
+/// The table.
+#[rustfmt::skip]
+pub const TARGETS: &[Target] = &[
+    Target { triple: "x86_64-unknown-linux-gnu", compiler: Tool(&["x86_64-linux-gnu-gcc"], "gcc-x86-64-linux-gnu"), fmu: ["linux64", "x86_64-linux"], extension: "so", wheel: true, ..NOTHING },
+    Target { triple: "x86_64-pc-windows-gnu", compiler: Tool(&["x86_64-w64-mingw32-gcc"], "gcc-mingw-w64-x86-64"), runner: Tool(&["wine64", "wine", "/usr/lib/wine/wine64"], "wine64"), fmu: ["win64", "x86_64-windows"], extension: "dll", checked: true, ..NOTHING },
+    Target { triple: "aarch64-unknown-linux-gnu", compiler: Tool(&["aarch64-linux-gnu-gcc"], "gcc-aarch64-linux-gnu libc6-dev-arm64-cross"), runner: Tool(&["qemu-aarch64-static"], "qemu-user-static"), fmu: ["aarch64-linux", "aarch64-linux"], extension: "so", wheel: true, checked: true },
+    Target { triple: "x86_64-apple-darwin", compiler: RUST_LLD, fmu: ["darwin64", "x86_64-darwin"], extension: "dylib", ..NOTHING },
+    Target { triple: "aarch64-apple-darwin", compiler: RUST_LLD, fmu: ["aarch64-darwin", "aarch64-darwin"], extension: "dylib", ..NOTHING },
+    // Not gcc-multilib, which cannot be installed beside the compiler for aarch64.
+    Target { triple: "i686-unknown-linux-gnu", compiler: Tool(&["i686-linux-gnu-gcc"], "gcc-i686-linux-gnu libc6-dev-i386-cross"), runner: Tool(&["qemu-i386-static"], "qemu-user-static"), checked: true, ..NOTHING },
+    Target { triple: "riscv64gc-unknown-linux-gnu", compiler: Tool(&["riscv64-linux-gnu-gcc"], "gcc-riscv64-linux-gnu libc6-dev-riscv64-cross"), runner: Tool(&["qemu-riscv64-static"], "qemu-user-static"), ..NOTHING },
+    Target { triple: "thumbv7em-none-eabihf", compiler: Tool(&["arm-none-eabi-gcc"], "gcc-arm-none-eabi"), runner: Tool(&["qemu-system-arm"], "qemu-system-arm"), checked: true, ..NOTHING },
+    Target { triple: "wasm32-unknown-unknown", compiler: Tool(&["clang"], "clang"), runner: Tool(&["node"], "nodejs"), checked: true, ..NOTHING },
+];
+
+/// The target of a name.
+pub fn of(triple: &str) -> Result<&'static Target, String> {
+    TARGETS.iter().find(|target| target.triple == triple).ok_or(format!("targets.rs has no {triple}"))
+}
